@@ -1,0 +1,1 @@
+"""The command line of collaudit: arguments in, exit codes out."""

@@ -1,0 +1,75 @@
+"""The one exception root of collaudit, with data as attributes.
+
+Every expected failure is a :class:`CollauditError`. Only the command line catches it, prints
+:meth:`CollauditError.render` and exits with :attr:`CollauditError.exit_code`.
+"""
+
+from __future__ import annotations
+
+EXIT_PASS = 0
+EXIT_FAIL = 1
+EXIT_USAGE = 2
+EXIT_NOT_JUDGED = 3
+EXIT_INTERRUPTED = 130
+
+
+class CollauditError(Exception):
+    """An expected failure that a user can act on.
+
+    Args:
+        message: what is wrong, in one sentence.
+        where: file, and place inside it when known.
+        found: what was there.
+        expected: what should have been there.
+        hint: what to do next.
+    """
+
+    exit_code = EXIT_USAGE
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        where: str | None = None,
+        found: str | None = None,
+        expected: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.where = where
+        self.found = found
+        self.expected = expected
+        self.hint = hint
+
+    def render(self) -> str:
+        """The error as the few lines a user reads."""
+        head = f"{self.where}: {self.message}" if self.where else self.message
+        lines = [head]
+        for label, text in (("found", self.found), ("expected", self.expected), ("try", self.hint)):
+            if text:
+                lines.append(f"  {label + ':':<10}{text}")
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.render()
+
+
+class ConfigError(CollauditError):
+    """The configuration or the command line does not say what is needed."""
+
+
+class RobotError(CollauditError):
+    """The robot description cannot be used."""
+
+
+class LogError(CollauditError):
+    """A log cannot be read, or holds nothing that could be judged."""
+
+    exit_code = EXIT_NOT_JUDGED
+
+
+class NotJudgedError(CollauditError):
+    """A step could not be carried out on otherwise readable data."""
+
+    exit_code = EXIT_NOT_JUDGED

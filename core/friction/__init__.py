@@ -1,0 +1,1 @@
+"""Joint friction: points from sections, models, fits and their honesty."""

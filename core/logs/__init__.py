@@ -1,0 +1,1 @@
+"""Reading robot logs: bytes in, a JointLog out."""

@@ -1,0 +1,311 @@
+"""Result types: what fit, detect and audit found, in the shape of the JSON files they become.
+
+Every class here mirrors one object of ``friction.json`` or ``audit.json`` key by key, so that writing is
+``dataclasses.asdict`` and reading is validation against the same classes (``core/files.py``).
+Plain Python numbers only; None stands for "not known", never for zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from collaudit.core.findings import Finding
+
+Verdict = Literal["pass", "fail", "not_judged"]
+Phase = Literal["approach", "contact", "retreat", "free"]
+FrictionModelName = Literal["static-lugre", "coulomb-viscous"]
+Bounds = tuple[float | None, float | None]
+
+FRICTION_SCHEMA = "collaudit/friction/1"
+AUDIT_SCHEMA = "collaudit/audit/1"
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionPoint:
+    """One (speed, friction) point, eq. (16).
+
+    Attributes:
+        speed_rad_s: mean speed (rad/s; m/s if prismatic), positive.
+        friction_nm: friction in the file's effort unit.
+        sd_nm: spread of the friction over the positions of the section.
+        se_nm: standard error of ``friction_nm``, from blocks of positions.
+        source: ``pair`` (both directions, eq. 15) or ``model`` (the model's torque was subtracted).
+        direction: +1 or -1 for ``model`` points, 0 for pairs.
+        others_moving: True when other joints moved in the section.
+    """
+
+    speed_rad_s: float
+    friction_nm: float
+    sd_nm: float
+    se_nm: float
+    source: Literal["pair", "model"]
+    direction: int
+    others_moving: bool
+
+
+@dataclass(frozen=True, slots=True)
+class KnownCombination:
+    """A combination of parameters that the data do determine.
+
+    Attributes:
+        name: such as ``A + B``.
+        value: its estimate.
+        ci95: its interval.
+        unit: its unit.
+    """
+
+    name: str
+    value: float
+    ci95: Bounds
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionFit:
+    """Friction of one joint: parameters, intervals, and what the data could not tell.
+
+    ``parameters`` of static LuGre are A, B, C, D of eq. (11) with unit suffixes (``A_nm``, ``B_nm``,
+    ``C_s_per_rad``, ``D_nm_s_per_rad``); Coulomb-viscous has ``A_nm`` and ``D_nm_s_per_rad``. In units other
+    than N·m the suffixes say so (``A_raw`` …; prismatic joints ``A_n``, ``C_s_per_m`` …).
+
+    Attributes:
+        model: None when the joint could not be fitted; ``reason`` then says why.
+        parameters: name to value.
+        ci95: name to [low, high], an open side is None; None when there is no interval at all.
+        covariance: of the parameters in their order, or None.
+        identifiable: whether every parameter of ``model`` = static LuGre is determined by the data.
+        not_identifiable: sentences on what is not known, and why.
+        known: combinations that are known where single parameters are not.
+        n_points, n_pairs: friction points, and how many of them are pairs.
+        speed_range_rad_s: slowest and fastest speed measured.
+        rmse_nm: of the points about the curve.
+        effort_unit: ``N·m``, ``N`` or ``raw``.
+        points: the points.
+        reason: why there is no model.
+        section_count: constant-velocity sections used.
+        rejected: reason to count of rejected stretches.
+    """
+
+    model: FrictionModelName | None
+    parameters: dict[str, float]
+    ci95: dict[str, Bounds | None]
+    covariance: tuple[tuple[float, ...], ...] | None
+    identifiable: bool
+    not_identifiable: tuple[str, ...]
+    known: tuple[KnownCombination, ...]
+    n_points: int
+    n_pairs: int
+    speed_range_rad_s: tuple[float, float] | None
+    rmse_nm: float | None
+    effort_unit: str
+    points: tuple[FrictionPoint, ...]
+    reason: str | None = None
+    section_count: int = 0
+    rejected: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """What a result rests on.
+
+    Attributes:
+        collaudit: version of this program.
+        packages: name to version of what computes.
+        config_sha256, friction_sha256, model_sha256: hashes of the inputs, None where there was none.
+        logs: name to sha256 of the logs used (friction files).
+    """
+
+    collaudit: str
+    packages: dict[str, str]
+    config_sha256: str | None = None
+    friction_sha256: str | None = None
+    model_sha256: str | None = None
+    logs: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionFile:
+    """``friction.json``."""
+
+    schema: str
+    joints: dict[str, FrictionFit]
+    findings: tuple[Finding, ...]
+    provenance: Provenance
+
+
+@dataclass(frozen=True, slots=True)
+class LogFacts:
+    """The judged log. ``start`` is an ISO 8601 UTC time or None; ``sample_period_s`` of the uniform base."""
+
+    name: str
+    sha256: str
+    format: str
+    start: str | None
+    duration_s: float
+    sample_period_s: float
+    joints: tuple[str, ...]
+    topic: str
+    time_source: str
+
+
+@dataclass(frozen=True, slots=True)
+class RuleFacts:
+    """Rule (6) as applied. ``gamma_nm`` by judged joint; ``persistence_s`` = n · period."""
+
+    detector: str
+    gamma_nm: dict[str, float]
+    n: int
+    persistence_s: float
+    persistence_requested_ms: float | None
+    watch: tuple[str, ...]
+    near_miss_amplitude: float
+    near_miss_persistence: float
+
+
+@dataclass(frozen=True, slots=True)
+class ResidualStats:
+    """Level of one joint's residual over its judged, event-free samples; None where nothing was judged."""
+
+    mean_abs_nm: float | None
+    rms_nm: float | None
+    p99_nm: float | None
+    max_abs_nm: float | None
+    judged_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A run of at least n samples above gamma.
+
+    Attributes:
+        joint: watched joint.
+        onset_s: first sample above gamma.
+        detected_s: the n-th sample above gamma: when the rule fires.
+        duration_s: time above gamma.
+        peak_nm: largest residual, with its sign.
+        gamma_nm: threshold of that joint.
+        phase: phase at onset.
+    """
+
+    joint: str
+    onset_s: float
+    detected_s: float
+    duration_s: float
+    peak_nm: float
+    gamma_nm: float
+    phase: Phase
+
+
+@dataclass(frozen=True, slots=True)
+class NearMiss:
+    """Almost a collision: ``amplitude`` (n samples above a share of gamma) or ``persistence`` (above gamma, too short).
+
+    ``ratio`` is |peak|/gamma for amplitude, samples above gamma / n for persistence.
+    """
+
+    joint: str
+    onset_s: float
+    duration_s: float
+    peak_nm: float
+    gamma_nm: float
+    ratio: float
+    kind: Literal["amplitude", "persistence"]
+    phase: Phase
+
+
+@dataclass(frozen=True, slots=True)
+class RecommendedRule:
+    """Recommended threshold for one joint.
+
+    Attributes:
+        gamma_nm: rounded up; None when the data do not support one (see ``missing``).
+        n: samples.
+        largest_clean_nm: the largest level that lasted n samples without a collision.
+        margin: gamma_nm / largest_clean_nm.
+        clean_hours: judged hours free of events that it rests on.
+        false_alarms_per_hour: observed on those hours at the recommended rule.
+        false_alarms_per_hour_upper95: one-sided 95 % Poisson bound.
+        alternatives: (n, gamma_nm) at other persistences with the same margin.
+        missing: what evidence is missing.
+    """
+
+    gamma_nm: float | None
+    n: int
+    largest_clean_nm: float | None
+    margin: float | None
+    clean_hours: float
+    false_alarms_per_hour: float | None
+    false_alarms_per_hour_upper95: float | None
+    alternatives: tuple[tuple[int, float], ...]
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NotJudgedSpan:
+    """A longer stretch of a joint that was not judged, and why (reason codes of ``core/residual.py``)."""
+
+    start_s: float
+    end_s: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class JointCoverage:
+    """How much of one joint was judged.
+
+    Attributes:
+        watched: whether its residual was judged at all.
+        why: why it was watched, or why not.
+        moving_s, judged_s: time moving, and of that judged by the rule.
+        standing_s: time at rest or presliding, where external torque can hide behind friction: only
+            torque beyond the friction interval was evidence; never "clean".
+        not_judged_s: reason to seconds, over all time.
+        spans: the longer stretches not judged.
+    """
+
+    watched: bool
+    why: str
+    moving_s: float
+    judged_s: float
+    standing_s: float
+    not_judged_s: dict[str, float]
+    spans: tuple[NotJudgedSpan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What was judged: recorded seconds, seconds lost in gaps, and per joint."""
+
+    recorded_s: float
+    gaps_s: float
+    joints: dict[str, JointCoverage]
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseSpan:
+    """A phase in seconds from the log's first sample."""
+
+    phase: Phase
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class AuditResult:
+    """``audit.json``: everything one audit of one log found."""
+
+    schema: str
+    verdict: Verdict
+    reasons: tuple[str, ...]
+    log: LogFacts
+    rule: RuleFacts
+    phases: tuple[PhaseSpan, ...]
+    residual: dict[str, ResidualStats]
+    collisions: tuple[Collision, ...]
+    near_misses: tuple[NearMiss, ...]
+    recommended: dict[str, RecommendedRule]
+    friction: dict[str, FrictionFit]
+    findings: tuple[Finding, ...]
+    coverage: Coverage
+    provenance: Provenance

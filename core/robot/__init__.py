@@ -1,0 +1,1 @@
+"""The robot as a rigid-body model: torques from motion."""

@@ -1,0 +1,158 @@
+"""The shared data types that carry signals: frozen, slotted, with read-only arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.findings import Finding
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+EffortUnit = Literal["Nm", "raw"]
+JointType = Literal["revolute", "prismatic"]
+
+
+def frozen(array: FloatArray) -> FloatArray:
+    """Return the array as C-contiguous float64 that cannot be written to; copies only when it must."""
+    out = np.ascontiguousarray(array, dtype=np.float64)
+    if out is array and out.flags.writeable:
+        out = out.view()
+    out.flags.writeable = False
+    return out
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """Half-open range of sample indices, ``start <= k < stop``."""
+
+    start: int
+    stop: int
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+    @property
+    def slice(self) -> slice:
+        """The span as a slice."""
+        return slice(self.start, self.stop)
+
+
+@dataclass(frozen=True, slots=True)
+class LogSource:
+    """Where a log came from.
+
+    Attributes:
+        name: file name without its folder (several files joined by ``+``).
+        sha256: hash of the bytes; of several files, the hash of their hashes in the order of their names.
+        format: ``csv``, ``mcap-ros2``, ``mcap-ros1``, ``ros1-bag``, ``ros2-db3`` …
+        start_ns: absolute stamp of the first sample in nanoseconds since the epoch, or None when unknown.
+        time_source: ``header``, ``log`` or ``column``.
+        topic: the topic or file(s) the joint states came from.
+    """
+
+    name: str
+    sha256: str
+    format: str
+    start_ns: int | None
+    time_source: str
+    topic: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrenchSeries:
+    """A wrist force/torque signal on its own stamps, as recorded (sensor frame, offset not removed).
+
+    Attributes:
+        time_s: (k,) seconds from the log's first joint sample.
+        wrench: (k, 6) force in N, then torque in N·m.
+        topic: where it came from.
+    """
+
+    time_s: FloatArray
+    wrench: FloatArray
+    topic: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointLog:
+    """Joint signals as recorded, in SI units, columns in ``joint_names`` order.
+
+    Units, signs and torque constants from the configuration are already applied; stamps are as
+    recorded (they may repeat, run backwards or leave gaps: conditioning deals with that).
+    Missing values are NaN.
+
+    Attributes:
+        time_s: (n,) seconds from the first sample.
+        joint_names: j names, the robot model's where a mapping was given.
+        position_rad: (n, j) rad, or m for prismatic joints.
+        velocity_rad_s: (n, j) rad/s or m/s, or None when the log has none at all.
+        effort: (n, j) in ``effort_unit``, or None when the log has none at all.
+        effort_unit: ``Nm`` (N for prismatic joints) or ``raw`` when the log's unit is not a torque.
+        wrench: the wrist sensor, or None.
+        source: provenance.
+        findings: what reading the log showed.
+    """
+
+    time_s: FloatArray
+    joint_names: tuple[str, ...]
+    position_rad: FloatArray
+    velocity_rad_s: FloatArray | None
+    effort: FloatArray | None
+    effort_unit: EffortUnit
+    wrench: WrenchSeries | None
+    source: LogSource
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        n, j = self.time_s.shape[0], len(self.joint_names)
+        for name in ("position_rad", "velocity_rad_s", "effort"):
+            array = getattr(self, name)
+            if array is not None and array.shape != (n, j):
+                raise ValueError(f"{name} has shape {array.shape}, expected {(n, j)}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UniformSeries:
+    """Joint signals on a uniform time base, with gaps kept as gaps.
+
+    Attributes:
+        time_s: (n,) seconds from the log's first sample, spaced ``period_s``.
+        period_s: sample period in s.
+        joint_names: j names.
+        position_rad, velocity_rad_s, acceleration_rad_s2: (n, j); NaN inside gaps.
+        effort: (n, j), low-passed like the acceleration; NaN inside gaps; None when there is none.
+        effort_unit: ``Nm`` or ``raw``.
+        wrench: (n, 6) in the sensor frame as recorded, low-passed likewise, NaN where absent; or None.
+        segments: the gap-free stretches, in order.
+        edge: (n,) True near the ends of a segment where the filters have not settled.
+        saturated: (n, j) True where the effort is pinned at an extreme.
+        bandwidth_hz: -3 dB frequency of the zero-phase filters.
+        source: provenance of the log.
+        findings: those of the log and those made here.
+    """
+
+    time_s: FloatArray
+    period_s: float
+    joint_names: tuple[str, ...]
+    position_rad: FloatArray
+    velocity_rad_s: FloatArray
+    acceleration_rad_s2: FloatArray
+    effort: FloatArray | None
+    effort_unit: EffortUnit
+    wrench: FloatArray | None
+    segments: tuple[Span, ...]
+    edge: BoolArray
+    saturated: BoolArray
+    bandwidth_hz: float
+    source: LogSource
+    findings: tuple[Finding, ...] = ()
+
+    def column(self, joint: str) -> int:
+        """Index of a joint's column."""
+        return self.joint_names.index(joint)

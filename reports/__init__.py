@@ -1,0 +1,1 @@
+"""What a reader gets: JSON, HTML and tables, computed from an audit result."""

@@ -1,0 +1,27 @@
+"""Shared fixtures: where the real logs are, and what to say when they are not there."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).resolve().parent.parent
+
+
+def real_data_dir() -> Path:
+    """The folder of real logs: ``COLLAUDIT_DATA``, or the one beside the project."""
+    stated = os.environ.get("COLLAUDIT_DATA")
+    return Path(stated) if stated else PROJECT.parent / "shared" / "data"
+
+
+@pytest.fixture(scope="session")
+def data_dir() -> Path:
+    """Real logs; the test is skipped, saying so, where they are absent."""
+    path = real_data_dir()
+    if not path.is_dir():
+        if os.environ.get("COLLAUDIT_REQUIRE_DATA"):
+            pytest.fail(f"the real logs are required here and absent: {path}")
+        pytest.skip(f"real logs absent: {path} (set COLLAUDIT_DATA to their folder)")
+    return path

@@ -39,7 +39,9 @@ class DhRow(_Section):
 class ToolConfig(_Section):
     """What the arm carries."""
 
-    frame: str | None = Field(None, description="Frame of the model the tool is fixed to; the last link when absent.")
+    frame: str | None = Field(
+        None, description="Frame of the model the tool is fixed to; the last link when absent."
+    )
     mass_kg: NonNegative | Literal["estimate"] = Field(0.0, description="Tool mass, kg.")
     com_m: Vec3 = Field((0.0, 0.0, 0.0), description="Tool centre of mass in `frame`, m.")
 
@@ -47,7 +49,9 @@ class ToolConfig(_Section):
 class RobotConfig(_Section):
     """The rigid-body model."""
 
-    urdf: Path | None = Field(None, description="URDF file, relative to this configuration; meshes are not needed.")
+    urdf: Path | None = Field(
+        None, description="URDF file, relative to this configuration; meshes are not needed."
+    )
     dh_convention: Literal["standard", "modified"] | None = Field(
         None, description="Convention of the `[[robot.dh]]` rows."
     )
@@ -55,10 +59,13 @@ class RobotConfig(_Section):
     joints: list[str] | None = Field(
         None, description="Judged joints in model order; every moving joint the log has when absent."
     )
-    base_rpy_deg: Vec3 = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw of the base in the world, degrees.")
+    base_rpy_deg: Vec3 = Field(
+        (0.0, 0.0, 0.0), description="Roll, pitch, yaw of the base in the world, degrees."
+    )
     gravity_m_s2: Vec3 = Field((0.0, 0.0, -9.80665), description="Gravity in the world, m/s².")
     armature_kg_m2: list[NonNegative] | dict[str, NonNegative] | None = Field(
-        None, description="Reflected rotor inertia per judged joint (list in the order of `joints`, or by name), kg·m²."
+        None,
+        description="Reflected rotor inertia per judged joint (list in the order of `joints`, or by name), kg·m².",
     )
     tool: ToolConfig = Field(ToolConfig(), description="What the arm carries.")
 
@@ -74,9 +81,15 @@ class RobotConfig(_Section):
 class CsvConfig(_Section):
     """Columns of CSV logs. `{joint}` stands for the log's joint name, `{i}` counts from 1, `{i0}` from 0."""
 
-    time: str | int | None = Field(None, description="Time column: its name, or its number (from 1) in headerless files.")
-    position: ColumnPattern | None = Field(None, description="Position columns: a pattern, names, or numbers from 1.")
-    velocity: ColumnPattern | None = Field(None, description="Velocity columns; derived from position when absent.")
+    time: str | int | None = Field(
+        None, description="Time column: its name, or its number (from 1) in headerless files."
+    )
+    position: ColumnPattern | None = Field(
+        None, description="Position columns: a pattern, names, or numbers from 1."
+    )
+    velocity: ColumnPattern | None = Field(
+        None, description="Velocity columns; derived from position when absent."
+    )
     effort: ColumnPattern | None = Field(None, description="Effort columns.")
     wrench: list[str] | list[int] | None = Field(None, description="Six columns: fx, fy, fz, mx, my, mz.")
     delimiter: str = Field("auto", description="`auto`, or the character between cells.")
@@ -88,7 +101,9 @@ class CsvConfig(_Section):
 class UnitsConfig(_Section):
     """Units of the log. What is not stated is taken from the message type and reported."""
 
-    time: Literal["auto", "s", "ms", "us", "ns", "iso"] = Field("auto", description="Unit of a CSV time column.")
+    time: Literal["auto", "s", "ms", "us", "ns", "iso"] = Field(
+        "auto", description="Unit of a CSV time column."
+    )
     position: Literal["rad", "deg"] = Field("rad", description="Unit of revolute positions (prismatic: m).")
     velocity: Literal["rad/s", "deg/s"] | None = Field(
         None, description="Unit of revolute velocities; follows `position` when absent."
@@ -98,14 +113,18 @@ class UnitsConfig(_Section):
         description="Nm; A, which needs `torque_constant_nm_per_a`; or raw for an unknown unit: friction can then "
         "be fitted in that unit, and nothing can be judged in N·m.",
     )
-    torque_constant_nm_per_a: dict[str, Positive] = Field({}, description="Joint torque per ampere, by joint, N·m/A.")
+    torque_constant_nm_per_a: dict[str, Positive] = Field(
+        {}, description="Joint torque per ampere, by joint, N·m/A."
+    )
     effort_sign: dict[str, Literal[-1, 1]] = Field({}, description="-1 for a joint whose effort is inverted.")
 
 
 class LogConfig(_Section):
     """Which signals of a log are meant, and in which units."""
 
-    joint_states: str | None = Field(None, description="Topic of the joint states; the one matching the robot when absent.")
+    joint_states: str | None = Field(
+        None, description="Topic of the joint states; the one matching the robot when absent."
+    )
     wrench: str | None = Field(None, description="Topic of the wrist force/torque sensor.")
     wrench_frame: str | None = Field(None, description="Frame of the model the wrench is measured in.")
     wrench_sign: Literal[-1, 1] = Field(
@@ -124,7 +143,8 @@ class ConditioningConfig(_Section):
     """From recorded stamps to a uniform time base."""
 
     bandwidth_hz: Positive | None = Field(
-        None, description="-3 dB frequency of the zero-phase filters, Hz; min(12, a fifth of the sample rate) when absent."
+        None,
+        description="-3 dB frequency of the zero-phase filters, Hz; min(12, a fifth of the sample rate) when absent.",
     )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
         1.8, description="A step longer than this many sample periods is a gap."
@@ -134,10 +154,16 @@ class ConditioningConfig(_Section):
 class SectionsConfig(_Section):
     """Constant-velocity segmentation."""
 
-    min_speed_rad_s: Positive = Field(0.005, description="Slower stretches are standing still (rad/s; m/s if prismatic).")
+    min_speed_rad_s: Positive = Field(
+        0.005, description="Slower stretches are standing still (rad/s; m/s if prismatic)."
+    )
     min_duration_s: Positive = Field(0.25, description="Shorter stretches are rejected.")
-    speed_tolerance: Positive = Field(0.05, description="Allowed deviation from the section's mean speed, as a share.")
-    speed_tolerance_rad_s: NonNegative = Field(0.003, description="The same, absolute; the larger of the two counts.")
+    speed_tolerance: Positive = Field(
+        0.05, description="Allowed deviation from the section's mean speed, as a share."
+    )
+    speed_tolerance_rad_s: NonNegative = Field(
+        0.003, description="The same, absolute; the larger of the two counts."
+    )
     settle_s: NonNegative = Field(0.1, description="Taken off each end, where the motion has not settled.")
     others_max_speed_rad_s: Positive = Field(0.01, description="Another joint faster than this is moving.")
 
@@ -149,25 +175,36 @@ class FrictionConfig(_Section):
         "auto",
         description="auto: static LuGre where its exponential can be told from Coulomb-viscous, else that.",
     )
-    file: Path | None = Field(None, description="friction.json to judge with, relative to this configuration.")
+    file: Path | None = Field(
+        None, description="friction.json to judge with, relative to this configuration."
+    )
     pair_speed_tolerance: Positive = Field(0.05, description="Speeds within this share count as equal.")
-    pair_pose_tolerance_rad: Positive = Field(0.05, description="Other joints within this are in the same pose.")
+    pair_pose_tolerance_rad: Positive = Field(
+        0.05, description="Other joints within this are in the same pose."
+    )
 
 
 class DetectConfig(_Section):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
     detector: Literal["direct"] = Field("direct", description="How the residual is computed.")
-    gamma_nm: Positive | dict[str, Positive] = Field(4.0, description="Threshold, N·m; one number or by joint.")
-    persistence_ms: Positive | None = Field(None, description="Persistence, ms; rounded up to samples. 25 when neither is given.")
-    n: Annotated[int, Field(ge=1)] | None = Field(None, description="Persistence in samples, instead of persistence_ms.")
+    gamma_nm: Positive | dict[str, Positive] = Field(
+        4.0, description="Threshold, N·m; one number or by joint."
+    )
+    persistence_ms: Positive | None = Field(
+        None, description="Persistence, ms; rounded up to samples. 25 when neither is given."
+    )
+    n: Annotated[int, Field(ge=1)] | None = Field(
+        None, description="Persistence in samples, instead of persistence_ms."
+    )
     watch: Literal["auto"] | list[str] = Field("auto", description="Joints whose residual is judged.")
     slow_speed_rad_s: Positive | None = Field(
         None,
         description="Below this speed friction is only known as an interval; the slowest fitted speed when absent.",
     )
     reversal_travel_rad: NonNegative = Field(
-        0.01, description="Travel after a reversal or standstill until friction is steady, rad (m if prismatic)."
+        0.01,
+        description="Travel after a reversal or standstill until friction is steady, rad (m if prismatic).",
     )
     reversals_per_s: Positive = Field(
         0.5, description="A joint in contact that reverses more often than this is taken as force-controlled."
@@ -194,7 +231,9 @@ class PhasesConfig(_Section):
     approach: list[Interval] = Field([], description="No contact yet (t1).")
     contact: list[Interval] = Field([], description="Force-controlled contact (t2).")
     retreat: list[Interval] = Field([], description="No contact any more (t3).")
-    force_control: list[Interval] = Field([], description="When force was commanded (t_c); must lie within contact (eq. 1).")
+    force_control: list[Interval] = Field(
+        [], description="When force was commanded (t_c); must lie within contact (eq. 1)."
+    )
 
     @field_validator("approach", "contact", "retreat", "force_control")
     @classmethod
@@ -208,8 +247,12 @@ class PhasesConfig(_Section):
 class PolicyConfig(_Section):
     """What makes an audit fail, and what makes it unable to judge."""
 
-    max_collisions: Annotated[int, Field(ge=0)] = Field(0, description="More collisions than this break the policy.")
-    max_near_misses_per_hour: NonNegative | None = Field(None, description="More near misses an hour than this break it.")
+    max_collisions: Annotated[int, Field(ge=0)] = Field(
+        0, description="More collisions than this break the policy."
+    )
+    max_near_misses_per_hour: NonNegative | None = Field(
+        None, description="More near misses an hour than this break it."
+    )
     min_coverage: Annotated[float, Field(ge=0, le=1)] = Field(
         0.8, description="Least share of a watched joint's moving time that must be judged."
     )
@@ -220,7 +263,9 @@ class Config(_Section):
 
     robot: RobotConfig = Field(RobotConfig(), description="The rigid-body model.")
     log: LogConfig = Field(LogConfig(), description="Which signals of a log are meant, and in which units.")
-    conditioning: ConditioningConfig = Field(ConditioningConfig(), description="From stamps to a uniform time base.")
+    conditioning: ConditioningConfig = Field(
+        ConditioningConfig(), description="From stamps to a uniform time base."
+    )
     sections: SectionsConfig = Field(SectionsConfig(), description="Constant-velocity segmentation.")
     friction: FrictionConfig = Field(FrictionConfig(), description="Friction identification.")
     detect: DetectConfig = Field(DetectConfig(), description="Rule (6).")

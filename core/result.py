@@ -199,7 +199,9 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class NearMiss:
-    """Almost a collision: ``amplitude`` (n samples above a share of gamma) or ``persistence`` (above gamma, too short).
+    """Almost a collision.
+
+    Kind ``amplitude``: n samples above a share of gamma; ``persistence``: above gamma, but too briefly.
 
     ``ratio`` is |peak|/gamma for amplitude, samples above gamma / n for persistence.
     """

@@ -126,9 +126,9 @@ class UniformSeries:
         period_s: sample period in s.
         joint_names: j names.
         position_rad, velocity_rad_s, acceleration_rad_s2: (n, j); NaN inside gaps.
-        effort: (n, j), low-passed like the acceleration; NaN inside gaps; None when there is none.
+        effort: (n, j), not filtered; NaN inside gaps; None when there is none.
         effort_unit: ``Nm`` or ``raw``.
-        wrench: (n, 6) in the sensor frame as recorded, low-passed likewise, NaN where absent; or None.
+        wrench: (n, 6) in the sensor frame, not filtered, NaN where absent; or None.
         segments: the gap-free stretches, in order.
         edge: (n,) True near the ends of a segment where the filters have not settled.
         saturated: (n, j) True where the effort is pinned at an extreme.

@@ -58,7 +58,7 @@ class Signals:
         time_s: (n,) seconds from the log's first sample.
         joint_names: j judged joints.
         position_rad, velocity_rad_s: (n, j).
-        measured_nm: (n, j) measured torque, low-passed.
+        measured_nm: (n, j) measured torque.
         model_nm: (n, j) rigid-body torque + friction + J^T F.
         residual_nm: (n, j) estimate of external joint torque, eq. (5); in state FRICTION_INTERVAL only the
             part that no friction within its interval explains. NaN where unknown.

@@ -39,9 +39,7 @@ class DhRow(_Section):
 class ToolConfig(_Section):
     """What the arm carries."""
 
-    frame: str | None = Field(
-        None, description="Frame of the model the tool is fixed to; the last link when absent."
-    )
+    frame: str | None = Field(None, description="Frame of the model the tool is fixed to; the last link when absent.")
     mass_kg: NonNegative | Literal["estimate"] = Field(0.0, description="Tool mass, kg.")
     com_m: Vec3 = Field((0.0, 0.0, 0.0), description="Tool centre of mass in `frame`, m.")
 
@@ -49,9 +47,7 @@ class ToolConfig(_Section):
 class RobotConfig(_Section):
     """The rigid-body model."""
 
-    urdf: Path | None = Field(
-        None, description="URDF file, relative to this configuration; meshes are not needed."
-    )
+    urdf: Path | None = Field(None, description="URDF file, relative to this configuration; meshes are not needed.")
     dh_convention: Literal["standard", "modified"] | None = Field(
         None, description="Convention of the `[[robot.dh]]` rows."
     )
@@ -59,9 +55,7 @@ class RobotConfig(_Section):
     joints: list[str] | None = Field(
         None, description="Judged joints in model order; every moving joint the log has when absent."
     )
-    base_rpy_deg: Vec3 = Field(
-        (0.0, 0.0, 0.0), description="Roll, pitch, yaw of the base in the world, degrees."
-    )
+    base_rpy_deg: Vec3 = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw of the base in the world, degrees.")
     gravity_m_s2: Vec3 = Field((0.0, 0.0, -9.80665), description="Gravity in the world, m/s².")
     armature_kg_m2: list[NonNegative] | dict[str, NonNegative] | None = Field(
         None,
@@ -84,12 +78,8 @@ class CsvConfig(_Section):
     time: str | int | None = Field(
         None, description="Time column: its name, or its number (from 1) in headerless files."
     )
-    position: ColumnPattern | None = Field(
-        None, description="Position columns: a pattern, names, or numbers from 1."
-    )
-    velocity: ColumnPattern | None = Field(
-        None, description="Velocity columns; derived from position when absent."
-    )
+    position: ColumnPattern | None = Field(None, description="Position columns: a pattern, names, or numbers from 1.")
+    velocity: ColumnPattern | None = Field(None, description="Velocity columns; derived from position when absent.")
     effort: ColumnPattern | None = Field(None, description="Effort columns.")
     wrench: list[str] | list[int] | None = Field(None, description="Six columns: fx, fy, fz, mx, my, mz.")
     delimiter: str = Field("auto", description="`auto`, or the character between cells.")
@@ -101,9 +91,7 @@ class CsvConfig(_Section):
 class UnitsConfig(_Section):
     """Units of the log. What is not stated is taken from the message type and reported."""
 
-    time: Literal["auto", "s", "ms", "us", "ns", "iso"] = Field(
-        "auto", description="Unit of a CSV time column."
-    )
+    time: Literal["auto", "s", "ms", "us", "ns", "iso"] = Field("auto", description="Unit of a CSV time column.")
     position: Literal["rad", "deg"] = Field("rad", description="Unit of revolute positions (prismatic: m).")
     velocity: Literal["rad/s", "deg/s"] | None = Field(
         None, description="Unit of revolute velocities; follows `position` when absent."
@@ -113,9 +101,7 @@ class UnitsConfig(_Section):
         description="Nm; A, which needs `torque_constant_nm_per_a`; or raw for an unknown unit: friction can then "
         "be fitted in that unit, and nothing can be judged in N·m.",
     )
-    torque_constant_nm_per_a: dict[str, Positive] = Field(
-        {}, description="Joint torque per ampere, by joint, N·m/A."
-    )
+    torque_constant_nm_per_a: dict[str, Positive] = Field({}, description="Joint torque per ampere, by joint, N·m/A.")
     effort_sign: dict[str, Literal[-1, 1]] = Field({}, description="-1 for a joint whose effort is inverted.")
 
 
@@ -127,9 +113,7 @@ class LogConfig(_Section):
     )
     wrench: str | None = Field(None, description="Topic of the wrist force/torque sensor.")
     wrench_frame: str | None = Field(None, description="Frame of the model the wrench is measured in.")
-    wrench_sign: Literal[-1, 1] = Field(
-        1, description="+1: what the robot does to the environment; -1: the reverse."
-    )
+    wrench_sign: Literal[-1, 1] = Field(1, description="+1: what the robot does to the environment; -1: the reverse.")
     wrench_bias: Literal["estimate"] | Vec6 = Field(
         "estimate", description="Zero offset of the sensor (N, N·m), or `estimate`: the mean before contact."
     )
@@ -144,7 +128,7 @@ class ConditioningConfig(_Section):
 
     bandwidth_hz: Positive | None = Field(
         None,
-        description="-3 dB frequency of the zero-phase filters, Hz; min(12, a fifth of the sample rate) when absent.",
+        description="-3 dB frequency of the zero-phase filters, Hz; min(20, a fifth of the sample rate) when absent.",
     )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
         1.8, description="A step longer than this many sample periods is a gap."
@@ -158,12 +142,8 @@ class SectionsConfig(_Section):
         0.005, description="Slower stretches are standing still (rad/s; m/s if prismatic)."
     )
     min_duration_s: Positive = Field(0.25, description="Shorter stretches are rejected.")
-    speed_tolerance: Positive = Field(
-        0.05, description="Allowed deviation from the section's mean speed, as a share."
-    )
-    speed_tolerance_rad_s: NonNegative = Field(
-        0.003, description="The same, absolute; the larger of the two counts."
-    )
+    speed_tolerance: Positive = Field(0.05, description="Allowed deviation from the section's mean speed, as a share.")
+    speed_tolerance_rad_s: NonNegative = Field(0.003, description="The same, absolute; the larger of the two counts.")
     settle_s: NonNegative = Field(0.1, description="Taken off each end, where the motion has not settled.")
     others_max_speed_rad_s: Positive = Field(0.01, description="Another joint faster than this is moving.")
 
@@ -175,22 +155,16 @@ class FrictionConfig(_Section):
         "auto",
         description="auto: static LuGre where its exponential can be told from Coulomb-viscous, else that.",
     )
-    file: Path | None = Field(
-        None, description="friction.json to judge with, relative to this configuration."
-    )
+    file: Path | None = Field(None, description="friction.json to judge with, relative to this configuration.")
     pair_speed_tolerance: Positive = Field(0.05, description="Speeds within this share count as equal.")
-    pair_pose_tolerance_rad: Positive = Field(
-        0.05, description="Other joints within this are in the same pose."
-    )
+    pair_pose_tolerance_rad: Positive = Field(0.05, description="Other joints within this are in the same pose.")
 
 
 class DetectConfig(_Section):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
     detector: Literal["direct"] = Field("direct", description="How the residual is computed.")
-    gamma_nm: Positive | dict[str, Positive] = Field(
-        4.0, description="Threshold, N·m; one number or by joint."
-    )
+    gamma_nm: Positive | dict[str, Positive] = Field(4.0, description="Threshold, N·m; one number or by joint.")
     persistence_ms: Positive | None = Field(
         None, description="Persistence, ms; rounded up to samples. 25 when neither is given."
     )
@@ -247,9 +221,7 @@ class PhasesConfig(_Section):
 class PolicyConfig(_Section):
     """What makes an audit fail, and what makes it unable to judge."""
 
-    max_collisions: Annotated[int, Field(ge=0)] = Field(
-        0, description="More collisions than this break the policy."
-    )
+    max_collisions: Annotated[int, Field(ge=0)] = Field(0, description="More collisions than this break the policy.")
     max_near_misses_per_hour: NonNegative | None = Field(
         None, description="More near misses an hour than this break it."
     )
@@ -263,9 +235,7 @@ class Config(_Section):
 
     robot: RobotConfig = Field(RobotConfig(), description="The rigid-body model.")
     log: LogConfig = Field(LogConfig(), description="Which signals of a log are meant, and in which units.")
-    conditioning: ConditioningConfig = Field(
-        ConditioningConfig(), description="From stamps to a uniform time base."
-    )
+    conditioning: ConditioningConfig = Field(ConditioningConfig(), description="From stamps to a uniform time base.")
     sections: SectionsConfig = Field(SectionsConfig(), description="Constant-velocity segmentation.")
     friction: FrictionConfig = Field(FrictionConfig(), description="Friction identification.")
     detect: DetectConfig = Field(DetectConfig(), description="Rule (6).")

@@ -1,0 +1,207 @@
+"""Conditioning: recorded joint signals onto a uniform time base, with gaps kept as gaps."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.filters import default_bandwidth_hz, differentiate, low_pass
+from collaudit.core.findings import Finding
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import BoolArray, FloatArray, JointLog, UniformSeries, WrenchSeries, frozen
+from collaudit.core.timebase import Timebase, make_timebase
+from collaudit.core.velocity import choose_velocity
+
+
+def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
+    """Put a log onto a uniform time base and differentiate it without delay.
+
+    Position and effort are not filtered. Velocity is low-passed and acceleration is its central
+    difference, both zero-phase at ``bandwidth_hz``: rule (6) then sees the drive's torque as it was.
+
+    Raises:
+        NotJudgedError: no stretch without a gap is long enough.
+    """
+    base = make_timebase(log.time_s, log.position_rad, config.gap_factor)
+    segments, period = base.grid, base.period_s
+    bandwidth = min(config.bandwidth_hz or default_bandwidth_hz(period), 0.4 / period)
+    position = _to_grid(log.position_rad, base)
+    logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
+    effort = None if log.effort is None else _to_grid(log.effort, base)
+    raw_velocity, findings = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names)
+    velocity = low_pass(raw_velocity, segments, period, bandwidth)
+    acceleration = differentiate(velocity, segments, period)
+    saturated = np.zeros(position.shape, dtype=bool) if effort is None else _saturation(effort, period)
+    findings = [*log.findings, *base.findings, *findings]
+    findings += _missing_findings(log, base) + _effort_findings(log, effort, velocity, saturated, period)
+    wrench = None
+    if log.wrench is not None:
+        wrench, more = _wrench_on_grid(log.wrench, base.time_s, segments_mask(base))
+        findings += more
+    edge = np.ones(base.n, dtype=bool)
+    margin = ceil(0.5 / (bandwidth * period))
+    for span in segments:
+        edge[span.start + margin : max(span.stop - margin, span.start + margin)] = False
+    edge.flags.writeable = False
+    saturated.flags.writeable = False
+    return UniformSeries(
+        time_s=frozen(base.time_s),
+        period_s=period,
+        joint_names=log.joint_names,
+        position_rad=frozen(position),
+        velocity_rad_s=frozen(velocity),
+        acceleration_rad_s2=frozen(acceleration),
+        effort=None if effort is None else frozen(effort),
+        effort_unit=log.effort_unit,
+        wrench=None if wrench is None else frozen(wrench),
+        segments=segments,
+        edge=edge,
+        saturated=saturated,
+        bandwidth_hz=bandwidth,
+        source=log.source,
+        findings=tuple(findings),
+    )
+
+
+def segments_mask(base: Timebase) -> BoolArray:
+    """(n,) True where the grid has recorded samples."""
+    mask = np.zeros(base.n, dtype=bool)
+    for span in base.grid:
+        mask[span.slice] = True
+    return mask
+
+
+def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
+    """Bring (m, j) recorded values onto the (n, j) grid; NaN in gaps."""
+    out = np.full((base.n, values.shape[1]), np.nan)
+    times = base.time_s
+    for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
+        rows = values[base.order[raw.slice]]
+        if snap:
+            out[grid.slice] = rows
+        elif len(grid):
+            for j in range(values.shape[1]):
+                out[grid.slice, j] = np.interp(times[grid.slice], base.stamps_s[raw.slice], rows[:, j])
+    return out
+
+
+def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
+    findings = []
+    for name, values in (("position", log.position_rad), ("effort", log.effort)):
+        if values is None:
+            continue
+        rows = values[base.order]
+        for j, joint in enumerate(log.joint_names):
+            bad = int(np.count_nonzero(~np.isfinite(rows[:, j])))
+            if bad:
+                findings.append(
+                    Finding(
+                        "log-nan",
+                        "warning",
+                        f"{bad} of {rows.shape[0]} {name} values of joint '{joint}' are missing or not a number.",
+                        joint=joint,
+                    )
+                )
+    return findings
+
+
+def _saturation(effort: FloatArray, period_s: float) -> BoolArray:
+    """Where an effort rests exactly at its own extreme for 10 samples and 40 ms or longer.
+
+    Only for signals that otherwise change from sample to sample: coarse, slow or constant signals
+    repeat their extreme by nature.
+    """
+    out = np.zeros(effort.shape, dtype=bool)
+    least = max(10, ceil(0.04 / period_s))
+    for j in range(effort.shape[1]):
+        x = effort[:, j]
+        known = np.isfinite(x)
+        if not known.any() or np.mean(np.diff(x[known]) == 0) > 0.5:
+            continue
+        for extreme in (np.nanmax(x), np.nanmin(x)):
+            if extreme == 0.0:
+                continue
+            starts, stops = run_bounds(x == extreme)
+            for a, b in zip(starts, stops, strict=True):
+                if b - a >= least:
+                    out[a:b, j] = True
+    return out
+
+
+def _effort_findings(
+    log: JointLog, effort: FloatArray | None, velocity: FloatArray, saturated: BoolArray, period_s: float
+) -> list[Finding]:
+    if effort is None:
+        return [Finding("log-effort-missing", "error", "The log has no effort: nothing can be fitted or judged.")]
+    findings = []
+    if log.effort_unit == "raw":
+        findings.append(
+            Finding(
+                "effort-unit-raw",
+                "warning",
+                "The effort is stated not to be in N·m: friction is fitted in the log's unit, and nothing is "
+                "judged in N·m.",
+            )
+        )
+    for j, joint in enumerate(log.joint_names):
+        x = effort[:, j]
+        known = x[np.isfinite(x)]
+        moves = bool(np.nanmax(np.abs(velocity[:, j]), initial=0.0) > 0.02)
+        if known.size == 0:
+            findings.append(
+                Finding("log-effort-missing", "error", f"Joint '{joint}' has no effort values.", joint=joint)
+            )
+        elif moves and np.all(known == known[0]):
+            findings.append(
+                Finding(
+                    "log-effort-constant",
+                    "error",
+                    f"The effort of joint '{joint}' is {known[0]:g} all the time although the joint moves.",
+                    joint=joint,
+                )
+            )
+        pinned = np.count_nonzero(saturated[:, j])
+        if pinned:
+            findings.append(
+                Finding(
+                    "log-effort-saturated",
+                    "warning",
+                    f"The effort of joint '{joint}' rests at its extreme for {pinned * period_s:.3g} s: "
+                    "saturated, not judged there.",
+                    joint=joint,
+                )
+            )
+    return findings
+
+
+def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArray) -> tuple[FloatArray, list[Finding]]:
+    """Interpolate a wrench to the grid, never across a step longer than 2.5 of its own periods."""
+    keep = np.isfinite(wrench.time_s)
+    order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
+    stamps = wrench.time_s[order]
+    fresh = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, dtype=bool)
+    stamps, rows = stamps[fresh], wrench.wrench[order][fresh]
+    out = np.full((time_s.size, 6), np.nan)
+    if stamps.size >= 2:
+        period = float(np.median(np.diff(stamps)))
+        right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
+        step = stamps[right] - stamps[right - 1]
+        inside = (time_s >= stamps[0] - 0.5 * period) & (time_s <= stamps[-1] + 0.5 * period)
+        good = inside & (step <= 2.5 * period) & recorded
+        for c in range(6):
+            out[good, c] = np.interp(time_s[good], stamps, rows[:, c])
+    lost = int(np.count_nonzero(recorded & ~np.isfinite(out).all(axis=1)))
+    findings = []
+    if lost:
+        findings.append(
+            Finding(
+                "log-wrench-partial",
+                "warning",
+                f"The wrench covers {100.0 * (1 - lost / max(1, int(np.count_nonzero(recorded)))):.3g} % of the samples; "
+                "the rest is not judged.",
+                where=wrench.topic,
+            )
+        )
+    return out, findings

@@ -1,0 +1,138 @@
+"""The schema in words: what a key accepts, and which keys a table has."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from collaudit.core.config.schema import Config
+
+_PLAIN = {str: "text", bool: "true or false", Path: "a file name", float: "a number", int: "a whole number"}
+_BOUNDS = (("gt", "above {:g}"), ("ge", "{:g} or more"), ("lt", "below {:g}"), ("le", "at most {:g}"))
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of the configuration.
+
+    Attributes:
+        path: its name with the tables it is in; an array of tables stands as its name.
+        info: pydantic's field.
+        table: the model, when the key is a table or an array of tables.
+        array: True for an array of tables.
+    """
+
+    path: tuple[str, ...]
+    info: FieldInfo
+    table: type[BaseModel] | None
+    array: bool
+
+    @property
+    def dotted(self) -> str:
+        """The path as in TOML."""
+        return ".".join(self.path)
+
+
+def keys_of(model: type[BaseModel], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
+    """The keys of one table, in the order of the schema."""
+    return tuple(_key((*front, name), info) for name, info in model.model_fields.items())
+
+
+def all_keys(model: type[BaseModel] = Config, front: tuple[str, ...] = ()) -> Iterator[Key]:
+    """Every key of the configuration, tables before what is in them."""
+    for key in keys_of(model, front):
+        yield key
+        if key.table is not None:
+            yield from all_keys(key.table, key.path)
+
+
+def find_key(path: tuple[str | int, ...]) -> Key | None:
+    """The key a data path leads to; paths into a key's own value lead to that key. None when there is none."""
+    model: type[BaseModel] | None = Config
+    found: Key | None = None
+    for name in path:
+        if isinstance(name, int):
+            continue
+        if model is None:
+            break
+        match = [key for key in keys_of(model, found.path if found else ()) if key.path[-1] == name]
+        if not match:
+            return None
+        found = match[0]
+        model = found.table
+    return found
+
+
+def value_text(info: FieldInfo) -> str:
+    """What a key accepts, in words: ``a number above 0, or a table of them by name``."""
+    return _type_text(Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation)
+
+
+def default_text(info: FieldInfo) -> str:
+    """The default as TOML, or ``absent``."""
+    value = info.get_default()
+    return "absent" if value is None else to_toml(value)
+
+
+def to_toml(value: object) -> str:
+    """A plain value as TOML on one line."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str | Path):
+        text = str(value).replace("\\", "\\\\").replace('"', '\\"')
+        return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text) + '"'
+    if isinstance(value, dict):
+        inner = ", ".join(f"{toml_key(str(k))} = {to_toml(v)}" for k, v in value.items())
+        return "{ " + inner + " }" if inner else "{}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(to_toml(v) for v in value) + "]"
+    return repr(value) if isinstance(value, int | float) else str(value)
+
+
+def toml_key(name: str) -> str:
+    """A key, quoted where TOML needs it."""
+    bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if bare else to_toml(name)
+
+
+def _key(path: tuple[str, ...], info: FieldInfo) -> Key:
+    annotation = info.annotation
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return Key(path, info, annotation, array=False)
+    inner = get_args(annotation)
+    if get_origin(annotation) is list and isinstance(inner[0], type) and issubclass(inner[0], BaseModel):
+        return Key(path, info, inner[0], array=True)
+    return Key(path, info, None, array=False)
+
+
+def _type_text(annotation: Any) -> str:
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _bounded(_type_text(inner[0]), inner[1:])
+    if origin is Literal:
+        return " or ".join(to_toml(value) for value in inner)
+    if origin in (Union, types.UnionType):
+        return ", or ".join(_type_text(kind) for kind in inner if kind is not type(None))
+    if origin is tuple:
+        return f"[{', '.join(_type_text(kind).removeprefix('a ') for kind in inner)}]"
+    if origin is list:
+        return f"a list of {_type_text(inner[0])}"
+    if origin is dict:
+        return f"a table of name = {_type_text(inner[1])}"
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "a table"
+    return _PLAIN.get(annotation, str(annotation))
+
+
+def _bounded(text: str, metadata: tuple[Any, ...]) -> str:
+    limits: list[str] = []
+    for item in metadata:
+        for part in item.metadata if isinstance(item, FieldInfo) else (item,):
+            limits += [form.format(getattr(part, name)) for name, form in _BOUNDS if hasattr(part, name)]
+    return f"{text} {' and '.join(limits)}" if limits else text

@@ -1,0 +1,141 @@
+"""Loading a configuration: TOML, flags on top, validated once, with a hash that names no folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from collaudit.core.config.problems import Places, schema_problems, syntax_problem
+from collaudit.core.config.schema import Config
+from collaudit.core.config.toml_lines import key_lines
+from collaudit.core.errors import ConfigError
+
+#: Keys that say the same thing in another way: a flag for the first takes the others out of the file's answer.
+_REPLACES: dict[str, tuple[str, ...]] = {
+    "detect.n": ("detect.persistence_ms",),
+    "detect.persistence_ms": ("detect.n",),
+    "robot.urdf": ("robot.dh", "robot.dh_convention"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedConfig:
+    """An effective configuration and where it came from.
+
+    Attributes:
+        config: the validated configuration, flags applied.
+        base_dir: folder that relative paths in it start from.
+        sha256: hash of the effective configuration, defaults included; file paths enter as file names.
+        path: the file, or None when there was none.
+    """
+
+    config: Config
+    base_dir: Path
+    sha256: str
+    path: Path | None
+
+
+def load_config(path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
+    """Read and validate a configuration file.
+
+    Args:
+        path: a TOML file; None for the defaults (relative paths then start from the working folder).
+        overrides: dotted key to value, stronger than the file; a mapping is merged into the file's table.
+            Relative paths in them start from the working folder, so callers make them absolute.
+
+    Raises:
+        ConfigError: the file cannot be read, is not TOML, or does not fit the schema; every problem is
+            listed with its line.
+    """
+    text = _read(path) if path else ""
+    name = str(path) if path else None
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise syntax_problem(error, name or "") from error
+    changes = dict(overrides or {})
+    for dotted, value in changes.items():
+        _override(data, dotted, value)
+    places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
+    config = _validate(data, places)
+    return LoadedConfig(config, path.parent if path else Path(), config_sha256(config), path)
+
+
+def config_sha256(config: Config) -> str:
+    """Hash of a configuration that is the same wherever its files lie."""
+    canonical = json.dumps(_without_folders(config.model_dump(mode="python")), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _without_folders(value: object) -> object:
+    if isinstance(value, Path):
+        return value.name
+    if isinstance(value, dict):
+        return {str(key): _without_folders(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_folders(inner) for inner in value]
+    return value
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError as error:
+        hint = "collaudit init LOG -o collaudit.toml writes one for a log"
+        raise ConfigError("there is no such configuration file", where=str(path), hint=hint) from error
+    except IsADirectoryError as error:
+        raise ConfigError(
+            "this is a folder, not a configuration file", where=str(path), hint=f"{path / 'collaudit.toml'}"
+        ) from error
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise ConfigError(
+            "not UTF-8 text",
+            where=f"{path}:{line}",
+            found=f"byte 0x{error.object[error.start]:02x}",
+            expected="a TOML file, which is always UTF-8",
+            hint="save the file as UTF-8",
+        ) from error
+
+
+def _override(data: dict[str, object], dotted: str, value: object) -> None:
+    """Set a key in nested tables, stepping over what another key for the same thing said."""
+    *tables, last = dotted.split(".")
+    for rival in _REPLACES.get(dotted, ()):
+        _remove(data, rival)
+    table: dict[str, object] = data
+    for name in tables:
+        inner = table.get(name)
+        if not isinstance(inner, dict):
+            inner = table[name] = {}
+        table = inner
+    before = table.get(last)
+    if isinstance(before, dict) and isinstance(value, Mapping):
+        table[last] = {**before, **value}
+    else:
+        table[last] = value
+
+
+def _remove(data: dict[str, object], dotted: str) -> None:
+    *tables, last = dotted.split(".")
+    table: object = data
+    for name in tables:
+        table = table.get(name) if isinstance(table, dict) else None
+    if isinstance(table, dict):
+        table.pop(last, None)
+
+
+def _validate(data: dict[str, object], places: Places) -> Config:
+    # JSON mode is strict about types (no "4" for 4, no true for 1) and still takes arrays for tuples.
+    try:
+        return Config.model_validate_json(json.dumps(data, default=str), strict=True)
+    except ValidationError as error:
+        raise schema_problems(error.errors(include_url=False), data, places) from error

@@ -1,0 +1,204 @@
+"""What is wrong with a configuration, said so that it can be mended: line, found, expected, did-you-mean."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import TYPE_CHECKING
+
+from collaudit.core.config.describe import all_keys, find_key, keys_of, to_toml, value_text
+from collaudit.core.config.schema import Config
+from collaudit.core.config.toml_lines import KeyPath
+from collaudit.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+_LONGEST = 60
+
+
+class CombinedConfigError(ConfigError):
+    """Several problems of one configuration, all listed.
+
+    Attributes:
+        problems: one error each, in the order of their lines.
+    """
+
+    def __init__(self, problems: Sequence[ConfigError]) -> None:
+        super().__init__(f"{len(problems)} problems in the configuration")
+        self.problems = tuple(problems)
+
+    def render(self) -> str:
+        """All problems, one under the other."""
+        return "\n".join([f"{self.message}:", *(problem.render() for problem in self.problems)])
+
+
+class Places:
+    """Where keys of the effective configuration come from: a line of the file, or the command line."""
+
+    def __init__(self, file: str | None, lines: Mapping[KeyPath, int], overridden: Sequence[KeyPath]) -> None:
+        self._file = file
+        self._lines = lines
+        self._overridden = tuple(overridden)
+
+    def line(self, path: KeyPath) -> int:
+        """Line of the innermost known part of the path; 0 when the file does not have it."""
+        for end in range(len(path), 0, -1):
+            if path[:end] in self._lines:
+                return self._lines[path[:end]]
+        return 0
+
+    def text(self, path: KeyPath) -> str:
+        """``file:line``, or the command line."""
+        if any(path[: len(top)] == top or top[: len(path)] == path for top in self._overridden):
+            return "command line"
+        line = self.line(path)
+        return (f"{self._file}:{line}" if line else self._file) if self._file else "command line"
+
+
+def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
+    """A TOML syntax error with its line."""
+    match = re.match(r"(.*) \(at line (\d+), column (\d+)\)$", str(error))
+    if match is None:
+        return ConfigError(f"not valid TOML: {error}", where=file, hint="see https://toml.io for the syntax")
+    text, line, column = match.groups()
+    return ConfigError(
+        f"not valid TOML: {_lower(text)} (column {column})",
+        where=f"{file}:{line}",
+        hint="text needs quotes, and every key stands as key = value; see https://toml.io",
+    )
+
+
+def schema_problems(details: Sequence[ErrorDetails], data: Mapping[str, object], places: Places) -> ConfigError:
+    """Pydantic's errors as one error that lists every problem once, in the order of the file."""
+    by_key: dict[KeyPath, list[tuple[KeyPath, tuple[str, ...], ErrorDetails]]] = defaultdict(list)
+    for detail in details:
+        path, tags = _data_path(detail["loc"], data)
+        key = find_key(path)
+        unknown = detail["type"] == "extra_forbidden"
+        depth = len(path) if unknown or key is None else _field_depth(path, key.path)
+        by_key[path[:depth]].append((path, tags, detail))
+    problems: list[tuple[int, ConfigError]] = []
+    for field, found in by_key.items():
+        for path in _innermost(field, found):
+            detail = next((d for p, _, d in found if p == path), found[0][2])
+            problems.append((places.line(path), _problem(path, detail, data, places)))
+    ordered = [problem for _, problem in sorted(problems, key=lambda item: item[0])]
+    return ordered[0] if len(ordered) == 1 else CombinedConfigError(ordered)
+
+
+def _data_path(loc: tuple[str | int, ...], data: object) -> tuple[KeyPath, tuple[str, ...]]:
+    """Split pydantic's location into the path that exists in the data and the names of union branches."""
+    path: list[str | int] = []
+    tags: list[str] = []
+    for index, part in enumerate(loc):
+        if _has(data, part):
+            data = _step(data, part)
+            path.append(part)
+        elif index == len(loc) - 1 and isinstance(part, int):
+            break  # a missing element of an array: the array is what is wrong
+        else:
+            tags.append(str(part))
+    return tuple(path), tuple(tags)
+
+
+def _field_depth(path: KeyPath, names: tuple[str, ...]) -> int:
+    """How much of a data path leads to the key of these names (array indices are not in the names)."""
+    seen = 0
+    for depth, part in enumerate(path):
+        seen += isinstance(part, str)
+        if seen == len(names):
+            return depth + 1
+    return len(path)
+
+
+def _innermost(field: KeyPath, found: list[tuple[KeyPath, tuple[str, ...], ErrorDetails]]) -> list[KeyPath]:
+    """The deepest places of one key's errors; the key itself where union branches disagree about them."""
+    deepest = max(len(path) for path, _, _ in found)
+    last = [(path, tags) for path, tags, _ in found if len(path) == deepest]
+    branches = {tags for _, tags in last}
+    if len(branches) > 1:
+        return [field]
+    return list(dict.fromkeys(path for path, _ in last))
+
+
+def _problem(path: KeyPath, detail: ErrorDetails, data: Mapping[str, object], places: Places) -> ConfigError:
+    name, where = _dotted(path), places.text(path)
+    if detail["type"] == "extra_forbidden":
+        return _unknown_key(path, data, where)
+    value = _lookup(path, data)
+    if detail["type"] == "value_error":
+        text = str(detail.get("ctx", {}).get("error", detail["msg"]))
+        return ConfigError(f"[{name}] {text}" if isinstance(value, Mapping) else f"{name}: {text}", where=where)
+    key = find_key(path)
+    expected = value_text(key.info) if key else detail["msg"]
+    hint = None
+    if key is not None and isinstance(value, str):
+        hint = _similar_choice(value, expected)
+    return ConfigError(
+        f"{name} has a value that cannot be used", where=where, found=_short(value), expected=expected, hint=hint
+    )
+
+
+def _unknown_key(path: KeyPath, data: Mapping[str, object], where: str) -> ConfigError:
+    *front, last = path
+    table = find_key(tuple(front)) if front else None
+    model = table.table if table else Config
+    siblings = [key.path[-1] for key in keys_of(model)] if model else []
+    close = difflib.get_close_matches(str(last), siblings, n=1, cutoff=0.6)
+    elsewhere = [key.dotted for key in all_keys() if key.path[-1] == last]
+    if close:
+        hint = f"did you mean {close[0]}?"
+    elif elsewhere:
+        hint = f"did you mean {' or '.join(elsewhere)}?"
+    else:
+        hint = None
+    place = f"[{_dotted(tuple(front))}]" if front else "the file"
+    value = _lookup(path, data)
+    found = f"[{_dotted(path)}]" if isinstance(value, Mapping) else f"{last} = {_short(value)}"
+    return ConfigError(
+        f"{place} has no key {str(last)!r}", where=where, found=found, expected=", ".join(siblings), hint=hint
+    )
+
+
+def _similar_choice(value: str, expected: str) -> str | None:
+    choices = re.findall(r'"([^"]+)"', expected)
+    close = difflib.get_close_matches(value.lower(), [c.lower() for c in choices], n=1, cutoff=0.5)
+    match = [c for c in choices if close and c.lower() == close[0]]
+    return f'did you mean "{match[0]}"?' if match else None
+
+
+def _has(data: object, part: str | int) -> bool:
+    if isinstance(data, Mapping):
+        return part in data
+    return isinstance(data, list) and isinstance(part, int) and part < len(data)
+
+
+def _step(data: object, part: str | int) -> object:
+    if isinstance(data, Mapping):
+        return data[part]
+    return data[part] if isinstance(data, list) and isinstance(part, int) else None
+
+
+def _lookup(path: KeyPath, data: object) -> object:
+    return reduce(_step, path, data)
+
+
+def _dotted(path: KeyPath) -> str:
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return text.removeprefix(".")
+
+
+def _short(value: object) -> str:
+    text = to_toml(value)
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]

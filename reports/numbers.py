@@ -1,0 +1,133 @@
+"""Numbers as text: enough digits, a unit, and never rounded across a limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from decimal import Decimal
+
+UNKNOWN = "not known"
+
+_MOST_DECIMALS = 17
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number by itself, in ``digits`` significant digits; whole numbers are never cut.
+
+    Args:
+        value: any number, or None.
+        digits: at least 1.
+    """
+    if value is None or not math.isfinite(value):
+        return UNKNOWN
+    if value == 0:
+        return "0"
+    magnitude = math.floor(math.log10(abs(value)))
+    if not -4 <= magnitude < 9:
+        return f"{value:.{digits - 1}e}"
+    return fixed(value, max(0, digits - 1 - magnitude))
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A finite number with so many decimals, without a minus before zero."""
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def apart(values: Sequence[float | None], decimals: int = 2) -> tuple[str, ...]:
+    """Numbers that are read side by side: as texts they compare exactly as the numbers themselves do.
+
+    A peak of 4.004 beside a threshold of 4 becomes 4.004 beside 4.000, not "4.00" twice. All get the same
+    count of decimals, ``decimals`` or as many more as it takes.
+
+    Args:
+        values: the numbers; None and what is not finite become "not known".
+        decimals: the least count of decimals.
+    """
+    known = [value for value in values if value is not None and math.isfinite(value)]
+    chosen = _decimals_apart(known, decimals)
+    return tuple(
+        UNKNOWN
+        if value is None or not math.isfinite(value)
+        else (repr(float(value)) if chosen is None else fixed(value, chosen))
+        for value in values
+    )
+
+
+def against(value: float | None, limit: float | None, decimals: int = 2) -> tuple[str, str]:
+    """A signed value and a limit on its magnitude: their texts keep which of |value| and limit is larger."""
+    if value is None or not math.isfinite(value):
+        return UNKNOWN, apart([limit], decimals)[0]
+    magnitude, limit_text = apart([abs(value), limit], decimals)
+    nothing = not any(digit in magnitude for digit in "123456789")
+    return (magnitude if value >= 0 or nothing else f"-{magnitude}"), limit_text
+
+
+def percent(share: float | None, decimals: int = 1) -> str:
+    """A share as per cent; only exactly nothing reads 0 % and only exactly all reads 100 %."""
+    if share is None or not math.isfinite(share):
+        return UNKNOWN
+    if share in (0, 1):
+        return f"{100 * share:.0f} %"
+    return f"{apart([100 * share, 0.0, 100.0], decimals)[0]} %"
+
+
+def time_decimals(period_s: float) -> int:
+    """Decimals that show every sample of a time base: 3, or more when samples are closer than 1 ms."""
+    if not (math.isfinite(period_s) and period_s > 0):
+        return 3
+    return min(9, max(3, math.ceil(-math.log10(period_s) - 1e-9)))
+
+
+def duration(seconds: float | None) -> str:
+    """A length of time in the unit a reader thinks in."""
+    if seconds is None or not math.isfinite(seconds):
+        return UNKNOWN
+    if seconds == 0:
+        return "0 s"
+    if abs(seconds) < 0.9995:
+        return f"{significant(seconds * 1e3)} ms"
+    if abs(seconds) < 119.95:
+        return f"{significant(seconds, 4)} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 120:
+        return f"{minutes} min {rest:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def interval(low: float | None, high: float | None, digits: int = 3) -> str:
+    """An interval whose unknown sides are named open; its ends are rounded outwards."""
+    if low is None and high is None:
+        return "open on both sides"
+    if low is None:
+        return f"open below, up to {_outward(high, digits, up=True)}"
+    if high is None:
+        return f"from {_outward(low, digits, up=False)}, open above"
+    return f"{_outward(low, digits, up=False)} to {_outward(high, digits, up=True)}"
+
+
+def _outward(value: float | None, digits: int, *, up: bool) -> str:
+    """In significant digits, never moved into the interval."""
+    text = significant(value, digits)
+    if value is None or text == UNKNOWN or _holds(text, value, up=up):
+        return text
+    shown = Decimal(text)
+    exponent = shown.as_tuple().exponent
+    step = Decimal(1).scaleb(int(exponent))
+    moved = shown + step if up else shown - step
+    return f"{moved:e}" if "e" in text else f"{moved:f}"
+
+
+def _holds(text: str, value: float, *, up: bool) -> bool:
+    shown = Decimal(text)
+    return shown >= Decimal(value) if up else shown <= Decimal(value)
+
+
+def _decimals_apart(values: Sequence[float], least: int) -> int | None:
+    """The fewest decimals that keep every comparison between the values; None when none of them do."""
+    ordered = sorted(set(values))
+    for decimals in range(least, _MOST_DECIMALS + 1):
+        texts = [Decimal(fixed(value, decimals)) for value in ordered]
+        if all(low < high for low, high in zip(texts, texts[1:], strict=False)):
+            return decimals
+    return None

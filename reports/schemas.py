@@ -1,0 +1,103 @@
+"""JSON Schemas of the result files, made from the dataclasses that write them.
+
+``python -m collaudit.reports.schemas docs/schemas`` writes them anew; a test keeps them current.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import is_dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from collaudit.core import result as result_types
+from collaudit.core.findings import CODES, Finding
+from collaudit.core.result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
+from collaudit.reports.atomic import atomic_write
+from collaudit.reports.encode import json_text
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_ATTRIBUTE = re.compile(r"^    ([a-z0-9_]+(?:, [a-z0-9_]+)*): (.+)$")
+
+
+def audit_schema() -> dict[str, Any]:
+    """The JSON Schema of ``audit.json``."""
+    return _published(AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)")
+
+
+def friction_schema() -> dict[str, Any]:
+    """The JSON Schema of ``friction.json``."""
+    return _published(FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)")
+
+
+def write_schemas(folder: Path) -> tuple[Path, ...]:
+    """Write both schemas into a folder and return their paths."""
+    documents = {"audit-1.schema.json": audit_schema(), "friction-1.schema.json": friction_schema()}
+    for name, document in documents.items():
+        atomic_write(folder / name, json_text(document))
+    return tuple(folder / name for name in documents)
+
+
+def _published(kind: type, version: str, title: str) -> dict[str, Any]:
+    body = _untitled(TypeAdapter(kind).json_schema(mode="serialization"))
+    body["properties"]["schema"] = {"const": version}
+    definitions = body.pop("$defs")
+    definitions["Finding"]["properties"]["code"] = {"enum": list(CODES)}
+    for name, definition in definitions.items():
+        _describe(definition, _dataclass(name))
+    _describe(body, kind)
+    return {"$schema": _DIALECT, "title": title, **body, "$defs": dict(sorted(definitions.items()))}
+
+
+def _dataclass(name: str) -> type:
+    kind = Finding if name == "Finding" else getattr(result_types, name)
+    assert isinstance(kind, type)
+    assert is_dataclass(kind)
+    return kind
+
+
+def _untitled(schema: Any) -> Any:
+    """Without the titles pydantic derives from names; a property that is called title stays."""
+    if isinstance(schema, list):
+        return [_untitled(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {
+        key: {name: _untitled(item) for name, item in value.items()}
+        if key in ("properties", "$defs")
+        else _untitled(value)
+        for key, value in schema.items()
+        if key != "title"
+    }
+
+
+def _describe(schema: dict[str, Any], kind: type) -> None:
+    """The class's docstring as descriptions of the object and of its properties."""
+    doc = (kind.__doc__ or "").splitlines()
+    schema["description"] = doc[0] if doc else kind.__name__
+    for names, text in _attributes(doc):
+        for name in names:
+            if name in schema["properties"]:
+                schema["properties"][name]["description"] = text
+
+
+def _attributes(doc: list[str]) -> list[tuple[list[str], str]]:
+    found: list[tuple[list[str], str]] = []
+    inside = False
+    for line in doc:
+        text = line.removeprefix("    ")
+        if text.startswith("Attributes:"):
+            inside = True
+        elif inside and (match := _ATTRIBUTE.match(text)):
+            found.append((match[1].split(", "), match[2]))
+        elif inside and text.startswith("        ") and found:
+            found[-1] = (found[-1][0], f"{found[-1][1]} {text.strip()}")
+    return found
+
+
+if __name__ == "__main__":
+    for written in write_schemas(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/schemas")):
+        sys.stdout.write(f"{written}\n")

@@ -1,0 +1,60 @@
+"""What a built model cannot know: links without mass, inertias no body can have, joints held still."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.findings import Finding
+from collaudit.core.robot.description import Description
+from collaudit.core.robot.model import RigidBodies
+from collaudit.core.series import FloatArray
+
+
+def inertial_findings(description: Description, bodies: RigidBodies) -> tuple[bool, tuple[Finding, ...]]:
+    """Whether torques can be computed at all, and what limits them. To be called before a tool is added."""
+    where = description.where
+    parts = bodies.bodies()
+    links = {joint.name: joint.link for joint in description.joints}
+    empty = [name for name, mass, _ in parts if mass <= 0.0]
+    if len(empty) == len(parts):
+        text = "No link of the robot has a mass: friction can be fitted from pairs, but no model torque computed."
+        return False, (Finding("model-no-inertials", "warning", text, where=where),)
+    out = []
+    if empty:
+        named = ", ".join(f"{links[name]} (moved by {name})" for name in empty)
+        text = f"Links without mass are taken as weightless: {named}."
+        out.append(Finding("model-approximate", "warning", text, where=where))
+    odd = [links[name] for name, mass, inertia in parts if mass > 0.0 and not _possible(inertia)]
+    if odd:
+        text = f"No rigid body has the inertia given for: {', '.join(odd)}; it is used as it stands."
+        out.append(Finding("model-approximate", "warning", text, where=where))
+    points = [f"link{i}" for i, row in enumerate(description.rows, 1) if row.mass_kg and not row.inertia_kg_m2]
+    if points:
+        text = f"Links without inertia_kg_m2 are taken as point masses: {', '.join(points)}."
+        out.append(Finding("model-approximate", "info", text, where=where))
+    return True, tuple(out)
+
+
+def locked_finding(description: Description, locked: Sequence[str], names: Sequence[str]) -> Finding:
+    """Which joints are held, and how much that matters.
+
+    A joint between the base and a judged joint changes every torque after it; one beside or beyond them only
+    changes where some mass is.
+    """
+    order = [joint.name for joint in description.joints]
+    first_judged = min(order.index(name) for name in names)
+    last_judged = max(order.index(name) for name in names)
+    between = [name for name in locked if order.index(name) < last_judged]
+    text = f"Not in the log and held at zero: {', '.join(locked)}."
+    if any(order.index(name) < first_judged for name in between):
+        text += " Torques are wrong if such a joint lies below the others and was not at zero."
+    return Finding("model-joint-locked", "warning" if between else "info", text, where=description.where)
+
+
+def _possible(inertia: FloatArray) -> bool:
+    """Principal moments are not negative and obey the triangle inequality (to rounding in the file)."""
+    moments = np.linalg.eigvalsh(inertia)
+    slack = 1e-6 + 1e-3 * float(moments[2])
+    return bool(moments[0] >= -slack and moments[0] + moments[1] >= moments[2] - slack)

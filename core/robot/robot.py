@@ -1,0 +1,166 @@
+"""The robot model the rest of the program sees: torques from motion, in the log's joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.errors import NotJudgedError, RobotError
+from collaudit.core.findings import Finding
+from collaudit.core.robot.model import RigidBodies
+from collaudit.core.robot.names import unknown_name
+from collaudit.core.robot.statics import Chain, chain_gravity, chain_torque
+from collaudit.core.series import BoolArray, FloatArray, JointType
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """What the arm carries: a point mass at ``com_m`` (m) of ``frame``."""
+
+    frame: str
+    mass_kg: float
+    com_m: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotModel:
+    """A rigid-body model in the joints of a log.
+
+    Attributes:
+        joint_names: j joints in model order.
+        joint_types: their kinds.
+        effort_limit_nm: (j,) N·m, or N for prismatic joints; NaN = none.
+        position_limits: (j, 2) rad or m; NaN = none.
+        has_inertials: whether torques can be computed.
+        sha256: hash of the description and of the settings that change it, free of paths.
+        findings: what building the model showed.
+        gravity_m_s2: (3,) in the world.
+        gravity_base_m_s2: (3,) the same in the base's axes.
+        tool: the tool that is part of the model, or None.
+        bodies: the rigid bodies, None without a description.
+        expansion: (k, j) model joint positions = expansion @ positions + offset (order, mimicking joints).
+        offset: (k,) rad or m.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_types: tuple[JointType, ...]
+    effort_limit_nm: FloatArray
+    position_limits: FloatArray
+    has_inertials: bool
+    sha256: str
+    findings: tuple[Finding, ...]
+    gravity_m_s2: FloatArray
+    gravity_base_m_s2: FloatArray
+    tool: Tool | None
+    bodies: RigidBodies | None
+    expansion: FloatArray
+    offset: FloatArray
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Frames a wrench or a tool can be given in."""
+        return self.bodies.frame_names if self.bodies else ()
+
+    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Torque M(q) a + C(q, v) v + G(q) of eq. (4), with rotor inertia and tool.
+
+        Args:
+            q, v, a: (n, j) rad, rad/s, rad/s² (m … for prismatic joints); NaN where unknown.
+
+        Returns:
+            (n, j) N·m (N); NaN in rows with any NaN.
+
+        Raises:
+            NotJudgedError: the model has no inertials.
+        """
+        bodies = self._with_inertials()
+        for name, array in (("q", q), ("v", v), ("a", a)):
+            self._check(array, len(self.joint_names), name)
+        known: BoolArray = np.isnan(q + v + a).sum(axis=1) == 0
+        everything = bool(known.all())
+        rows = [array if everything else np.where(known[:, None], array, 0.0) for array in (q, v, a)]
+        torque = bodies.inverse_dynamics(self._expand(rows[0]), rows[1] @ self.expansion.T, rows[2] @ self.expansion.T)
+        out = torque @ self.expansion
+        if not everything:
+            out[~known] = np.nan
+        return np.ascontiguousarray(out)
+
+    def gravity_torque(self, q: FloatArray) -> FloatArray:
+        """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
+        still = np.zeros_like(q)
+        return self.inverse_dynamics(q, still, still)
+
+    def wrench_torque(self, q: FloatArray, wrench: FloatArray, frame: str) -> FloatArray:
+        """Joint torque J(q)^T F of a wrench, eq. (2).
+
+        Args:
+            q: (n, j) positions.
+            wrench: (n, 6) force N and torque N·m at the frame's origin in the frame's axes.
+            frame: a frame of the model.
+
+        Returns:
+            (n, j) N·m; NaN where an input on the way is NaN.
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: there is no robot description.
+        """
+        self._check(q, len(self.joint_names), "q")
+        self._check(wrench, 6, "wrench")
+        chain = self._chain(frame)
+        return chain_torque(chain, self._expand(q), wrench) @ self.expansion
+
+    def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
+        """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
+
+        Args:
+            q: (n, j) positions.
+            frame: the sensor's frame; no joint may lie between it and the tool's frame.
+
+        Returns:
+            (n, 6) N and N·m in the frame's axes; zero when the model has no tool.
+
+        Raises:
+            RobotError: no such frame, or the tool moves against it.
+        """
+        self._check(q, len(self.joint_names), "q")
+        chain = self._chain(frame)
+        if self.tool is None or self.bodies is None:
+            return np.zeros((q.shape[0], 6))
+        pose = self.bodies.frame_offset(self.tool.frame, frame)
+        if pose is None:
+            raise RobotError(
+                "the tool's weight cannot be felt in this frame: a joint lies between them",
+                where="log.wrench_frame",
+                found=f"sensor {frame}, tool {self.tool.frame}",
+                hint="give both in frames of the same link",
+            )
+        weight = self.tool.mass_kg * chain_gravity(chain, self._expand(q), self.gravity_base_m_s2)
+        com = pose[0] @ np.array(self.tool.com_m) + pose[1]
+        return np.hstack([weight, np.cross(com, weight)])
+
+    def _chain(self, frame: str) -> Chain:
+        if self.bodies is None:
+            raise NotJudgedError(
+                "forces at the tool cannot be turned into joint torques without a robot description",
+                hint="give [robot] urdf or dh rows",
+            )
+        if frame not in self.bodies.frame_names:
+            raise unknown_name("the robot has no such frame", "log.wrench_frame", frame, self.bodies.frame_names)
+        return self.bodies.chain(frame)
+
+    def _with_inertials(self) -> RigidBodies:
+        if self.bodies is None or not self.has_inertials:
+            raise NotJudgedError(
+                "no model torque can be computed: the robot has no inertials",
+                hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
+            )
+        return self.bodies
+
+    def _expand(self, q: FloatArray) -> FloatArray:
+        out: FloatArray = q @ self.expansion.T + self.offset
+        return out
+
+    def _check(self, array: FloatArray, columns: int, name: str) -> None:
+        if array.ndim != 2 or array.shape[1] != columns:
+            raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")

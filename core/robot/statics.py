@@ -1,0 +1,120 @@
+"""Forces and gravity along a kinematic chain, vectorised over time: J^T F without Jacobians.
+
+A wrench given in a frame of the chain is carried joint by joint to the base. In each joint's own axes (z along the
+joint's axis) the component along z is that joint's torque; going on needs one plane rotation by the joint's
+position and one constant transform. This equals J(q)^T F with J the frame's Jacobian in its own (local) axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.series import FloatArray
+
+_BLOCK = 8192
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChainJoint:
+    """One joint of a chain, from the frame towards the base.
+
+    Attributes:
+        index: column of the joint in position and torque arrays.
+        prismatic: whether it slides.
+        rotation, translation: (3, 3), (3,) pose of what was before (the frame, or the aligned axes of the joint
+            further out) in this joint's aligned axes at position zero; a vector x goes to ``rotation @ x``.
+    """
+
+    index: int
+    prismatic: bool
+    rotation: FloatArray
+    translation: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """The joints between a frame and the base, outermost first.
+
+    Attributes:
+        joints: the joints.
+        base_rotation: (3, 3) axes of the innermost joint in the base; of the frame when there is no joint.
+    """
+
+    joints: tuple[ChainJoint, ...]
+    base_rotation: FloatArray
+
+
+def chain_torque(chain: Chain, position: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Joint torques J(q)^T F of a wrench at the chain's frame.
+
+    Args:
+        chain: from the frame to the base.
+        position: (n, j) rad or m.
+        wrench: (n, 6) force in N and torque in N·m, in the frame's axes, at its origin.
+
+    Returns:
+        (n, j) N·m or N; zero for joints outside the chain.
+    """
+    out = np.zeros_like(position)
+    for start in range(0, position.shape[0], _BLOCK):
+        block = slice(start, start + _BLOCK)
+        force, moment = wrench[block, :3], wrench[block, 3:]
+        for joint in chain.joints:
+            force, moment = _step(joint, position[block, joint.index], force, moment, out[block])
+    return out
+
+
+def _step(
+    joint: ChainJoint, position: FloatArray, force: FloatArray, moment: FloatArray, out: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Carry a wrench over one joint, writing the joint's torque; returns it in the joint's unmoved axes."""
+    force = force @ joint.rotation.T
+    moment = moment @ joint.rotation.T + _cross_constant(joint.translation, force)
+    if joint.prismatic:
+        out[:, joint.index] = force[:, 2]
+        moment = moment.copy()
+        moment[:, 0] -= position * force[:, 1]
+        moment[:, 1] += position * force[:, 0]
+        return force, moment
+    out[:, joint.index] = moment[:, 2]
+    cos, sin = np.cos(position), np.sin(position)
+    return turn_z(force, cos, sin), turn_z(moment, cos, sin)
+
+
+def chain_gravity(chain: Chain, position: FloatArray, gravity: FloatArray) -> FloatArray:
+    """Gravity in the axes of the chain's frame.
+
+    Args:
+        chain: from the frame to the base.
+        position: (n, j) rad or m.
+        gravity: (3,) in base axes, m/s².
+
+    Returns:
+        (n, 3) m/s².
+    """
+    vector = np.broadcast_to(gravity @ chain.base_rotation, (position.shape[0], 3))
+    for joint in reversed(chain.joints):
+        if not joint.prismatic:
+            angle = position[:, joint.index]
+            vector = turn_z(vector, np.cos(angle), -np.sin(angle))
+        vector = vector @ joint.rotation
+    return vector
+
+
+def turn_z(vector: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:
+    """Rotate (n, 3) vectors about z by angles given as (n,) cosine and sine."""
+    out = np.empty_like(vector)
+    out[:, 0] = cos * vector[:, 0] - sin * vector[:, 1]
+    out[:, 1] = sin * vector[:, 0] + cos * vector[:, 1]
+    out[:, 2] = vector[:, 2]
+    return out
+
+
+def _cross_constant(arm: FloatArray, force: FloatArray) -> FloatArray:
+    """``arm × force`` for a constant (3,) arm and (n, 3) forces; np.cross is several times slower."""
+    x, y, z = arm
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    out: FloatArray = force @ skew.T
+    return out

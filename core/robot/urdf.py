@@ -1,0 +1,169 @@
+"""Reading a URDF: checked with messages that name the line, then normalised for the rigid-body library.
+
+Normalising drops what only drawing needs (visual, collision), turns continuous joints into revolute ones without
+limits (so that every joint has one position number), and states limits where a file has none.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+from collaudit.core.errors import RobotError
+
+_KINDS = ("revolute", "continuous", "prismatic", "fixed")
+_NO_LIMIT = "1e9"
+
+
+@dataclass(frozen=True, slots=True)
+class UrdfJoint:
+    """One joint element; limits are NaN where there are none (rad or m, N·m or N)."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    lower: float
+    upper: float
+    effort: float
+    leader: str | None
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, slots=True)
+class Urdf:
+    """Joints depth first from the root in file order, and the normalised document."""
+
+    joints: tuple[UrdfJoint, ...]
+    xml: str
+
+
+def read_urdf(data: bytes, where: str) -> Urdf:
+    """Parse and normalise a URDF.
+
+    Args:
+        data: the file's bytes.
+        where: what messages call the file.
+
+    Raises:
+        RobotError: not XML, not a URDF, an unexpanded xacro, or a joint that cannot be used.
+    """
+    root = _parse(data, where)
+    links = [element.get("name", "") for element in root.findall("link")]
+    joints = [_joint(element, where) for element in root.findall("joint")]
+    if not links:
+        raise RobotError("the URDF has no links", where=where)
+    _check_tree(joints, set(links), where)
+    for element in root.findall("joint"):
+        _normalise_joint(element)
+    for link in root.findall("link"):
+        for drawing in [*link.findall("visual"), *link.findall("collision")]:
+            link.remove(drawing)
+    return Urdf(_depth_first(joints, links), ET.tostring(root, encoding="unicode"))
+
+
+def _parse(data: bytes, where: str) -> ET.Element:
+    try:
+        root = ET.fromstring(data)
+    except ET.ParseError as error:
+        line, column = error.position
+        raise RobotError(
+            "the robot description is not well-formed XML",
+            where=f"{where}:{line}:{column + 1}",
+            found=str(error).split(":")[0],
+            expected="a URDF",
+        ) from error
+    if root.tag != "robot":
+        raise RobotError("the file is XML, but not a URDF", where=where, found=f"<{root.tag}>", expected="<robot>")
+    if any("xacro" in element.tag for element in root.iter()):
+        raise RobotError(
+            "the file is an unexpanded xacro",
+            where=where,
+            hint="expand it first: xacro arm.urdf.xacro > arm.urdf",
+        )
+    return root
+
+
+def _joint(element: ET.Element, where: str) -> UrdfJoint:
+    name, kind = element.get("name", ""), element.get("type", "")
+    place = f"{where}: joint {name!r}"
+    if kind not in _KINDS:
+        raise RobotError("this kind of joint is not supported", where=place, found=kind, expected=", ".join(_KINDS))
+    ends = [element.find(tag) for tag in ("parent", "child")]
+    parent, child = (end.get("link") if end is not None else None for end in ends)
+    if not name or parent is None or child is None:
+        raise RobotError("a joint needs a name, a parent link and a child link", where=place)
+    limit, mimic = element.find("limit"), element.find("mimic")
+    bounded = kind in ("revolute", "prismatic")
+    effort = _number(limit, "effort", math.nan, place)
+    return UrdfJoint(
+        name=name,
+        kind=kind,
+        parent=parent,
+        child=child,
+        lower=_number(limit, "lower", math.nan, place) if bounded else math.nan,
+        upper=_number(limit, "upper", math.nan, place) if bounded else math.nan,
+        effort=effort if effort > 0 else math.nan,
+        leader=None if mimic is None else mimic.get("joint"),
+        multiplier=_number(mimic, "multiplier", 1.0, place),
+        offset=_number(mimic, "offset", 0.0, place),
+    )
+
+
+def _number(element: ET.Element | None, key: str, default: float, where: str) -> float:
+    text = None if element is None else element.get(key)
+    if text is None:
+        return default
+    try:
+        return float(text)
+    except ValueError as error:
+        raise RobotError(f"{key} is not a number", where=where, found=text) from error
+
+
+def _check_tree(joints: list[UrdfJoint], links: set[str], where: str) -> None:
+    names = [joint.name for joint in joints]
+    children = [joint.child for joint in joints]
+    for joint in joints:
+        place = f"{where}: joint {joint.name!r}"
+        for link in (joint.parent, joint.child):
+            if link not in links:
+                raise RobotError("a joint names a link that is not there", where=place, found=link)
+        if names.count(joint.name) > 1:
+            raise RobotError("two joints have the same name", where=place)
+        if children.count(joint.child) > 1:
+            raise RobotError("a link has two parents", where=place, found=joint.child)
+        if joint.leader is not None and joint.leader not in names:
+            raise RobotError("a joint mimics one that is not there", where=place, found=joint.leader)
+    roots = links - set(children)
+    if len(roots) != 1:
+        found = ", ".join(sorted(roots)) or "none (the joints form a loop)"
+        raise RobotError("the links do not form one tree", where=where, found=f"root links: {found}")
+
+
+def _depth_first(joints: list[UrdfJoint], links: list[str]) -> tuple[UrdfJoint, ...]:
+    below: dict[str, list[UrdfJoint]] = {link: [] for link in links}
+    for joint in joints:
+        below[joint.parent].append(joint)
+    (root,) = set(links) - {joint.child for joint in joints}
+    stack, out = list(reversed(below[root])), []
+    while stack:
+        joint = stack.pop()
+        out.append(joint)
+        stack.extend(reversed(below[joint.child]))
+    return tuple(out)
+
+
+def _normalise_joint(element: ET.Element) -> None:
+    for mimic in element.findall("mimic"):
+        element.remove(mimic)
+    if element.get("type") == "continuous":
+        element.set("type", "revolute")
+        for limit in element.findall("limit"):
+            element.remove(limit)
+    if element.get("type") in ("revolute", "prismatic"):
+        found = element.find("limit")
+        limit = ET.SubElement(element, "limit") if found is None else found
+        for key, default in (("lower", f"-{_NO_LIMIT}"), ("upper", _NO_LIMIT), ("effort", "0"), ("velocity", "0")):
+            limit.set(key, limit.get(key, default))

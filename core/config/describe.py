@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import types
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -122,12 +123,17 @@ def _type_text(annotation: Any) -> str:
     if origin is tuple:
         return f"[{', '.join(_type_text(kind).removeprefix('a ') for kind in inner)}]"
     if origin is list:
-        return f"a list of {_type_text(inner[0])}"
+        return f"a list of {_plural(_type_text(inner[0]))}"
     if origin is dict:
         return f"a table of name = {_type_text(inner[1])}"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return "a table"
     return _PLAIN.get(annotation, str(annotation))
+
+
+def _plural(text: str) -> str:
+    noun = re.match(r"an? (whole number|number|file name|table)", text)
+    return f"{noun.group(1)}s{text[noun.end() :]}" if noun else text
 
 
 def _bounded(text: str, metadata: tuple[Any, ...]) -> str:

@@ -1,0 +1,53 @@
+"""``collaudit detect``: judge one log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from collaudit.cli.group import example_command
+from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.words import note, print_findings, progress
+
+
+@example_command(
+    "detect",
+    "collaudit detect run.mcap -c collaudit.toml --friction friction.json -o run/",
+    "collaudit detect run.bag --urdf arm.urdf --gamma 4 --persistence-ms 25 --json",
+    "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --watch joint1,joint2",
+)
+@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="RUN", help="Folder for audit.json and signals."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print audit.json.")
+@config_option
+@robot_options
+@rule_options
+def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
+    """Judge one log: residual torque against gamma for n samples; collisions and near misses.
+
+    Several files are taken as CSV parts of one recording. Without a friction file, friction is fitted on
+    the log itself, and the result says so.
+
+    Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
+    """
+    from collaudit.cli.chain import judge, one_log
+    from collaudit.cli.summary import exit_code, result_text
+    from collaudit.reports.files import audit_json, write_audit
+
+    loaded = load_settings()
+    files = one_log(logs, loaded)
+    with progress("reading") as report:
+        audit, friction = judge(files, loaded, report)
+    if output is not None:
+        write_audit(output, audit, friction)
+    if as_json:
+        click.echo(audit_json(audit.result), nl=False)
+    else:
+        click.echo(result_text(audit.result))
+    print_findings([finding for finding in audit.result.findings if finding.severity != "info"], err=True)
+    if output is not None:
+        note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
+    return exit_code([audit.result.verdict])

@@ -1,0 +1,117 @@
+"""``collaudit inspect``: what is in a log."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import click
+
+from collaudit.cli.group import example_command
+from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.cli.words import bytes_text, note, print_findings, progress, table
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
+
+if TYPE_CHECKING:
+    from collaudit.cli.chain import LogFiles
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.findings import Finding
+    from collaudit.core.logs import LogSummary
+
+INSPECT_SCHEMA = "collaudit/inspect/1"
+
+
+@example_command(
+    "inspect",
+    "collaudit inspect run.mcap",
+    "collaudit inspect run.bag -c collaudit.toml",
+    "collaudit inspect run.db3 --urdf arm.urdf",
+    "collaudit inspect position.csv velocity.csv effort.csv --json",
+)
+@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@config_option
+@robot_options
+def command(logs: tuple[str, ...], as_json: bool) -> int:
+    """Show what is in a log: topics, types, joints, rates, gaps, units as understood, findings.
+
+    With a robot (-c or --urdf) the log is also read as an audit would read it, and its effort is compared
+    with the model's gravity torque: a wrong sign or unit shows here.
+
+    Exit code 3 when something found here forbids judging.
+    """
+    from collaudit.cli.chain import find_logs
+    from collaudit.core.logs import describe
+
+    loaded = load_settings()
+    summaries: list[tuple[LogSummary, tuple[Finding, ...]]] = []
+    for files in find_logs(logs, loaded):
+        summary = describe(files, loaded.config.log)
+        seen = set(summary.findings)
+        checked = tuple(finding for finding in _audit_findings(files, loaded) if finding not in seen)
+        summaries.append((summary, (*summary.findings, *checked)))
+    if as_json:
+        click.echo(_json(summaries))
+    else:
+        for summary, findings in summaries:
+            click.echo(_text(summary))
+            print_findings(findings)
+    hopeless = [summary for summary, findings in summaries if any(f.severity == "error" for f in findings)]
+    for summary in hopeless:
+        note(f"{summary.name}: cannot be judged as it is: see the errors among its findings")
+    return EXIT_NOT_JUDGED if hopeless else EXIT_PASS
+
+
+def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
+    """What reading the log with its robot shows; nothing without a robot."""
+    from collaudit.cli.chain import prepare_log
+
+    if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
+        return ()
+    with progress("reading") as report:
+        return prepare_log(files, loaded, report).findings
+
+
+def _json(summaries: list[tuple[LogSummary, tuple[Finding, ...]]]) -> str:
+    logs = [
+        {**asdict(summary), "findings": [asdict(finding) for finding in findings]} for summary, findings in summaries
+    ]
+    return json.dumps({"schema": INSPECT_SCHEMA, "logs": logs}, indent=2, ensure_ascii=False)
+
+
+def _text(summary: LogSummary) -> str:
+    head = [click.style(summary.name, bold=True), f"{summary.format}, {bytes_text(summary.size_bytes)}"]
+    if summary.duration_s is not None:
+        head.append(f"{summary.duration_s:.3f} s")
+    if summary.start_ns is not None:
+        head.append(f"starts {_utc(summary.start_ns)}")
+    lines = ["  ".join(head)]
+    if summary.csv_columns:
+        lines.append(f"  columns: {', '.join(summary.csv_columns)}")
+    if summary.topics:
+        rows = [
+            (
+                topic.name,
+                topic.type,
+                topic.role.replace("_", " "),
+                str(topic.count),
+                "" if topic.rate_hz is None else f"{topic.rate_hz:.1f}",
+                "" if topic.largest_gap_s is None else f"{topic.largest_gap_s:.3f}",
+                topic.note,
+            )
+            for topic in summary.topics
+        ]
+        lines.append(_indent(table(("topic", "type", "role", "messages", "Hz", "largest gap s", "note"), rows)))
+        lines += [f"  joints of {topic.name}: {', '.join(topic.joints)}" for topic in summary.topics if topic.joints]
+    return "\n".join(lines)
+
+
+def _indent(text: str) -> str:
+    return "\n".join(f"  {line}" for line in text.splitlines())
+
+
+def _utc(start_ns: int) -> str:
+    from datetime import UTC, datetime
+
+    return datetime.fromtimestamp(start_ns / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")

@@ -1,0 +1,47 @@
+"""``collaudit report``: the page of finished runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from collaudit.cli.group import example_command
+from collaudit.cli.settings import config_option, config_path, load_settings
+from collaudit.cli.words import note
+from collaudit.core.errors import EXIT_PASS
+
+
+@example_command(
+    "report",
+    "collaudit report run/ -o report.html",
+    "collaudit report monday/ tuesday/ -o week.html",
+    "collaudit report run/ -o report.html --format html,json",
+)
+@click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The page to write."
+)
+@click.option("--format", "formats", default="html", metavar="LIST", help="Formats, separated by commas: html, json.")
+@config_option
+def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
+    """Write the report of finished runs as one self-contained page that works offline.
+
+    Other formats are written beside it under the same name with their own suffix. With -c, a run that was
+    judged with other settings is pointed out.
+
+    Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
+    """
+    from collaudit.cli.report_formats import write_formats
+    from collaudit.reports.files import read_run
+
+    wanted = [name.strip() for name in formats.split(",") if name.strip()]
+    audits = [read_run(run) for run in runs]
+    if config_path() is not None:
+        sha256 = load_settings().sha256
+        for run, audit in zip(runs, audits, strict=True):
+            if audit.result.provenance.config_sha256 != sha256:
+                note(f"{run}: was judged with other settings than {config_path()}")
+    for path in write_formats(output, wanted, audits):
+        note(f"report written to {path}")
+    return EXIT_PASS

@@ -1,0 +1,100 @@
+"""Commands whose help begins with examples, in a group that imports a command only when it is run."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+
+import click
+
+
+@dataclass(frozen=True, slots=True)
+class CommandEntry:
+    """A command that has not been imported yet.
+
+    Attributes:
+        name: its name, also that of its module in ``collaudit.cli.commands``.
+        summary: the one line the group's help shows.
+    """
+
+    name: str
+    summary: str
+
+
+class ExampleCommand(click.Command):
+    """A command whose help starts with examples, then usage, words and options."""
+
+    examples: tuple[str, ...] = ()
+
+    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the help, examples first."""
+        write_examples(formatter, self.examples)
+        super().format_help(ctx, formatter)
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands by name and summary only, until one is asked for."""
+
+    entries: tuple[CommandEntry, ...] = ()
+    examples: tuple[str, ...] = ()
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of an audit, not of the alphabet."""
+        return [entry.name for entry in self.entries]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import one command."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        command = import_module(f"collaudit.cli.commands.{cmd_name}").command
+        if not isinstance(command, click.Command):
+            raise TypeError(f"collaudit.cli.commands.{cmd_name}.command is not a click command")
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """As click does it, with a near match for a misspelt command."""
+        if args and not args[0].startswith("-") and args[0] not in self.list_commands(ctx):
+            close = difflib.get_close_matches(args[0], self.list_commands(ctx), n=1)
+            hint = f" Did you mean {close[0]!r}?" if close else ""
+            ctx.fail(f"No such command {args[0]!r}.{hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the help, examples first."""
+        write_examples(formatter, self.examples)
+        super().format_help(ctx, formatter)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List commands and summaries without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(entry.name, entry.summary) for entry in self.entries])
+
+
+def write_examples(formatter: click.HelpFormatter, examples: Sequence[str]) -> None:
+    """Write examples as they are typed, never wrapped."""
+    if not examples:
+        return
+    formatter.write("Examples:\n")
+    for example in examples:
+        formatter.write(f"  {example}\n")
+    formatter.write("\n")
+
+
+def example_command(name: str, *examples: str) -> Callable[[Callable[..., int]], ExampleCommand]:
+    """Make a function into a command; its docstring is the help, its return value the exit code.
+
+    Args:
+        name: the command's name.
+        examples: shell lines, shown first.
+    """
+
+    def wrap(function: Callable[..., int]) -> ExampleCommand:
+        command = click.command(cls=ExampleCommand, name=name)(function)
+        command.examples = examples
+        return command
+
+    return wrap

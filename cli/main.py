@@ -1,0 +1,115 @@
+"""The entry point: one group of commands, and the one place where errors become words and exit codes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+from collaudit.cli.group import CommandEntry, LazyGroup
+from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_USAGE, CollauditError
+
+_EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
+
+_COMMANDS = (
+    CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
+    CommandEntry("init", "Write a commented configuration for a log."),
+    CommandEntry("fit", "Identify friction from constant-velocity motion."),
+    CommandEntry("detect", "Judge one log: residuals, collisions, near misses."),
+    CommandEntry("recommend", "Recommend thresholds with their evidence."),
+    CommandEntry("report", "Write the report of finished runs."),
+    CommandEntry("audit", "Everything above, for one log or thousands."),
+    CommandEntry("simulate", "Make a log whose truth is known."),
+    CommandEntry("selftest", "Prove this installation on logs whose truth is known."),
+    CommandEntry("demo", "The whole chain on simulated runs; ends with a report."),
+)
+
+
+def _print_version(ctx: click.Context, _param: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        from importlib.metadata import version
+
+        click.echo(f"collaudit {version('collaudit')}")
+        ctx.exit()
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.option(
+    "--debug", is_flag=True, expose_value=False, help="Show tracebacks of unexpected errors (also COLLAUDIT_DEBUG=1)."
+)
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Show the version."
+)
+def collaudit() -> None:
+    """Audit robot logs for collisions: friction, residual torque, evidence.
+
+    Reads recorded logs after the fact. It is no safety function and claims no performance level.
+
+    Exit codes: 0 judged, policy kept; 1 judged, policy broken; 2 usage or configuration error, or a bug;
+    3 something could not be judged; 130 interrupted.
+    """
+
+
+collaudit.entries = _COMMANDS
+collaudit.examples = (
+    "collaudit demo",
+    "collaudit inspect run.mcap",
+    "collaudit init run.mcap --urdf arm.urdf -o collaudit.toml",
+    "collaudit audit logs/ -c collaudit.toml -o out/",
+)
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run the command line and exit with the contracted code."""
+    arguments = list(sys.argv[1:] if args is None else args)
+    sys.exit(run(arguments))
+
+
+def run(args: list[str]) -> int:
+    """Run one command and return its exit code; every exception ends here."""
+    debug = args[:1] == ["--debug"] or os.environ.get("COLLAUDIT_DEBUG", "") not in ("", "0")
+    color = False if os.environ.get("NO_COLOR") else None
+    try:
+        code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
+        sys.stdout.flush()
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("interrupted", err=True)
+        return EXIT_INTERRUPTED
+    except click.ClickException as error:
+        error.show()
+        return EXIT_USAGE
+    except CollauditError as error:
+        click.echo(error.render(), err=True)
+        return error.exit_code
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
+        return _EXIT_BROKEN_PIPE
+    except MemoryError:
+        click.echo("not enough memory for this log: nothing was judged", err=True)
+        return EXIT_NOT_JUDGED
+    except OSError as error:
+        _show_traceback(debug)
+        click.echo(f"{error.filename or 'input or output'}: {error.strerror or error}", err=True)
+        return EXIT_USAGE
+    except Exception as error:  # noqa: BLE001 - the last line of defence: a bug must not look like a verdict
+        _show_traceback(debug)
+        click.echo(_bug_text(error, args), err=True)
+        return EXIT_USAGE
+    return code if isinstance(code, int) else 0
+
+
+def _show_traceback(debug: bool) -> None:
+    if debug:
+        import traceback
+
+        traceback.print_exc()
+
+
+def _bug_text(error: Exception, args: list[str]) -> str:
+    return (
+        f"collaudit failed unexpectedly: {type(error).__name__}: {error}\n"
+        "  This is a bug, and nothing was judged. Please report it with the output of\n"
+        f"  collaudit --debug {' '.join(args)}"
+    )

@@ -1,0 +1,50 @@
+"""What a result rests on: versions and hashes of the inputs."""
+
+from __future__ import annotations
+
+import hashlib
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from collaudit.core.config import LoadedConfig
+from collaudit.core.errors import ConfigError
+from collaudit.core.result import Provenance
+
+#: Distributions whose version can change a number.
+_COMPUTING = ("numpy", "scipy", "pin", "pandas", "pyarrow", "mcap", "rosbags")
+
+
+def make_provenance(loaded: LoadedConfig, friction: Path | None, model_sha256: str | None) -> Provenance:
+    """Provenance of a run.
+
+    Args:
+        loaded: the effective configuration.
+        friction: the friction file judged with, None when there is none.
+        model_sha256: hash of the robot model.
+    """
+    return Provenance(
+        collaudit=version("collaudit"),
+        packages={name: found for name in _COMPUTING if (found := _installed(name))},
+        config_sha256=loaded.sha256,
+        friction_sha256=file_sha256(friction) if friction else None,
+        model_sha256=model_sha256,
+    )
+
+
+def file_sha256(path: Path) -> str:
+    """Hash of a file's bytes.
+
+    Raises:
+        ConfigError: it cannot be read.
+    """
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None

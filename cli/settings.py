@@ -1,0 +1,160 @@
+"""``-c/--config`` and the flags that override it, declared once for all commands.
+
+A flag names the key it overrides; its value waits in the context until :func:`load_settings` merges file and
+flags. Commands therefore take no parameters for settings.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from collaudit.core.config import LoadedConfig
+
+_PATH = "collaudit.config.path"
+_OVERRIDES = "collaudit.config.overrides"
+
+CommandFunction = Callable[..., int]
+Decorator = Callable[[CommandFunction], CommandFunction]
+
+
+def config_path() -> Path | None:
+    """The file given by ``-c``."""
+    path = click.get_current_context().meta.get(_PATH)
+    return path if isinstance(path, Path) else None
+
+
+def overrides() -> dict[str, object]:
+    """Dotted key to value, of the flags given."""
+    return dict(click.get_current_context().meta.get(_OVERRIDES, {}))
+
+
+def load_settings() -> LoadedConfig:
+    """The effective configuration of the running command.
+
+    Raises:
+        ConfigError: file or flags do not say what is needed.
+    """
+    from collaudit.core.config import load_config
+
+    return load_config(config_path(), overrides())
+
+
+def config_option(function: CommandFunction) -> CommandFunction:
+    """Add ``-c`` and ``--set``."""
+    function = _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True)(
+        function
+    )
+
+    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
+        ctx.meta[_PATH] = value
+
+    return click.option(
+        "-c",
+        "--config",
+        type=click.Path(path_type=Path),
+        callback=keep,
+        expose_value=False,
+        metavar="FILE",
+        help="Configuration (see collaudit init).",
+    )(function)
+
+
+def robot_options(function: CommandFunction) -> CommandFunction:
+    """Flags that say which robot and which signals."""
+    flags: tuple[Decorator, ...] = (
+        _flag("--urdf", "robot.urdf", _file, "FILE", "Robot model."),
+        _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
+        _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
+        _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
+    )
+    return _all(flags, function)
+
+
+def rule_options(function: CommandFunction) -> CommandFunction:
+    """Flags for rule (6)."""
+    flags: tuple[Decorator, ...] = (
+        _flag("--friction", "friction.file", _file, "FILE", "Friction to judge with (see collaudit fit)."),
+        _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
+        _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6."),
+        _flag("--persistence-ms", "detect.persistence_ms", float, "MS", "Persistence; rounded up to samples."),
+        _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
+        _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
+    )
+    return _all(flags, function)
+
+
+def _all(flags: tuple[Decorator, ...], function: CommandFunction) -> CommandFunction:
+    for flag in reversed(flags):
+        function = flag(function)
+    return function
+
+
+def _flag(
+    name: str, key: str, convert: Callable[[str], object], metavar: str, words: str, multiple: bool = False
+) -> Decorator:
+    """An option whose value overrides ``key``; with an empty key ``convert`` returns (key, value)."""
+
+    def keep(ctx: click.Context, param: click.Parameter, given: str | tuple[str, ...] | None) -> None:
+        values = given if isinstance(given, tuple) else () if given is None else (given,)
+        store = ctx.meta.setdefault(_OVERRIDES, {})
+        for text in values:
+            try:
+                value = convert(text)
+            except ValueError as error:
+                raise click.BadParameter(str(error), ctx=ctx, param=param) from error
+            if key:
+                store[key] = value
+            elif isinstance(value, tuple):
+                store[value[0]] = value[1]
+
+    def add(function: CommandFunction) -> CommandFunction:
+        return click.option(name, callback=keep, expose_value=False, metavar=metavar, help=words, multiple=multiple)(
+            function
+        )
+
+    return add
+
+
+def _file(text: str) -> str:
+    return str(Path(text).absolute())
+
+
+def _names(text: str) -> list[str]:
+    names = [part.strip() for part in text.split(",") if part.strip()]
+    if not names:
+        raise ValueError("no names given")
+    return names
+
+
+def _watch(text: str) -> str | list[str]:
+    return "auto" if text == "auto" else _names(text)
+
+
+def _gamma(text: str) -> float | dict[str, float]:
+    if "=" not in text:
+        return _number(text)
+    pairs = [part.rpartition("=") for part in text.split(",")]
+    return {name.strip(): _number(value) for name, _, value in pairs}
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a number") from None
+
+
+def _assignment(text: str) -> tuple[str, object]:
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise ValueError(f"{text!r} is not KEY=VALUE, such as detect.n=13")
+    try:
+        return key.strip(), tomllib.loads(f"v = {value}")["v"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()

@@ -171,6 +171,7 @@ class DetectConfig(_Section):
     n: Annotated[int, Field(ge=1)] | None = Field(
         None, description="Persistence in samples, instead of persistence_ms."
     )
+    merge_ms: NonNegative = Field(200.0, description="Exceedances of one joint closer than this are one event, ms.")
     watch: Literal["auto"] | list[str] = Field("auto", description="Joints whose residual is judged.")
     slow_speed_rad_s: Positive | None = Field(
         None,

@@ -1,0 +1,219 @@
+"""Composition of the stages: logs to friction, logs to an audit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.coverage import measure_coverage
+from collaudit.core.evidence import Audit
+from collaudit.core.findings import Finding
+from collaudit.core.fitting import fit_joints, friction_findings, friction_laws
+from collaudit.core.judge import judge
+from collaudit.core.phases import phase_spans
+from collaudit.core.prepare import Prepared, judged_series, prepare
+from collaudit.core.recommend import CleanResidual, recommend_rule
+from collaudit.core.residual import compute_residual
+from collaudit.core.result import (
+    AUDIT_SCHEMA,
+    FRICTION_SCHEMA,
+    AuditResult,
+    FrictionFile,
+    LogFacts,
+    Provenance,
+    RecommendedRule,
+    ResidualStats,
+)
+from collaudit.core.rule import make_rule
+from collaudit.core.series import BoolArray, UniformSeries
+from collaudit.core.signals import Signals, State
+from collaudit.core.verdict import decide
+
+__all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
+
+_AROUND_EVENT_S = 0.5
+
+
+def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenance) -> FrictionFile:
+    """Fit the friction of every judged joint from the constant-velocity sections of one or several logs."""
+    fits = fit_joints(prepared, config)
+    findings = [f for p in prepared for f in p.findings] + friction_findings(fits)
+    logs = {p.series.source.name: p.series.source.sha256 for p in prepared}
+    return FrictionFile(FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs))
+
+
+def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None, provenance: Provenance) -> Audit:
+    """Judge one log: residual, events, recommendation, coverage, verdict.
+
+    Args:
+        prepared: the log.
+        config: thresholds, persistence, policy.
+        friction: fitted friction, or None to fit it on this very log (a finding says so).
+        provenance: versions and hashes.
+    """
+    series = judged_series(prepared)
+    columns = prepared.columns()
+    findings = list(prepared.findings)
+    if friction is None:
+        fits = fit_joints([prepared], config)
+        findings.append(
+            Finding(
+                "friction-same-log",
+                "warning",
+                "Friction was fitted on the log it judges: a constant external force would be taken for friction.",
+            )
+        )
+    else:
+        fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
+    laws, missing = friction_laws(fits, series)
+    findings += friction_findings(fits) + missing
+    rule, watch, more = make_rule(series, prepared.phases, config)
+    findings += more
+    contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
+    residual = compute_residual(
+        series,
+        None if prepared.rigid_nm is None else prepared.rigid_nm[:, columns],
+        None if prepared.contact_nm is None else prepared.contact_nm[:, columns],
+        laws,
+        contradicted,
+        config.detect,
+    )
+    judgement = judge(series, residual, rule, watch, prepared.phases, config)
+    signals = _signals(series, residual.model_nm, residual.torque_nm, judgement.state, rule.gamma_nm)
+    coverage = measure_coverage(series, judgement.state, watch)
+    clean = {joint: clean_samples(signals, judgement.collision_times(joint), joint) for joint in series.joint_names}
+    stats = {joint: _stats(signals, joint, clean[joint], series.period_s) for joint in series.joint_names}
+    findings += _level_findings(stats, rule.gamma_nm)
+    verdict, reasons = decide(config.policy, judgement.collisions, judgement.near_misses, coverage, findings)
+    recommended = {
+        joint: recommend_rule(
+            [CleanResidual(signals.residual_nm[:, k], clean[joint], series.period_s)], rule.persistence_s
+        )
+        for k, joint in enumerate(series.joint_names)
+        if watch[joint].watched
+    }
+    result = AuditResult(
+        schema=AUDIT_SCHEMA,
+        verdict=verdict,
+        reasons=reasons,
+        log=_log_facts(series),
+        rule=rule,
+        phases=phase_spans(series.time_s, prepared.phases, series.period_s),
+        residual=stats,
+        collisions=judgement.collisions,
+        near_misses=judgement.near_misses,
+        recommended=recommended,
+        friction=fits,
+        findings=tuple(findings),
+        coverage=coverage,
+        provenance=replace(provenance, model_sha256=prepared.robot.sha256),
+    )
+    return Audit(result, signals)
+
+
+def recommend_rules(audits: Sequence[Audit], persistence_s: float | None = None) -> dict[str, RecommendedRule]:
+    """Recommended gamma and n per joint over all given audits.
+
+    Args:
+        audits: judged logs.
+        persistence_s: persistence in s; the longest the audits used when absent.
+    """
+    wanted = persistence_s or max(a.result.rule.persistence_s for a in audits)
+    joints = list(dict.fromkeys(j for a in audits for j in a.result.recommended))
+    out = {}
+    for joint in joints:
+        data = []
+        for audit in audits:
+            if joint in audit.signals.joint_names:
+                times = [(c.onset_s, c.onset_s + c.duration_s) for c in audit.result.collisions if c.joint == joint]
+                k = audit.signals.joint_names.index(joint)
+                data.append(
+                    CleanResidual(
+                        audit.signals.residual_nm[:, k],
+                        clean_samples(audit.signals, times, joint),
+                        audit.result.log.sample_period_s,
+                    )
+                )
+        out[joint] = recommend_rule(data, wanted)
+    return out
+
+
+def clean_samples(signals: Signals, collision_times: Sequence[tuple[float, float]], joint: str) -> BoolArray:
+    """(n,) samples of a joint that were judged and lie half a second away from its collisions."""
+    k = signals.joint_names.index(joint)
+    clean: BoolArray = np.asarray(signals.state[:, k] == State.JUDGED)
+    for start, end in collision_times:
+        a, b = np.searchsorted(signals.time_s, [start - _AROUND_EVENT_S, end + _AROUND_EVENT_S])
+        clean[a:b] = False
+    return clean
+
+
+def _signals(
+    series: UniformSeries, model: np.ndarray, residual: np.ndarray, state: np.ndarray, gamma: dict[str, float]
+) -> Signals:
+    measured = np.full_like(series.position_rad, np.nan) if series.effort is None else series.effort
+    return Signals(
+        time_s=series.time_s,
+        joint_names=series.joint_names,
+        position_rad=series.position_rad,
+        velocity_rad_s=series.velocity_rad_s,
+        measured_nm=measured,
+        model_nm=model,
+        residual_nm=residual,
+        state=state,
+        gamma_nm=np.array([gamma.get(joint, np.nan) for joint in series.joint_names]),
+    )
+
+
+def _stats(signals: Signals, joint: str, clean: BoolArray, period_s: float) -> ResidualStats:
+    k = signals.joint_names.index(joint)
+    judged = float(np.count_nonzero(signals.state[:, k] == State.JUDGED)) * period_s
+    x = np.abs(signals.residual_nm[clean, k])
+    if x.size == 0:
+        return ResidualStats(None, None, None, None, judged)
+    return ResidualStats(
+        mean_abs_nm=float(np.mean(x)),
+        rms_nm=float(np.sqrt(np.mean(x**2))),
+        p99_nm=float(np.quantile(x, 0.99)),
+        max_abs_nm=float(np.max(x)),
+        judged_s=judged,
+    )
+
+
+def _level_findings(stats: dict[str, ResidualStats], gamma: dict[str, float]) -> list[Finding]:
+    findings = []
+    for joint, level in stats.items():
+        if joint in gamma and level.mean_abs_nm is not None and level.mean_abs_nm > 0.5 * gamma[joint]:
+            findings.append(
+                Finding(
+                    "residual-level",
+                    "warning",
+                    f"The collision-free residual of joint '{joint}' averages {level.mean_abs_nm:.3g} N·m against a "
+                    f"threshold of {gamma[joint]:g} N·m: the model fits this joint too poorly for that threshold.",
+                    joint=joint,
+                )
+            )
+    return findings
+
+
+def _log_facts(series: UniformSeries) -> LogFacts:
+    source = series.source
+    start = None
+    if source.start_ns is not None and source.start_ns > 0:
+        seconds, nanoseconds = divmod(source.start_ns, 1_000_000_000)
+        start = f"{datetime.fromtimestamp(seconds, tz=UTC):%Y-%m-%dT%H:%M:%S}.{nanoseconds:09d}Z"
+    return LogFacts(
+        name=source.name,
+        sha256=source.sha256,
+        format=source.format,
+        start=start,
+        duration_s=float(series.time_s[-1] - series.time_s[0]),
+        sample_period_s=series.period_s,
+        joints=series.joint_names,
+        topic=source.topic,
+        time_source=source.time_source,
+    )

@@ -1,0 +1,64 @@
+"""What was judged and what was not: seconds by joint and reason, and the longer stretches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.result import Coverage, JointCoverage, NotJudgedSpan
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import FloatArray, UniformSeries
+from collaudit.core.signals import State
+from collaudit.core.watch import Watch
+
+_LISTED_SPAN_S = 0.5
+_LISTED_SPANS = 200
+_STANDING_RAD_S = 1e-3
+
+
+def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch]) -> Coverage:
+    """Add up the states of every joint.
+
+    ``moving_s`` counts recorded time outside standstill; time in state FRICTION_INTERVAL is listed apart,
+    since a joint that rests hides torque below its breakaway friction and is never "clean".
+    """
+    recorded = sum(len(s) for s in series.segments)
+    joints = {
+        joint: _joint(series, state[:, j], series.velocity_rad_s[:, j], watch[joint])
+        for j, joint in enumerate(series.joint_names)
+    }
+    gaps = series.time_s.size - recorded
+    return Coverage(recorded * series.period_s, gaps * series.period_s, joints)
+
+
+def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray, watch: Watch) -> JointCoverage:
+    period = series.period_s
+    count = np.bincount(state, minlength=len(State))
+    moving = np.isfinite(velocity) & (np.abs(velocity) > _STANDING_RAD_S) & (state != State.FRICTION_INTERVAL)
+    return JointCoverage(
+        watched=watch.watched,
+        why=watch.why,
+        moving_s=float(np.count_nonzero(moving)) * period,
+        judged_s=float(count[State.JUDGED]) * period,
+        standing_s=float(count[State.FRICTION_INTERVAL]) * period,
+        not_judged_s={
+            code.code: float(count[code]) * period for code in State if code > State.FRICTION_INTERVAL and count[code]
+        },
+        spans=_spans(series.time_s, state, period),
+    )
+
+
+def _spans(time_s: FloatArray, state: NDArray[np.int8], period_s: float) -> tuple[NotJudgedSpan, ...]:
+    """The longest stretches not judged, in time order."""
+    spans = []
+    for code in State:
+        if code <= State.FRICTION_INTERVAL:
+            continue
+        starts, stops = run_bounds(state == code)
+        for a, b in zip(starts, stops, strict=True):
+            if (b - a) * period_s >= _LISTED_SPAN_S:
+                spans.append(NotJudgedSpan(float(time_s[a]), float(time_s[b - 1] + period_s), code.code))
+    longest = sorted(spans, key=lambda s: s.start_s - s.end_s)[:_LISTED_SPANS]
+    return tuple(sorted(longest, key=lambda s: s.start_s))

@@ -1,0 +1,126 @@
+"""Rule (6): a residual above gamma for n samples in a row is a collision; what nearly was, a near miss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import BoolArray, FloatArray, IntArray, Span
+
+#: The period of a log is known to about this share: 24 ms at 1.9999998 ms is 12 samples, not 13.
+_PERIOD_SLACK = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A stretch above a level, in samples.
+
+    Attributes:
+        span: from the first to the last sample above the level (exceedances closer than the merging time
+            are one event).
+        detected: the sample at which the rule fires (the n-th in a row), or the last of the longest run
+            for events on which it does not.
+        longest: longest run of samples above the level.
+        peak: value of the largest |residual|, signed.
+        above: samples above the level in all.
+    """
+
+    span: Span
+    detected: int
+    longest: int
+    peak: float
+    above: int
+
+
+def persistence_samples(persistence_s: float, period_s: float) -> int:
+    """Persistence in whole samples, rounded up: 25 ms at 2 ms is 13.
+
+    A remainder below a thousandth of a sample is a rounding error of the period, not a further sample.
+    """
+    return max(1, ceil(persistence_s / period_s - _PERIOD_SLACK))
+
+
+def exceedances(residual: FloatArray, evidence: BoolArray, level: float) -> tuple[IntArray, IntArray]:
+    """Runs (starts, stops) of judged samples with |residual| > level. NaN never exceeds.
+
+    Args:
+        residual: (n,) N·m.
+        evidence: (n,) samples that may count; a gap is False and so breaks a run.
+        level: N·m.
+    """
+    with np.errstate(invalid="ignore"):
+        return run_bounds(evidence & (np.abs(residual) > level))
+
+
+def collisions(residual: FloatArray, evidence: BoolArray, gamma: float, n: int, merge_samples: int = 0) -> list[Event]:
+    """Rule (6) for one joint: runs of at least n samples above gamma.
+
+    Args:
+        residual: (n,) N·m.
+        evidence: (n,) samples that may count.
+        gamma: threshold, N·m.
+        n: persistence, samples.
+        merge_samples: collisions closer than this are one event (one push, not several).
+    """
+    starts, stops = exceedances(residual, evidence, gamma)
+    long = stops - starts >= n
+    return _events(residual, starts[long], stops[long], n, merge_samples)
+
+
+def near_misses(
+    residual: FloatArray,
+    evidence: BoolArray,
+    gamma: float,
+    n: int,
+    amplitude: float,
+    persistence: float,
+    merge_samples: int = 0,
+) -> tuple[list[Event], list[Event]]:
+    """What nearly was a collision, away from any collision.
+
+    Returns:
+        ``amplitude``: n samples in a row above amplitude·gamma; ``persistence``: above gamma for at least
+        persistence·n and fewer than n samples in a row. A stretch that is both is listed as persistence.
+    """
+    hits = collisions(residual, evidence, gamma, n, merge_samples)
+    starts, stops = exceedances(residual, evidence, gamma)
+    length = stops - starts
+    short = (length < n) & (length >= max(1, ceil(persistence * n - 1e-9)))
+    brief = _apart(_events(residual, starts[short], stops[short], n, merge_samples), hits, merge_samples)
+    starts, stops = exceedances(residual, evidence, amplitude * gamma)
+    long = stops - starts >= n
+    low = _events(residual, starts[long], stops[long], n, merge_samples)
+    return _apart(low, hits + brief, merge_samples), brief
+
+
+def _events(residual: FloatArray, starts: IntArray, stops: IntArray, n: int, merge: int) -> list[Event]:
+    """Merge runs that are close, and describe each group."""
+    if starts.size == 0:
+        return []
+    first = np.flatnonzero(np.concatenate(([True], starts[1:] - stops[:-1] >= max(1, merge))))
+    groups = np.split(np.arange(starts.size), first[1:])
+    return [_describe(residual, starts[g], stops[g], n) for g in groups]
+
+
+def _describe(residual: FloatArray, starts: IntArray, stops: IntArray, n: int) -> Event:
+    span = Span(int(starts[0]), int(stops[-1]))
+    length = stops - starts
+    longest = int(np.argmax(length))
+    fires = np.flatnonzero(length >= n)
+    detected = int(starts[fires[0]]) + n - 1 if fires.size else int(stops[longest]) - 1
+    part = np.nan_to_num(residual[span.slice])
+    peak = float(part[int(np.argmax(np.abs(part)))])
+    return Event(span, detected, int(length[longest]), peak, int(length.sum()))
+
+
+def _apart(events: Sequence[Event], others: Sequence[Event], margin: int) -> list[Event]:
+    """Events that neither overlap nor neighbour any of the others."""
+    return [
+        e
+        for e in events
+        if not any(e.span.start < o.span.stop + margin and o.span.start - margin < e.span.stop for o in others)
+    ]

@@ -1,0 +1,100 @@
+"""Friction of every judged joint from one or several logs, and what has to be said about it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from collaudit.core.config.schema import Config
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.friction.fit import fit_friction
+from collaudit.core.friction.model import FrictionModel
+from collaudit.core.friction.points import friction_points
+from collaudit.core.friction.units import FrictionUnits
+from collaudit.core.prepare import Prepared
+from collaudit.core.result import FrictionFit, FrictionPoint
+from collaudit.core.sections import find_sections
+from collaudit.core.series import UniformSeries
+
+
+def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, FrictionFit]:
+    """Sections, points and fit of each judged joint, the points of all logs together.
+
+    Raises:
+        ConfigError: the logs' efforts have different units.
+    """
+    units = {p.series.effort_unit for p in prepared}
+    if len(units) > 1:
+        raise ConfigError("the logs have efforts in different units", found=", ".join(sorted(units)))
+    points: dict[str, list[FrictionPoint]] = {}
+    counts: Counter[str] = Counter()
+    rejected: dict[str, Counter[str]] = {}
+    for log in prepared:
+        found = find_sections(log.series, config.sections)
+        for joint in log.judged:
+            sections = found.of(joint)
+            counts[joint] += len(sections)
+            rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
+            points.setdefault(joint, []).extend(friction_points(log.series, sections, log.rigid_nm, config.friction))
+    fits = {}
+    for joint, its_points in points.items():
+        robot = next(p.robot for p in prepared if joint in p.judged)
+        kind = robot.joint_types[robot.joint_names.index(joint)]
+        its_units = FrictionUnits.of(kind, prepared[0].series.effort_unit)
+        fit = fit_friction(sorted(its_points, key=lambda p: p.speed_rad_s), its_units, config.friction.model)
+        fits[joint] = replace(fit, section_count=counts[joint], rejected=dict(rejected[joint].most_common()))
+    return fits
+
+
+def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
+    """What the fits could not do, one finding a joint and fact."""
+    findings = []
+    for joint, fit in fits.items():
+        if fit.model is None:
+            lost = "; ".join(f"{reason}: {count}" for reason, count in fit.rejected.items())
+            text = f"The friction of joint '{joint}' could not be fitted: {fit.reason}."
+            if lost:
+                text += f" Stretches rejected: {lost}."
+            findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))
+            continue
+        if fit.not_identifiable:
+            text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
+            findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
+        rest = fit.n_points - fit.n_pairs
+        if rest:
+            moving = sum(p.others_moving for p in fit.points)
+            text = (
+                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque instead of a "
+                f"pair of directions ({moving} with other joints moving): an error of the model goes into them."
+            )
+            findings.append(Finding("friction-model-points", "info", text, joint=joint))
+    return findings
+
+
+def friction_laws(
+    fits: Mapping[str, FrictionFit], series: UniformSeries
+) -> tuple[dict[str, FrictionModel], list[Finding]]:
+    """Laws that can be used on this log: fitted, and in a torque unit."""
+    laws: dict[str, FrictionModel] = {}
+    findings = []
+    for joint in series.joint_names:
+        fit = fits.get(joint)
+        law = None if fit is None else FrictionModel.of(fit)
+        if fit is not None and fit.effort_unit == "raw" and law is not None:
+            why = "was fitted in the log's own unit, not in N·m"
+        elif law is not None:
+            laws[joint] = law
+            continue
+        else:
+            why = "is not in the friction file" if fit is None else "could not be fitted"
+        findings.append(
+            Finding(
+                "friction-missing",
+                "warning",
+                f"The friction of joint '{joint}' {why}: its residual is not judged.",
+                joint=joint,
+            )
+        )
+    return laws, findings

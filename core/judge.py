@@ -1,0 +1,113 @@
+"""Applying the rule to the residuals of a log: collisions, near misses, and the final state of each sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import Config
+from collaudit.core.detection import Event, collisions, near_misses
+from collaudit.core.phases import PHASES, contact_mask
+from collaudit.core.residual import Residual
+from collaudit.core.result import Collision, NearMiss, Phase, RuleFacts
+from collaudit.core.series import UniformSeries
+from collaudit.core.signals import State
+from collaudit.core.watch import Watch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judgement:
+    """Events of all joints in time order, and (n, j) states with unwatched stretches marked."""
+
+    collisions: tuple[Collision, ...]
+    near_misses: tuple[NearMiss, ...]
+    state: NDArray[np.int8]
+
+    def collision_times(self, joint: str) -> list[tuple[float, float]]:
+        """Start and end of a joint's collisions, s."""
+        return [(c.onset_s, c.onset_s + c.duration_s) for c in self.collisions if c.joint == joint]
+
+
+def judge(
+    series: UniformSeries,
+    residual: Residual,
+    rule: RuleFacts,
+    watch: Mapping[str, Watch],
+    phases: NDArray[np.int8],
+    config: Config,
+) -> Judgement:
+    """Rule (6) on every watched joint where its residual is evidence."""
+    state = _with_unwatched(residual.state, series.joint_names, watch, phases)
+    merge = round(config.detect.merge_ms / 1e3 / series.period_s)
+    hits: list[Collision] = []
+    near: list[NearMiss] = []
+    for j, joint in enumerate(series.joint_names):
+        if not watch[joint].watched or joint not in rule.gamma_nm:
+            continue
+        evidence = state[:, j] <= State.FRICTION_INTERVAL
+        gamma, x = rule.gamma_nm[joint], residual.torque_nm[:, j]
+        for event in collisions(x, evidence, gamma, rule.n, merge):
+            hits.append(_collision(series, joint, event, gamma, phases))
+        amplitude, persistence = near_misses(
+            x, evidence, gamma, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
+        )
+        near += [_near_miss(series, joint, e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in amplitude]
+        near += [_near_miss(series, joint, e, gamma, "persistence", e.longest / rule.n, phases) for e in persistence]
+    return Judgement(
+        tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
+        tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
+        state,
+    )
+
+
+def _with_unwatched(
+    state: NDArray[np.int8], joints: tuple[str, ...], watch: Mapping[str, Watch], phases: NDArray[np.int8]
+) -> NDArray[np.int8]:
+    out = state.copy()
+    contact = contact_mask(phases)
+    for j, joint in enumerate(joints):
+        if not watch[joint].watched:
+            out[:, j] = np.maximum(out[:, j], State.NOT_WATCHED)
+        elif not watch[joint].in_contact:
+            out[contact, j] = np.maximum(out[contact, j], State.NOT_WATCHED)
+    return out
+
+
+def _phase(phases: NDArray[np.int8], sample: int) -> Phase:
+    return PHASES[int(phases[sample])]
+
+
+def _collision(series: UniformSeries, joint: str, event: Event, gamma: float, phases: NDArray[np.int8]) -> Collision:
+    return Collision(
+        joint=joint,
+        onset_s=float(series.time_s[event.span.start]),
+        detected_s=float(series.time_s[event.detected]),
+        duration_s=len(event.span) * series.period_s,
+        peak_nm=event.peak,
+        gamma_nm=gamma,
+        phase=_phase(phases, event.span.start),
+    )
+
+
+def _near_miss(
+    series: UniformSeries,
+    joint: str,
+    event: Event,
+    gamma: float,
+    kind: str,
+    ratio: float,
+    phases: NDArray[np.int8],
+) -> NearMiss:
+    return NearMiss(
+        joint=joint,
+        onset_s=float(series.time_s[event.span.start]),
+        duration_s=len(event.span) * series.period_s,
+        peak_nm=event.peak,
+        gamma_nm=gamma,
+        ratio=ratio,
+        kind="amplitude" if kind == "amplitude" else "persistence",
+        phase=_phase(phases, event.span.start),
+    )

@@ -1,0 +1,125 @@
+"""Everything about one log that fitting and judging share: conditioned signals, model torque, checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.conditioning import condition
+from collaudit.core.config.schema import Config
+from collaudit.core.effort_check import EffortGain, effort_findings, effort_gains
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.phases import label_phases, phase_findings
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.series import FloatArray, JointLog, UniformSeries
+from collaudit.core.wrench import contact_torque
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prepared:
+    """One log, ready to be fitted or judged.
+
+    Attributes:
+        series: all joints that the log and the model share, in model order.
+        robot: the model.
+        rigid_nm: (n, j) rigid-body torque, or None without inertials.
+        contact_nm: (n, j) J^T F of the measured tool force, or None without a wrench.
+        judged: names of the joints to judge.
+        phases: (n,) phase labels (``core/phases.py``).
+        gains: effort against model torque, by joint.
+        findings: of the log, the model and the checks.
+    """
+
+    series: UniformSeries
+    robot: RobotModel
+    rigid_nm: FloatArray | None
+    contact_nm: FloatArray | None
+    judged: tuple[str, ...]
+    phases: NDArray[np.int8]
+    gains: tuple[EffortGain, ...]
+    findings: tuple[Finding, ...]
+
+    def columns(self) -> list[int]:
+        """Columns of the judged joints."""
+        return [self.series.column(joint) for joint in self.judged]
+
+
+def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
+    """Condition a log, compute its model torque and check its effort against it.
+
+    Raises:
+        NotJudgedError: the log has no stretch long enough.
+        ConfigError: a configured joint is not in the log, or a wrench lacks its frame.
+    """
+    series = condition(_in_model_order(log, robot), config.conditioning)
+    judged = _judged(config, series.joint_names)
+    findings = [*series.findings, *robot.findings, *phase_findings(config.phases)]
+    labels = label_phases(series.time_s, config.phases)
+    rigid = None
+    gains: tuple[EffortGain, ...] = ()
+    if robot.has_inertials:
+        rigid = robot.inverse_dynamics(series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+    contact, more = contact_torque(series, robot, labels, config)
+    findings += more
+    if rigid is not None and series.effort is not None:
+        expected = rigid if contact is None else rigid + np.nan_to_num(contact)
+        gains = tuple(g for g in effort_gains(series, expected) if g.joint in judged)
+        findings += effort_findings(gains, judged, series.effort_unit)
+    return Prepared(series, robot, rigid, contact, judged, labels, gains, tuple(findings))
+
+
+def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
+    """The log with the model's joints only, in the model's order."""
+    pick = [log.joint_names.index(name) for name in robot.joint_names]
+    if pick == list(range(len(log.joint_names))):
+        return log
+
+    def take(array: FloatArray | None) -> FloatArray | None:
+        return None if array is None else np.ascontiguousarray(array[:, pick])
+
+    return replace(
+        log,
+        joint_names=robot.joint_names,
+        position_rad=np.ascontiguousarray(log.position_rad[:, pick]),
+        velocity_rad_s=take(log.velocity_rad_s),
+        effort=take(log.effort),
+    )
+
+
+def _judged(config: Config, present: tuple[str, ...]) -> tuple[str, ...]:
+    wanted = config.robot.joints
+    if wanted is None:
+        return present
+    missing = [name for name in wanted if name not in present]
+    if missing:
+        raise ConfigError(
+            "a judged joint is not among the joints that the log and the model share",
+            where="[robot] joints",
+            found=", ".join(missing),
+            expected="some of " + ", ".join(present),
+        )
+    return tuple(name for name in present if name in wanted)
+
+
+def judged_series(prepared: Prepared) -> UniformSeries:
+    """The series with the judged joints only."""
+    columns = prepared.columns()
+    series = prepared.series
+    if len(columns) == len(series.joint_names):
+        return series
+
+    def take(array: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(array[:, columns])
+
+    return replace(
+        series,
+        joint_names=prepared.judged,
+        position_rad=take(series.position_rad),
+        velocity_rad_s=take(series.velocity_rad_s),
+        acceleration_rad_s2=take(series.acceleration_rad_s2),
+        effort=None if series.effort is None else take(series.effort),
+        saturated=series.saturated[:, columns],
+    )

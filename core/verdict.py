@@ -1,0 +1,84 @@
+"""The verdict: pass, fail, or not judged, each with its reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from collaudit.core.config.schema import PolicyConfig
+from collaudit.core.findings import Finding
+from collaudit.core.result import Collision, Coverage, JointCoverage, NearMiss, Verdict
+
+
+def decide(
+    policy: PolicyConfig,
+    collisions: Sequence[Collision],
+    near_misses: Sequence[NearMiss],
+    coverage: Coverage,
+    findings: Sequence[Finding],
+) -> tuple[Verdict, tuple[str, ...]]:
+    """Apply the policy. A broken policy wins; then whatever could not be judged; only then a pass."""
+    broken = _broken(policy, collisions, near_misses, coverage)
+    unjudged = _not_judged(policy, coverage, findings)
+    if broken:
+        return "fail", tuple(broken + unjudged)
+    if unjudged:
+        return "not_judged", tuple(unjudged)
+    judged = {j: c for j, c in coverage.joints.items() if c.watched and c.judged_s > 0}
+    seconds = sum(c.judged_s for c in judged.values())
+    return "pass", (
+        f"{_count(len(collisions), 'collision')} and {_count(len(near_misses), 'near miss', 'near misses')} in "
+        f"{seconds:.4g} joint-seconds judged on {_count(len(judged), 'joint')}, within the policy.",
+    )
+
+
+def _count(number: int, one: str, many: str | None = None) -> str:
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def _broken(
+    policy: PolicyConfig, collisions: Sequence[Collision], near_misses: Sequence[NearMiss], coverage: Coverage
+) -> list[str]:
+    reasons = []
+    if len(collisions) > policy.max_collisions:
+        joints = sorted({c.joint for c in collisions})
+        reasons.append(
+            f"{_count(len(collisions), 'collision')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
+        )
+    if policy.max_near_misses_per_hour is not None and near_misses and coverage.recorded_s > 0:
+        rate = len(near_misses) / (coverage.recorded_s / 3600.0)
+        if rate > policy.max_near_misses_per_hour:
+            reasons.append(
+                f"{_count(len(near_misses), 'near miss', 'near misses')} in {coverage.recorded_s:.4g} s is "
+                f"{rate:.4g} an hour (policy: at most {policy.max_near_misses_per_hour:g})."
+            )
+    return reasons
+
+
+def _not_judged(policy: PolicyConfig, coverage: Coverage, findings: Sequence[Finding]) -> list[str]:
+    reasons = [f"The log is damaged: {f.text}" for f in findings if f.code == "log-partial"]
+    watched = {j: c for j, c in coverage.joints.items() if c.watched}
+    if not any(c.judged_s > 0 for c in watched.values()):
+        return [*reasons, "No joint could be judged: " + _causes(watched)]
+    for joint, cover in watched.items():
+        need = policy.min_coverage * cover.moving_s
+        if cover.moving_s > 0 and cover.judged_s < need:
+            share = 100.0 * cover.judged_s / cover.moving_s
+            reasons.append(
+                f"Joint '{joint}': only {share:.3g} % of its {cover.moving_s:.4g} s of motion could be judged "
+                f"(policy: at least {100 * policy.min_coverage:g} %): {_causes({joint: cover})}"
+            )
+    return reasons
+
+
+def _causes(joints: dict[str, JointCoverage]) -> str:
+    """The main reasons of not judging, with their seconds."""
+    total: dict[str, float] = {}
+    for cover in joints.values():
+        for reason, seconds in cover.not_judged_s.items():
+            total[reason] = total.get(reason, 0.0) + seconds
+        if cover.standing_s:
+            total["at-rest-or-reversing"] = total.get("at-rest-or-reversing", 0.0) + cover.standing_s
+    if not total:
+        return "nothing was watched."
+    parts = sorted(total.items(), key=lambda item: -item[1])
+    return ", ".join(f"{reason} {seconds:.4g} s" for reason, seconds in parts) + "."

@@ -1,0 +1,99 @@
+"""The meant tool force: from the wrist sensor to joint torques J(q)^T F (eq. 2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import Config
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.phases import PHASES
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+
+_BIAS_S = 1.0
+
+
+def contact_torque(
+    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
+) -> tuple[FloatArray | None, list[Finding]]:
+    """Joint torque of the force that the tool is meant to exert.
+
+    The sensor reads ``sign · (F - W) + bias`` with F what the robot does to the environment, W the
+    tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``.
+
+    Returns:
+        (n, j) N·m, or None without a wrench; and findings on how its offset was found.
+
+    Raises:
+        ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
+    """
+    if series.wrench is None:
+        return None, _expected_a_wrench(config)
+    frame = config.log.wrench_frame
+    if frame is None:
+        raise ConfigError(
+            "the log has a wrench, but its frame is not configured",
+            where="[log] wrench_frame",
+            expected="a frame of the model, such as " + ", ".join(robot.frame_names[-3:]),
+        )
+    sign = float(config.log.wrench_sign)
+    weight = np.zeros_like(series.wrench)
+    if config.robot.tool.mass_kg not in (0.0, "estimate"):
+        weight = robot.tool_wrench(series.position_rad, frame)
+    bias, findings = _bias(series, sign, weight, phases, config)
+    force = sign * (series.wrench - bias) + weight
+    return robot.wrench_torque(series.position_rad, force, frame), findings
+
+
+def _expected_a_wrench(config: Config) -> list[Finding]:
+    if config.phases.contact and config.log.wrench is None and config.log.csv.wrench is None:
+        return [
+            Finding(
+                "log-wrench-missing",
+                "warning",
+                "A contact phase is configured but no wrench: the meant tool force stays in the residual.",
+            )
+        ]
+    return []
+
+
+def _bias(
+    series: UniformSeries, sign: float, weight: FloatArray, phases: NDArray[np.int8], config: Config
+) -> tuple[FloatArray, list[Finding]]:
+    """Zero offset of the sensor, (6,): configured, or the median before contact."""
+    assert series.wrench is not None
+    if config.log.wrench_bias != "estimate":
+        return np.asarray(config.log.wrench_bias, dtype=np.float64), []
+    free, where = _free_samples(series, phases)
+    readings = (series.wrench + sign * weight)[free]
+    readings = readings[np.isfinite(readings).all(axis=1)]
+    if readings.shape[0] < 10:
+        return np.zeros(6), [
+            Finding(
+                "log-wrench-bias",
+                "warning",
+                f"The zero offset of the wrench sensor could not be taken from {where}; it was taken as zero.",
+            )
+        ]
+    bias = np.median(readings, axis=0)
+    scatter = np.std(readings, axis=0)
+    text = ", ".join(f"{b:.3g}" for b in bias)
+    return bias, [
+        Finding(
+            "log-wrench-bias",
+            "info" if "approach" in where else "warning",
+            f"Zero offset of the wrench sensor taken from {where}: [{text}] (N, N·m), scatter up to "
+            f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. Wrong if the tool touched something then.",
+        )
+    ]
+
+
+def _free_samples(series: UniformSeries, phases: NDArray[np.int8]) -> tuple[BoolArray, str]:
+    """Samples believed to be without contact, and how they were chosen."""
+    approach = phases == PHASES.index("approach")
+    if np.count_nonzero(approach) >= 10:
+        return np.asarray(approach), "the approach phase"
+    start = series.time_s - series.time_s[0] < _BIAS_S
+    return np.asarray(start), f"the first {_BIAS_S:g} s of the log, no approach phase being configured"

@@ -141,10 +141,10 @@ class SectionsConfig(_Section):
     min_speed_rad_s: Positive = Field(
         0.005, description="Slower stretches are standing still (rad/s; m/s if prismatic)."
     )
-    min_duration_s: Positive = Field(0.25, description="Shorter stretches are rejected.")
+    min_duration_s: Positive = Field(0.15, description="Shorter stretches are rejected.")
     speed_tolerance: Positive = Field(0.05, description="Allowed deviation from the section's mean speed, as a share.")
     speed_tolerance_rad_s: NonNegative = Field(0.003, description="The same, absolute; the larger of the two counts.")
-    settle_s: NonNegative = Field(0.1, description="Taken off each end, where the motion has not settled.")
+    settle_s: NonNegative = Field(0.05, description="Taken off each end, where the motion has not settled.")
     others_max_speed_rad_s: Positive = Field(0.01, description="Another joint faster than this is moving.")
 
 

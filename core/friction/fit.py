@@ -49,7 +49,7 @@ def fit_friction(
     reason = _too_little(points, units)
     if reason is not None:
         return replace(empty, reason=reason)
-    data = _arrays(points)
+    data = _with_scatter(_arrays(points))
     simple = ls.fit_coulomb_viscous(data)
     if model == "coulomb-viscous":
         return _coulomb_viscous(
@@ -112,6 +112,33 @@ def _arrays(points: Sequence[FrictionPoint]) -> ls.Points:
     both = np.count_nonzero(direction > 0) >= 2 and np.count_nonzero(direction < 0) >= 2
     offset = direction if both and len(points) >= 6 else None
     return ls.Points(np.array([p.speed_rad_s for p in points]), friction, np.maximum(se, floor), offset)
+
+
+def _with_scatter(data: ls.Points) -> ls.Points:
+    """Add a common variance to all points where they scatter more than their standard errors say.
+
+    The variance is the one that brings chi-square down to its degrees of freedom (Paule and Mandel, J. Res.
+    Natl. Bur. Stand. 87, 1982), so that a point with a lucky small error cannot pull the curve to itself.
+    """
+    free = 4 + (data.offset is not None)
+    c = 0.0
+    if data.n > free:
+        prof = ls.profile(data)
+        c = float(prof.c[prof.best])
+
+    def excess(variance: float) -> float:
+        wider = replace(data, sd=np.sqrt(data.sd**2 + variance))
+        if c > 0.0:
+            return ls.fit_at(wider, c).sum_squares - (data.n - free)
+        return ls.fit_coulomb_viscous(wider).sum_squares - max(1, data.n - free + 2)
+
+    top = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
+    if excess(0.0) <= 0 or excess(top) >= 0:
+        return data
+    from scipy.optimize import brentq
+
+    variance = float(brentq(excess, 0.0, top, xtol=1e-12 * top))
+    return replace(data, sd=np.sqrt(data.sd**2 + variance))
 
 
 def _quality(sum_squares: float, freedom: int) -> _Quality:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.provenance import make_provenance
-from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from collaudit.core.audit import Prepared
@@ -65,16 +65,7 @@ def prepare_log(files: LogFiles, loaded: LoadedConfig, progress: Progress | None
 
     known = robot_joints(loaded.config.robot, loaded.base_dir)
     log = read_log(files, loaded.config.log, robot_joints=known or None, progress=progress)
-    joints = [name for name in log.joint_names if name in known] if known else list(log.joint_names)
-    if not joints:
-        raise LogError(
-            "no joint of the log is a joint of the robot",
-            where=log_name(files),
-            found=", ".join(log.joint_names),
-            expected=", ".join(known),
-            hint="map the names with [log.joint_names] (collaudit init makes a guess)",
-        )
-    return prepare(log, load_robot(loaded.config.robot, loaded.base_dir, joints), loaded.config)
+    return prepare(log, load_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
 
 
 def friction_path(loaded: LoadedConfig) -> Path | None:
@@ -98,5 +89,5 @@ def judge(files: LogFiles, loaded: LoadedConfig, progress: Progress | None = Non
     path = friction_path(loaded)
     friction = read_friction(path) if path else None
     prepared = prepare_log(files, loaded, progress)
-    provenance = make_provenance(loaded, path, prepared.model.sha256)
+    provenance = make_provenance(loaded, path, prepared.robot.sha256)
     return audit_log(prepared, loaded.config, friction, provenance), friction

@@ -76,6 +76,12 @@ def robot_options(function: CommandFunction) -> CommandFunction:
     return _all(flags, function)
 
 
+def friction_options(function: CommandFunction) -> CommandFunction:
+    """The flag that says which friction model is fitted."""
+    words = "Friction model: auto, static-lugre or coulomb-viscous."
+    return _flag("--model", "friction.model", str, "NAME", words)(function)
+
+
 def rule_options(function: CommandFunction) -> CommandFunction:
     """Flags for rule (6)."""
     flags: tuple[Decorator, ...] = (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
 from collaudit.cli.words import note, print_findings, progress, table
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to write friction.json.")
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
-@click.option("--model", metavar="NAME", help="Friction model: auto, static-lugre or coulomb-viscous.")
 @config_option
 @robot_options
-def command(logs: tuple[str, ...], output: Path | None, as_json: bool, model: str | None) -> int:
+@friction_options
+def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
     Every parameter comes with its 95 % interval; what the data cannot tell apart is named.
@@ -45,7 +45,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, model: st
     for files in find_logs(logs, loaded):
         with progress(f"reading {files[0].name}") as report:
             prepared.append(prepare_log(files, loaded, report))
-    provenance = make_provenance(loaded, None, prepared[0].model.sha256)
+    provenance = make_provenance(loaded, None, prepared[0].robot.sha256)
     friction = fit_logs(prepared, loaded.config, provenance)
     if output is not None:
         write_friction(output, friction)

@@ -1,6 +1,6 @@
 """The configuration file: its schema, its loading, its messages."""
 
-from collaudit.core.config.load import LoadedConfig, config_sha256, load_config
+from collaudit.core.config.load import LoadedConfig, config_sha256, load_config, parse_config
 from collaudit.core.config.schema import Config
 
-__all__ = ["Config", "LoadedConfig", "config_sha256", "load_config"]
+__all__ = ["Config", "LoadedConfig", "config_sha256", "load_config", "parse_config"]

@@ -53,7 +53,15 @@ def load_config(path: Path | None, overrides: Mapping[str, object] | None = None
         ConfigError: the file cannot be read, is not TOML, or does not fit the schema; every problem is
             listed with its line.
     """
-    text = _read(path) if path else ""
+    return parse_config(_read(path) if path else "", path, overrides)
+
+
+def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
+    """As :func:`load_config`, of a text that is or will be the file's content.
+
+    Raises:
+        ConfigError: it is not TOML or does not fit the schema.
+    """
     name = str(path) if path else None
     try:
         data = tomllib.loads(text)

@@ -1,0 +1,85 @@
+# Two commands do everything on a fresh clone with only Python 3.11+ and make:
+#   make demo    install into .venv, run the paper's experiment, end with the path of a report
+#   make test    build the wheel, install it into a clean environment, test that
+# Others: make check (lint, types, tests), make bench, make docs, make clean.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-print-directory
+
+# The first Python that is new enough; PYTHON=... chooses another.
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+
+# Nothing of the caller's environment may leak into ours.
+unexport PYTHONPATH PYTHONHOME PIP_TARGET PIP_PREFIX PIP_USER VIRTUAL_ENV
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_NO_INPUT := 1
+
+JOBS ?= 2
+PYTEST_ARGS ?=
+DEMO_OUT ?= demo-out
+
+RUN := .venv
+TEST := .venv-test
+TREE := build/types
+PACKAGES := cli core reports fixtures
+SOURCES := $(shell find $(PACKAGES) -type f -not -name '*.pyc' 2>/dev/null)
+SETUP := setup.cfg pyproject.toml
+
+.PHONY: demo test check lint types bench docs clean
+
+demo: $(RUN)/.installed
+	$(RUN)/bin/collaudit demo -o $(DEMO_OUT)
+
+test: $(TEST)/.wheel
+	rm -f build/test-results.xml
+	cd tests && ../$(TEST)/bin/pytest -n $(JOBS) --junit-xml=../build/test-results.xml $(PYTEST_ARGS) .
+
+check: lint types test
+
+lint: $(RUN)/.dev
+	$(RUN)/bin/ruff check .
+	$(RUN)/bin/ruff format --check .
+
+# mypy cannot follow setup.cfg's package mapping, so it sees the packages through a folder of links.
+types: $(RUN)/.dev
+	mkdir -p $(TREE)/collaudit
+	for p in $(PACKAGES); do ln -sfn ../../../$$p $(TREE)/collaudit/$$p; done
+	cd $(TREE) && MYPYPATH=. ../../$(RUN)/bin/mypy --config-file ../../setup.cfg \
+		$(foreach p,$(PACKAGES),-p collaudit.$(p))
+
+bench: $(RUN)/.dev
+	cd tests && ../$(RUN)/bin/pytest -m bench -s -q bench
+
+# The generated pages: configuration, its JSON Schema, findings, commands.
+docs: $(RUN)/.installed
+	$(RUN)/bin/python -m collaudit.cli.docs docs
+
+clean:
+	rm -rf $(RUN) $(TEST) build dist $(DEMO_OUT) *.egg-info
+
+$(RUN)/.made $(TEST)/.made:
+	@test -n "$(PYTHON)" || { echo "collaudit needs Python 3.11 or newer: make PYTHON=/path/to/python3.11" >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "$(PYTHON) is older than Python 3.11: make PYTHON=/path/to/python3.11" >&2; exit 2; }
+	$(PYTHON) -m venv --clear $(@D)
+	touch $@
+
+$(RUN)/.installed: $(RUN)/.made $(SETUP)
+	$(RUN)/bin/python -m pip install --quiet --editable .
+	touch $@
+
+$(RUN)/.dev: $(RUN)/.installed
+	$(RUN)/bin/python -m pip install --quiet --editable '.[dev]'
+	touch $@
+
+# Dependencies first, in their own step: a change of code then only swaps the wheel.
+$(TEST)/.wheel: $(TEST)/.made $(SETUP) $(SOURCES) README.md LICENSE
+	rm -rf build/lib build/bdist.* build/wheel
+	$(TEST)/bin/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
+	wheel=$$(ls build/wheel/collaudit-*.whl); \
+		$(TEST)/bin/python -m pip install --quiet "$$wheel[test]"; \
+		$(TEST)/bin/python -m pip install --quiet --no-deps --force-reinstall "$$wheel"
+	touch $@

@@ -1,0 +1,77 @@
+"""``collaudit init``: a commented configuration for a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from collaudit.cli.group import example_command
+from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.cli.words import note, print_findings, progress
+from collaudit.core.errors import EXIT_PASS, CollauditError, ConfigError
+
+if TYPE_CHECKING:
+    from collaudit.cli.chain import LogFiles
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.findings import Finding
+
+
+@example_command(
+    "init",
+    "collaudit init run.mcap --urdf arm.urdf -o collaudit.toml",
+    "collaudit init run.bag --urdf arm.urdf",
+    "collaudit init position.csv velocity.csv effort.csv -o collaudit.toml --force",
+)
+@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="File to write; stdout when absent."
+)
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+@config_option
+@robot_options
+def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
+    """Write a commented configuration for a log: topic, joint names, units, robot, rule.
+
+    What was stated nowhere is a guess and marked GUESS. With a robot, the log is read with the new
+    configuration, and what shows (an inverted effort, a wrong unit) is printed and written beside the
+    setting that would mend it; nothing is changed silently.
+    """
+    from collaudit.cli.chain import one_log
+    from collaudit.cli.draft import Draft
+    from collaudit.core.config import parse_config
+    from collaudit.core.logs import describe
+    from collaudit.core.robot import robot_joints
+    from collaudit.reports.files import atomic_write
+
+    if output is not None and output.exists() and not force:
+        raise ConfigError("this file exists", where=str(output), hint="--force replaces it")
+    loaded = load_settings()
+    files = one_log(logs, loaded)
+    summary = describe(files, loaded.config.log)
+    folder = output.parent if output is not None else Path()
+    draft = Draft(summary, robot_joints(loaded.config.robot, loaded.base_dir), loaded, folder)
+    findings = _check(files, parse_config(draft.text(), output or Path("collaudit.toml")))
+    draft.remark(findings)
+    text = draft.text()
+    parse_config(text, output)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        atomic_write(output, text)
+        note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
+    print_findings(findings, err=True)
+    return EXIT_PASS
+
+
+def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
+    """What reading the log with the new configuration shows; an error is said and stops nothing."""
+    from collaudit.cli.chain import prepare_log
+
+    try:
+        with progress("reading") as report:
+            return prepare_log(files, loaded, report).findings
+    except CollauditError as error:
+        note(f"with this configuration the log cannot be judged yet:\n{error.render()}")
+        return ()

@@ -1,0 +1,103 @@
+"""``collaudit recommend``: thresholds with their evidence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from collaudit.cli.group import example_command
+from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.words import note, progress, table
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
+
+if TYPE_CHECKING:
+    from collaudit.core.evidence import Audit
+    from collaudit.core.result import RecommendedRule
+
+RECOMMEND_SCHEMA = "collaudit/recommend/1"
+
+
+@example_command(
+    "recommend",
+    "collaudit recommend run/",
+    "collaudit recommend out/monday out/tuesday --json",
+    "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
+)
+@click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@config_option
+@robot_options
+@rule_options
+def command(inputs: tuple[str, ...], as_json: bool) -> int:
+    """Recommend gamma and n per joint from collision-free residuals of finished runs, or of logs.
+
+    All inputs count together. Each threshold comes with the hours it rests on, the false alarms they allow
+    for, and the evidence that is missing. Collisions found in the inputs are left out.
+
+    Exit code 3 when nothing could be recommended for any joint.
+    """
+    from collaudit.core.audit import recommend_rules
+
+    audits = _audits(inputs)
+    rules = recommend_rules(audits, _persistence_s(audits))
+    click.echo(_json(audits, rules) if as_json else rules_table(rules))
+    collisions = sum(len(audit.result.collisions) for audit in audits)
+    if collisions:
+        note(f"{collisions} collisions in the inputs were left out")
+    return EXIT_PASS if any(rule.gamma_nm is not None for rule in rules.values()) else EXIT_NOT_JUDGED
+
+
+def _persistence_s(audits: Sequence[Audit]) -> float | None:
+    """The persistence asked for; None leaves it to the runs."""
+    detect = load_settings().config.detect
+    if detect.n is not None:
+        return detect.n * max(audit.result.log.sample_period_s for audit in audits)
+    return None if detect.persistence_ms is None else detect.persistence_ms / 1e3
+
+
+def _audits(inputs: Sequence[str]) -> list[Audit]:
+    """Runs are read, everything else is judged as a log."""
+    from collaudit.cli.chain import find_logs, judge
+    from collaudit.reports.files import AUDIT_NAME, read_run
+
+    runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
+    logs = [text for text in inputs if Path(text) not in runs]
+    audits = [read_run(run) for run in runs]
+    loaded = load_settings()
+    for files in find_logs(logs, loaded) if logs else []:
+        with progress(f"reading {files[0].name}") as report:
+            audits.append(judge(files, loaded, report)[0])
+    return audits
+
+
+def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
+    """One line a joint, below it what evidence is missing."""
+    rows = [
+        (
+            joint,
+            "none" if rule.gamma_nm is None else f"{rule.gamma_nm:g}",
+            str(rule.n),
+            "" if rule.largest_clean_nm is None else f"{rule.largest_clean_nm:.3g}",
+            f"{rule.clean_hours:.3g}",
+            "" if rule.false_alarms_per_hour is None else f"{rule.false_alarms_per_hour:.3g}",
+            "" if rule.false_alarms_per_hour_upper95 is None else f"{rule.false_alarms_per_hour_upper95:.3g}",
+        )
+        for joint, rule in rules.items()
+    ]
+    head = ("joint", "gamma N·m", "n", "largest clean N·m", "clean hours", "false alarms/h", "at most (95 %)")
+    missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
+    return "\n".join([table(head, rows), *missing])
+
+
+def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule]) -> str:
+    content = {
+        "schema": RECOMMEND_SCHEMA,
+        "logs": [{"name": a.result.log.name, "sha256": a.result.log.sha256} for a in audits],
+        "joints": {joint: asdict(rule) for joint, rule in rules.items()},
+    }
+    return json.dumps(content, indent=2, ensure_ascii=False)

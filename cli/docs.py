@@ -1,0 +1,120 @@
+"""Generated pages of the user guide: ``python -m collaudit.cli.docs docs``.
+
+The configuration reference and its JSON Schema come from the schema, findings from their table, commands
+from their own help; a test compares the files with what this module makes.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+from collaudit.cli.main import collaudit
+from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
+from collaudit.core.config.schema import Config
+from collaudit.core.findings import CODES
+
+
+def pages() -> dict[str, str]:
+    """File name in ``docs/`` to its content."""
+    return {
+        "config-schema.json": config_schema(),
+        "config.md": config_page(),
+        "findings.md": findings_page(),
+        "commands.md": commands_page(),
+    }
+
+
+def config_schema() -> str:
+    """The JSON Schema of collaudit.toml."""
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "collaudit.toml"}
+    schema |= {key: value for key, value in Config.model_json_schema().items() if key != "title"}
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def config_page() -> str:
+    """The reference of collaudit.toml: one table a section."""
+    lines = [
+        "# Configuration reference",
+        "",
+        "`collaudit.toml`, given with `-c`; flags override it. `collaudit init` writes one for a log. Relative paths",
+        "start from the folder of the configuration file. Keys that are absent have the default; `absent` as a default",
+        "means that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
+        "",
+        "_Generated from the schema by `make docs`._",
+    ]
+    tables = [key for key in all_keys() if key.table is not None]
+    for key in tables:
+        name = f"[[{key.dotted}]]" if key.array else f"[{key.dotted}]"
+        lines += ["", f"## `{name}`", "", key.info.description or "", ""]
+        assert key.table is not None
+        rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
+        if rows:
+            lines += ["| key | value | default | meaning |", "|---|---|---|---|", *(_config_row(row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def findings_page() -> str:
+    """Every finding code with its meaning."""
+    lines = [
+        "# Findings",
+        "",
+        "A finding is a stated fact about the data, or about a choice that was made for you. Codes are stable: scripts",
+        "may match them. Severity: `info` is worth knowing, `warning` limits trust, `error` forbids judging.",
+        "",
+        "_Generated from `core/findings.py` by `make docs`._",
+        "",
+        "| code | meaning |",
+        "|---|---|",
+    ]
+    return "\n".join([*lines, *(f"| `{code}` | {_cell(text)} |" for code, text in CODES.items())]) + "\n"
+
+
+def commands_page() -> str:
+    """The help of every command."""
+    lines = ["# Commands", "", "What `collaudit --help` and `collaudit COMMAND --help` print."]
+    lines += ["", "_Generated from the commands by `make docs`._"]
+    for name in ("", *(entry.name for entry in collaudit.entries)):
+        title = f"collaudit {name}".strip()
+        lines += ["", f"## {title}", "", "```text", help_text(name), "```"]
+    return "\n".join(lines) + "\n"
+
+
+def help_text(name: str) -> str:
+    """What ``collaudit NAME --help`` prints on a terminal of 80 columns."""
+    top = click.Context(collaudit, info_name="collaudit", terminal_width=80, help_option_names=["-h", "--help"])
+    if not name:
+        return collaudit.get_help(top).rstrip()
+    command = collaudit.get_command(top, name)
+    if command is None:
+        raise KeyError(name)
+    return command.get_help(click.Context(command, info_name=name, parent=top, terminal_width=80)).rstrip()
+
+
+def _config_row(key: Key) -> str:
+    default = default_text(key.info)
+    shown = default if default == "absent" else f"`{default}`"
+    return (
+        f"| `{key.path[-1]}` | {_cell(value_text(key.info))} | {_cell(shown)} | {_cell(key.info.description or '')} |"
+    )
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")
+
+
+def main(arguments: list[str]) -> int:
+    """Write the pages into the folder named."""
+    if len(arguments) != 1:
+        sys.stderr.write("usage: python -m collaudit.cli.docs FOLDER\n")
+        return 2
+    for name, text in pages().items():
+        (Path(arguments[0]) / name).write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

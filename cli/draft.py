@@ -1,0 +1,185 @@
+"""A configuration for one log: what was found in it, what was given, and guesses marked as such."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel
+
+from collaudit.cli.config_text import Section, document
+from collaudit.cli.guess_names import NameGuess, guess_names
+from collaudit.core.config.describe import all_keys
+
+if TYPE_CHECKING:
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.findings import Finding
+    from collaudit.core.logs import LogSummary, TopicInfo
+
+_SECTIONS = (
+    "robot", "robot.tool", "log", "log.joint_names", "log.csv", "log.units", "conditioning", "sections",
+    "friction", "detect", "near_miss", "phases", "policy",
+)  # fmt: skip
+_CSV_LOOKED_FOR = "the columns were recognised by their names; state them here to be sure"
+
+
+class Draft:
+    """The file as it grows: sections by name, in the order they are written."""
+
+    def __init__(self, summary: LogSummary, robot_names: Sequence[str], loaded: LoadedConfig, folder: Path) -> None:
+        self.summary = summary
+        self.sections = {name: Section(name) for name in _SECTIONS}
+        self._robot_names = tuple(robot_names)
+        self._given = dict(given_keys(loaded, folder))
+        self._fill()
+
+    def _fill(self) -> None:
+        topic = self._main_topic()
+        self._robot()
+        self._signals(topic)
+        self._names(topic)
+        self._units(topic)
+        self._rule()
+        for dotted, value in self._given.items():
+            table, _, key = dotted.rpartition(".")
+            if dotted == "log.joint_names" and isinstance(value, dict):
+                for name, target in value.items():
+                    self.sections[dotted].give(name, target)
+            else:
+                self.sections[table].give(key, value)
+        self.sections = {name: section for name, section in self.sections.items() if section.lines or section.remarks}
+
+    def text(self) -> str:
+        """The file."""
+        head = [
+            f"collaudit configuration, written by collaudit init for {self.summary.name}.",
+            "Lines marked GUESS were stated nowhere: check each of them. Lines behind # are examples.",
+            "Every key is explained in docs/config.md.",
+        ]
+        return document(head, self.sections)
+
+    def remark(self, findings: Sequence[Finding]) -> None:
+        """Put findings that concern a setting beside that setting."""
+        for finding in findings:
+            table = _PLACE.get(finding.code.partition("-")[0], "log")
+            if finding.severity != "info" and table in self.sections:
+                self.sections[table].remarks.append(f"{finding.severity}: {finding.text}")
+
+    def _main_topic(self) -> TopicInfo | None:
+        """The table of joint signals: the one asked for, else the one with most of the robot's joints."""
+        asked = self._given.get("log.joint_states")
+        candidates = [t for t in self.summary.topics if t.role == "joint_states" and asked in (None, t.name)]
+
+        def worth(topic: TopicInfo) -> tuple[int, int, int]:
+            known = sum(name in self._robot_names for name in topic.joints)
+            guessed = len(guess_names(topic.joints, self._robot_names))
+            return known + guessed, len(topic.joints), topic.count
+
+        return max(candidates, key=worth, default=None)
+
+    def _robot(self) -> None:
+        robot, tool = self.sections["robot"], self.sections["robot.tool"]
+        if not self._robot_names:
+            robot.remarks.append(
+                "Without a robot only friction can be fitted, from pairs of directions; nothing is judged."
+            )
+        robot.add("urdf", "arm.urdf", "or dh_convention and [[robot.dh]] rows", active=False)
+        robot.add("base_rpy_deg", [0.0, 0.0, 0.0], "upright on the floor", guess=True)
+        robot.add("armature_kg_m2", {"joint1": 0.1}, "reflected rotor inertia, by joint", active=False)
+        tool.add("mass_kg", 0.0, "nothing carried; a payload left out shows as residual torque", guess=True)
+        tool.add("com_m", [0.0, 0.0, 0.05], "centre of mass in frame", active=False)
+        tool.add("frame", "tool0", "the last link when absent", active=False)
+
+    def _signals(self, topic: TopicInfo | None) -> None:
+        log = self.sections["log"]
+        if topic is not None and not self.summary.csv_columns:
+            rate = "" if topic.rate_hz is None else f", {topic.rate_hz:.4g} Hz"
+            log.add("joint_states", topic.name, f"{topic.type}{rate}, {len(topic.joints)} joints")
+            others = [t.name for t in self.summary.topics if t.role == "joint_states" and t.name != topic.name]
+            if others:
+                log.remarks.append(f"Other topics with joint states: {', '.join(others)}.")
+        for wrench in (t for t in self.summary.topics if t.role == "wrench"):
+            log.add("wrench", wrench.name, "needs wrench_frame too", active=False)
+            log.add("wrench_frame", "ft_sensor", "a frame of the model", active=False)
+            log.add("wrench_sign", 1, "+1: what the robot does to the environment; -1: the reverse", active=False)
+        if not self.summary.csv_columns:
+            log.add("time", "auto", "the steadier of header and log time")
+        else:
+            csv = self.sections["log.csv"]
+            csv.remarks.append(f"Columns: {', '.join(self.summary.csv_columns)}")
+            csv.add("time", self.summary.csv_columns[0], _CSV_LOOKED_FOR, active=False)
+            csv.add("position", "q{i}", "{joint} stands for a name, {i} counts from 1", active=False)
+            csv.add("velocity", "dq{i}", "derived from position when absent", active=False)
+            csv.add("effort", "tau{i}", active=False)
+
+    def _names(self, topic: TopicInfo | None) -> None:
+        if topic is None or not self._robot_names:
+            return
+        given = self._given.get("log.joint_names")
+        renamed = given if isinstance(given, dict) else {}
+        strangers = [name for name in topic.joints if name not in renamed]
+        free = [name for name in self._robot_names if name not in renamed.values()]
+        guesses: list[NameGuess] = guess_names(strangers, free)
+        section = self.sections["log.joint_names"]
+        if guesses:
+            section.remarks.append("Name in the log = name in the robot model.")
+        for guess in guesses:
+            section.add(guess.log, guess.model, guess.why, guess=True)
+
+    def _units(self, topic: TopicInfo | None) -> None:
+        units = self.sections["log.units"]
+        if self.summary.csv_columns:
+            units.add("time", "auto", "by the size of its steps")
+            units.add("position", "rad", "CSV files state no unit", guess=True)
+            units.add("effort", "Nm", "CSV files state no unit; A needs torque constants", guess=True)
+        elif topic is not None:
+            units.add("position", "rad", f"{topic.type} defines radians")
+            units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
+        names = list(topic.joints[:2]) if topic else ["joint1"]
+        units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
+        units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
+
+    def _rule(self) -> None:
+        self.sections["friction"].add(
+            "file", "friction.json", "from collaudit fit; else fitted on each log", active=False
+        )
+        detect = self.sections["detect"]
+        detect.add(
+            "gamma_nm", 4.0, "one number, or by joint; collaudit recommend derives it from clean runs", guess=True
+        )
+        detect.add("persistence_ms", 25, "rounded up to whole samples", guess=True)
+        detect.add("watch", "auto", "joints under force control are not judged; or a list of names")
+        phases = self.sections["phases"]
+        phases.add("approach", [[0.0, 25.0]], "s from the log's first sample", active=False)
+        phases.add("contact", [[25.0, 53.0]], active=False)
+        phases.add("retreat", [[53.0, 57.5]], active=False)
+        self.sections["policy"].add("max_collisions", 0)
+        self.sections["policy"].add("max_near_misses_per_hour", 10, active=False)
+
+
+#: First word of a finding's code to the section it concerns.
+_PLACE = {"effort": "log.units", "model": "robot", "log": "log", "time": "log"}
+
+
+def given_keys(loaded: LoadedConfig, folder: Path) -> Iterator[tuple[str, object]]:
+    """Dotted keys that a file or a flag set, with their values; paths are made relative to ``folder``."""
+    for key in all_keys():
+        if key.table is not None and not key.array:
+            continue
+        holder: object = loaded.config
+        for name in key.path[:-1]:
+            holder = getattr(holder, name, None)
+        if isinstance(holder, BaseModel) and key.path[-1] in holder.model_fields_set:
+            yield key.dotted, _plain(getattr(holder, key.path[-1]), loaded.base_dir, folder)
+
+
+def _plain(value: object, base_dir: Path, folder: Path) -> object:
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_unset=True)
+    if isinstance(value, Path):
+        return os.path.relpath(base_dir / value, folder)
+    if isinstance(value, list | tuple):
+        return [_plain(inner, base_dir, folder) for inner in value]
+    return value

@@ -28,6 +28,13 @@ def significant(value: float | None, digits: int = 3) -> str:
     return fixed(value, max(0, digits - 1 - magnitude))
 
 
+def stated(value: float | None) -> str:
+    """A number somebody chose, such as a threshold: in full, without zeros nobody wrote."""
+    if value is None or not math.isfinite(value):
+        return UNKNOWN
+    return f"{value:.12g}"
+
+
 def fixed(value: float, decimals: int) -> str:
     """A finite number with so many decimals, without a minus before zero."""
     text = f"{value:.{decimals}f}"
@@ -119,8 +126,8 @@ def _outward(value: float | None, digits: int, *, up: bool) -> str:
 
 
 def _holds(text: str, value: float, *, up: bool) -> bool:
-    shown = Decimal(text)
-    return shown >= Decimal(value) if up else shown <= Decimal(value)
+    shown, exact = Decimal(text), Decimal(repr(float(value)))
+    return shown >= exact if up else shown <= exact
 
 
 def _decimals_apart(values: Sequence[float], least: int) -> int | None:

@@ -212,7 +212,7 @@ def _result(signals: Signals) -> AuditResult:
     recorded = n * PERIOD_S
     at = [float(signals.time_s[event[1]]) for event in _events(n)]
     judged = {
-        joint: float((signals.state[:, k] == State.JUDGED).sum() * PERIOD_S) for k, joint in enumerate(JOINTS)
+        joint: float(((signals.state[:, k] == State.JUDGED) & (np.abs(signals.velocity_rad_s[:, k]) >= 0.03)).sum() * PERIOD_S) for k, joint in enumerate(JOINTS)
     }
     return AuditResult(
         schema=AUDIT_SCHEMA,
@@ -299,7 +299,7 @@ def _coverage(signals: Signals, judged: dict[str, float], recorded: float) -> Co
         joints[joint] = JointCoverage(
             watched=joint != "wrist_3",
             why="friction is known" if joint != "wrist_3" else "no friction model",
-            moving_s=0.93 * recorded,
+            moving_s=float((np.abs(signals.velocity_rad_s[:, k]) >= 0.03).sum() * PERIOD_S),
             judged_s=judged[joint],
             standing_s=standing,
             not_judged_s=not_judged,

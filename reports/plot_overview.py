@@ -1,0 +1,64 @@
+"""One joint's residual over the whole log."""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
+
+from collaudit.core.result import AuditResult, Collision, NearMiss
+from collaudit.core.signals import Signals
+from collaudit.reports.plot_residual import draw_residual, draw_shading, draw_threshold, set_height, trace
+from collaudit.reports.svg import LIMIT, NEAR, drawing, figure, inline, quiet_axis
+
+_POINTS = 2000
+
+
+def draw_overview(
+    result: AuditResult, signals: Signals, joint: str, unit: str, name: str, label: str
+) -> tuple[Markup, str | None]:
+    """Residual, ±γ, events and what was not judged, over the whole log.
+
+    Args:
+        result: the audit's result.
+        signals: its signals.
+        joint: one of ``signals``.
+        unit: of the joint's torque, from :func:`collaudit.reports.words.torque_unit`.
+        name: id of the plot, unique in the page.
+        label: text for those who cannot see the plot.
+
+    Returns:
+        The drawing, and a note on what its axis leaves out, if anything.
+    """
+    column = signals.joint_names.index(joint)
+    gamma = float(signals.gamma_nm[column])
+    shown = trace(signals, column)
+    collisions = [event for event in result.collisions if event.joint == joint]
+    near_misses = [event for event in result.near_misses if event.joint == joint]
+    with drawing(name):
+        made = figure(10.4, 1.65)
+        axes = made.add_axes((0.058, 0.245, 0.936, 0.715))
+        draw_shading(axes, shown)
+        draw_threshold(axes, gamma)
+        draw_residual(axes, shown, _POINTS)
+        peaks = tuple(event.peak_nm for event in (*collisions, *near_misses))
+        note = set_height(axes, shown, gamma, peaks)
+        _mark(axes, near_misses, "D", NEAR, "white", 20)
+        _mark(axes, collisions, "v", LIMIT, LIMIT, 34)
+        if len(shown.time_s) > 1:
+            axes.set_xlim(0.0 if shown.time_s[0] >= 0 else shown.time_s[0], shown.time_s[-1])
+        axes.set_ylabel(f"residual, {unit}")
+        axes.set_xlabel("time, s", labelpad=1.5)
+        axes.locator_params(axis="y", nbins=5)
+        quiet_axis(axes)
+        return inline(made, name, label), note
+
+
+def _mark(
+    axes: Axes, events: list[Collision] | list[NearMiss], shape: str, edge: str, face: str, size: float
+) -> None:
+    """A mark at onset and peak of each event."""
+    if events:
+        times = np.array([event.onset_s for event in events])
+        peaks = np.array([event.peak_nm for event in events])
+        axes.scatter(times, peaks, s=size, marker=shape, facecolor=face, edgecolor=edge, linewidth=1.1, zorder=5)

@@ -1,0 +1,102 @@
+"""Words for readers: verdicts, kinds, reasons, units; and text from a log made safe to look at."""
+
+from __future__ import annotations
+
+import unicodedata
+
+from collaudit.core.result import AuditResult, FrictionFit, Verdict
+from collaudit.core.signals import State
+
+STATEMENT = (
+    "collaudit reads logs after the fact. It is no safety function, claims no performance level (PL or SIL), "
+    "and does not replace a risk assessment or a measurement of contact forces. "
+    "A verdict covers only what is shown here as judged."
+)
+
+VERDICT_WORD: dict[Verdict, str] = {"pass": "PASS", "fail": "FAIL", "not_judged": "NOT JUDGED"}
+VERDICT_SENTENCE: dict[Verdict, str] = {
+    "pass": "The log could be judged, and the policy is kept.",
+    "fail": "The log could be judged, and the policy is broken.",
+    "not_judged": "The data do not allow a verdict. This is neither a pass nor a fail.",
+}
+
+MODEL_NAME = {
+    "static-lugre": "static LuGre: f(v) = A + B·exp(−C·v) + D·v",
+    "coulomb-viscous": "Coulomb and viscous: f(v) = A + D·v",
+}
+
+_PARAMETER_MEANING = {
+    ("static-lugre", "A"): "Coulomb friction",
+    ("static-lugre", "B"): "extra friction near standstill",
+    ("static-lugre", "C"): "how fast that extra fades with speed",
+    ("static-lugre", "D"): "viscous friction",
+    ("coulomb-viscous", "A"): "level of the line",
+    ("coulomb-viscous", "D"): "slope of the line",
+}
+_UNIT_WORDS = {"nm": "N·m", "n": "N", "raw": "raw", "s": "s", "rad": "rad", "m": "m"}
+_STATE_TEXT = {state.code: state.text for state in State}
+_HIDDEN = frozenset("\u200b\u200c\u200d\u2060\ufeff\u2028\u2029\ufffe\uffff")
+
+
+def visible(text: str) -> str:
+    """Text in which nothing can hide: control, direction-changing and invisible characters are spelt out.
+
+    Letters of every script stay as they are, so do line feeds nowhere: a value is one line.
+    """
+    return "".join(char if _plain(char) else _spelt(char) for char in text)
+
+
+def reason_text(code: str) -> str:
+    """A not-judged reason code in words; a code this version does not know stands as it is."""
+    return _STATE_TEXT.get(code, code)
+
+
+def torque_unit(result: AuditResult, joint: str) -> str:
+    """Unit of a joint's torque: N·m, N for a prismatic joint, raw when the log's unit is not known."""
+    fit = result.friction.get(joint)
+    return effort_unit(fit) if fit is not None else "N·m"
+
+
+def effort_unit(fit: FrictionFit) -> str:
+    """Unit of a fit's friction, from the few there are (the file's own text is not trusted)."""
+    return fit.effort_unit if fit.effort_unit in ("N·m", "N", "raw") else "N·m"
+
+
+def speed_unit(fit: FrictionFit) -> str:
+    """Unit of a fit's speeds: m/s for prismatic joints, which their parameter names tell."""
+    prismatic = fit.effort_unit == "N" or any(name.endswith(("_per_m", "_s_per_m")) for name in fit.parameters)
+    return "m/s" if prismatic else "rad/s"
+
+
+def parameter_symbol(name: str) -> str:
+    """``A_nm`` → ``A``."""
+    return name.partition("_")[0]
+
+
+def parameter_unit(name: str) -> str:
+    """``D_nm_s_per_rad`` → ``N·m·s/rad``."""
+    above, _, below = name.partition("_")[2].partition("_per_")
+    words = "·".join(_UNIT_WORDS.get(word, word) for word in above.split("_") if word)
+    return f"{words}/{_UNIT_WORDS.get(below, below)}" if below else words
+
+
+def parameter_meaning(model: str | None, name: str) -> str:
+    """What a friction parameter stands for in its model."""
+    return _PARAMETER_MEANING.get((model or "", parameter_symbol(name)), "")
+
+
+def plural(count: int, one: str, many: str | None = None) -> str:
+    """``1 collision``, ``2 collisions``, ``no collisions``."""
+    word = one if count == 1 else (many or f"{one}s")
+    return f"{count or 'no'} {word}"
+
+
+def _plain(char: str) -> bool:
+    return char == " " or (char not in _HIDDEN and unicodedata.category(char) not in ("Cc", "Cf", "Cs", "Zl", "Zp"))
+
+
+def _spelt(char: str) -> str:
+    code = ord(char)
+    if code < 0x100:
+        return f"\\x{code:02x}"
+    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"

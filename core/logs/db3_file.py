@@ -1,0 +1,105 @@
+"""Reading the sqlite3 storage of ROS 2 bags as batches of raw messages."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.records import Batch, Channel, Damage, Progress, ros_type
+
+MAGIC = b"SQLite format 3\x00"
+_ROWS = 20_000
+
+
+class Db3File:
+    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.records.LogReader`)."""
+
+    format = "ros2-db3"
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.damage: list[Damage] = []
+        self._db = _connect(path)
+        try:
+            self.channels = self._read_channels()
+        except (sqlite3.Error, OverflowError) as error:
+            self._db.close()
+            raise LogError(
+                "is an SQLite file that cannot be read as a ROS 2 bag",
+                where=str(path),
+                found=str(error),
+                expected="the tables topics and messages of rosbag2",
+            ) from error
+
+    def close(self) -> None:
+        """Release the file."""
+        self._db.close()
+
+    def _read_channels(self) -> tuple[Channel, ...]:
+        tables = {str(row[0]) for row in self._db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+        definitions: dict[str, tuple[str, bytes]] = {}
+        if "message_definitions" in tables:
+            for kind, encoding, text in self._db.execute(
+                "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+            ):
+                definitions[ros_type(_str(kind))] = (_str(encoding), _str(text).encode("utf-8"))
+        out = []
+        for number, name, kind, encoding in self._db.execute(
+            "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+        ):
+            schema_encoding, schema = definitions.get(ros_type(_str(kind)), ("", b""))
+            out.append(Channel(int(number), _str(name), ros_type(_str(kind)), _str(encoding), schema_encoding, schema))
+        return tuple(out)
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""
+        wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
+        total = self.path.stat().st_size
+        for number, key in enumerate(wanted):
+            yield from self._topic(key)
+            if progress is not None:
+                progress(total * (number + 1) // len(wanted), total)
+
+    def _topic(self, key: int) -> Iterator[Batch]:
+        read = 0
+        try:
+            cursor = self._db.execute("SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY id", (key,))
+            while rows := cursor.fetchmany(_ROWS):
+                read += len(rows)
+                good = [row for row in rows if isinstance(row[0], int) and isinstance(row[1], bytes)]
+                if len(good) < len(rows):
+                    self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
+                if good:
+                    yield _batch(key, good)
+        except (sqlite3.Error, OverflowError) as error:
+            self._note(f"reading the messages of topic {key} stopped after {read}: {error}")
+
+    def _note(self, text: str) -> None:
+        self.damage.append(Damage(text))
+
+
+def _batch(key: int, rows: list[tuple[int, bytes]]) -> Batch:
+    times, blobs = zip(*rows, strict=True)
+    length = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
+    stop = np.cumsum(length)
+    data = np.frombuffer(b"".join(blobs), dtype=np.uint8)
+    return Batch(key, data, stop - length, length, np.array(times, dtype=np.int64))
+
+
+def _str(value: object) -> str:
+    return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    """Open read-only; a journal beside the file is honoured where that is possible without writing."""
+    name = path.resolve().as_uri()
+    journals = [path.with_name(path.name + suffix) for suffix in ("-wal", "-journal")]
+    mode = "mode=ro" if any(j.exists() and j.stat().st_size for j in journals) else "mode=ro&immutable=1"
+    try:
+        return sqlite3.connect(f"{name}?{mode}", uri=True, check_same_thread=False)
+    except sqlite3.Error as error:
+        raise LogError(f"cannot be opened: {error}", where=str(path)) from error

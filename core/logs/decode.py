@@ -1,0 +1,118 @@
+"""Columnar decoding: batches of raw messages to stacked columns, one layout at a time.
+
+Messages that share a layout and their joint names are decoded together as views into one byte matrix; every
+message is checked against the layout first. A topic whose messages have ever new layouts goes through the
+generic decoder message by message; the result is the same, only slower.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from collaudit.core.logs.extract import Plan, make_plan
+from collaudit.core.logs.layout import LayoutError, walk
+from collaudit.core.logs.profiles import Profile
+from collaudit.core.logs.records import Batch, Channel, gather
+from collaudit.core.logs.schema import Struct, parse_schema
+from collaudit.core.logs.tables import Decoded, GroupKey
+from collaudit.core.series import FloatArray, IntArray
+
+#: More layouts than this on one channel, and the rest goes through the generic decoder.
+MAX_PLANS = 256
+
+Row = tuple[GroupKey, dict[str, IntArray | FloatArray]]
+Generic = Callable[[bytes], Row]
+
+
+@dataclass(slots=True, eq=False)
+class ChannelDecoder:
+    """Decodes one channel's batches into a topic's :class:`Decoded`.
+
+    Attributes:
+        channel: what is decoded.
+        profile: which of its fields are meant.
+        kind: the message's wire type.
+        out: where the columns go; shared by the channels of one topic.
+    """
+
+    channel: Channel
+    profile: Profile
+    kind: Struct
+    out: Decoded
+    max_plans: int = MAX_PLANS
+    _plans: dict[int, list[Plan]] = field(default_factory=dict)
+    _count: int = 0
+    _generic: Generic | None = None
+
+    @classmethod
+    def of(cls, channel: Channel, profile: Profile, out: Decoded) -> ChannelDecoder:
+        """A decoder for a channel.
+
+        Raises:
+            SchemaError: the channel's definition cannot be understood.
+        """
+        kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema)
+        return cls(channel, profile, kind, out)
+
+    def add(self, batch: Batch) -> None:
+        """Decode a batch; what cannot be decoded is counted, never dropped in silence."""
+        order = np.arange(self.out.seen, self.out.seen + batch.start.shape[0], dtype=np.int64)
+        self.out.seen += batch.start.shape[0]
+        sizes = np.unique(batch.length)
+        for size in sizes.tolist():
+            whole = sizes.shape[0] == 1
+            picked = np.arange(batch.start.shape[0]) if whole else np.flatnonzero(batch.length == size)
+            self._equal_size(batch, picked, int(size), order)
+
+    def _equal_size(self, batch: Batch, picked: IntArray, size: int, order: IntArray) -> None:
+        rows = gather(batch.data, batch.start[picked], size)
+        for plan in self._plans.get(size, ()):
+            if picked.shape[0] == 0:
+                return
+            same = plan.matches(rows)
+            if same.all():
+                self._emit(plan.key, plan.columns_of(rows), batch.log_ns[picked], order[picked])
+                return
+            if same.any():
+                chosen = picked[same]
+                self._emit(plan.key, plan.columns_of(rows[same]), batch.log_ns[chosen], order[chosen])
+                rows, picked = rows[~same], picked[~same]
+        while picked.shape[0]:
+            if self._count >= self.max_plans:
+                self._one_by_one(batch, picked, order)
+                return
+            data = rows[0].tobytes()
+            try:
+                plan = make_plan(walk(self.kind, data, cdr=self.channel.encoding == "cdr"), self.profile, data)
+            except LayoutError as error:
+                self.out.skip(1, str(error))
+                rows, picked = rows[1:], picked[1:]
+                continue
+            self._count += 1
+            self._plans.setdefault(size, []).append(plan)
+            same = plan.matches(rows)
+            chosen = picked[same]
+            self._emit(plan.key, plan.columns_of(rows[same]), batch.log_ns[chosen], order[chosen])
+            rows, picked = rows[~same], picked[~same]
+
+    def _emit(
+        self, key: GroupKey, columns: dict[str, IntArray | FloatArray], log_ns: IntArray, order: IntArray
+    ) -> None:
+        self.out.group(key).add({"log_ns": log_ns, "order": order, **columns})
+
+    def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
+        if self._generic is None:
+            from collaudit.core.logs.generic import generic_decoder
+
+            self._generic = generic_decoder(self.channel, self.profile)
+        for index in picked.tolist():
+            try:
+                key, columns = self._generic(batch.payload(index))
+            except LayoutError as error:
+                self.out.skip(1, str(error))
+                continue
+            self.out.slow += 1
+            self._emit(key, columns, batch.log_ns[index : index + 1], order[index : index + 1])

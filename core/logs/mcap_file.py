@@ -1,0 +1,153 @@
+"""Reading MCAP files as batches of raw messages."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from collaudit.core.logs.compression import unpack
+from collaudit.core.logs.fileio import RandomFile
+from collaudit.core.logs.mcap_chunk import Located, locate
+from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, MESSAGE_HEAD, SCHEMA, ChunkRef, scan
+from collaudit.core.logs.parallel import ordered_map
+from collaudit.core.logs.records import Batch, Channel, Damage, Progress
+from collaudit.core.series import IntArray
+
+_WINDOW = 16 << 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Chunk:
+    """A chunk's decompressed records with its index offsets; ``problem`` says what was wrong with it."""
+
+    ref: ChunkRef
+    data: bytes
+    offsets: IntArray
+    problem: str | None
+
+
+class McapFile:
+    """An MCAP file (see :class:`collaudit.core.logs.records.LogReader`)."""
+
+    def __init__(self, path: Path) -> None:
+        self.file = RandomFile(path)
+        self.index = scan(self.file)
+        self.damage = self.index.damage
+        self._met: dict[int, int] = {}
+        if self._hidden_channels():
+            for chunk in ordered_map(self._load, list(self.index.chunks)):
+                self._records(chunk.data, self._locate(chunk))
+                if not self._hidden_channels(after_all=True):
+                    break
+        found = (self.index.channel(number) for number in sorted(self.index.channels))
+        self.channels: tuple[Channel, ...] = tuple(channel for channel in found if channel is not None)
+        encodings = {channel.encoding for channel in self.channels}
+        known = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
+        self.format = known
+
+    def close(self) -> None:
+        """Release the file."""
+        self.file.close()
+
+    def _hidden_channels(self, *, after_all: bool = False) -> bool:
+        """Whether channels stand only inside chunks."""
+        chunks = self.index.chunks
+        named = {number for chunk in chunks for number, _, _ in chunk.index}
+        blind = any(not chunk.index for chunk in chunks)
+        summarised = bool(self.index.channels) and not after_all
+        return bool(named - set(self.index.channels)) or (blind and not summarised)
+
+    def _load(self, ref: ChunkRef) -> _Chunk:
+        """Read and decompress a chunk and its message indexes; runs in a thread."""
+        raw = self.file.read(ref.data_at, ref.data_size)
+        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw))
+        problem = unpacked.problem
+        data = unpacked.data
+        if problem is None and ref.complete:
+            if len(data) != ref.size:
+                problem = f"it holds {len(data)} bytes and claims {ref.size}"
+            elif ref.crc and zlib.crc32(data) != ref.crc:
+                problem, data = "its check sum is wrong", b""
+        parts = [self.file.read(at, size) for _, at, size in ref.index] if data else []
+        pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
+        offsets = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
+        return _Chunk(ref, data, offsets, problem)
+
+    def _locate(self, chunk: _Chunk) -> Located:
+        return locate(chunk.data, chunk.offsets)
+
+    def _records(self, data: bytes, located: Located) -> None:
+        for op, at, length in located.others:
+            if op in (SCHEMA, CHANNEL):
+                self.index.record(op, data[at + 9 : at + 9 + length])
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
+        wanted = keys if keys is not None else frozenset(self.index.channels)
+        chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
+        self._met = {}
+        for chunk in ordered_map(self._load, chunks):
+            located = self._locate(chunk)
+            self._judge(chunk, located)
+            yield from self._split(np.frombuffer(chunk.data, dtype=np.uint8), located, wanted)
+            if progress is not None:
+                progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
+        yield from self._loose(wanted, progress)
+        self._compare_counts(wanted)
+
+    def _judge(self, chunk: _Chunk, located: Located) -> None:
+        if chunk.problem is not None:
+            kept = f"{located.start.shape[0]} messages before the damage were read"
+            self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
+        elif located.rest:
+            self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
+
+    def _note(self, text: str) -> None:
+        damage = Damage(text)
+        if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
+            self.damage.append(damage)
+
+    def _split(
+        self, data: np.ndarray[tuple[int], np.dtype[np.uint8]], located: Located, wanted: frozenset[int]
+    ) -> Iterator[Batch]:
+        numbers = np.unique(located.channel).tolist()
+        for number in numbers:
+            mine = located.channel == number if len(numbers) > 1 else slice(None)
+            start = located.start[mine]
+            self._met[number] = self._met.get(number, 0) + start.shape[0]
+            if number in wanted:
+                yield Batch(number, data, start, located.length[mine], located.log_ns[mine])
+
+    def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
+        """Messages outside chunks, read in windows of bounded size."""
+        loose = self.index.loose
+        at, size = np.frombuffer(loose.at, np.int64), np.frombuffer(loose.size, np.int64)
+        channel = np.frombuffer(loose.channel, np.int64)
+        log_ns = np.frombuffer(loose.log_ns, np.uint64).astype(np.int64)
+        ends = at + 9 + size
+        first = 0
+        while first < at.shape[0]:
+            stop = max(int(np.searchsorted(ends, at[first] + _WINDOW)), first + 1)
+            base = int(at[first])
+            raw = np.frombuffer(self.file.read(base, int(ends[stop - 1]) - base), dtype=np.uint8)
+            part = slice(first, stop)
+            located = Located(at[part] - base + MESSAGE_HEAD, size[part] - 22, channel[part], log_ns[part], (), 0)
+            yield from self._split(raw, located, wanted)
+            if progress is not None:
+                progress(int(ends[stop - 1]), self.file.size)
+            first = stop
+
+    def _compare_counts(self, wanted: frozenset[int]) -> None:
+        for number in sorted(wanted & set(self.index.counts)):
+            claimed, met = self.index.counts[number], self._met.get(number, 0)
+            if claimed != met:
+                topic = self.index.channels[number][1] if number in self.index.channels else number
+                self._note(f"its statistics count {claimed} messages on {topic}, {met} were found")
+
+
+def _may_hold(ref: ChunkRef, wanted: frozenset[int]) -> bool:
+    return not ref.index or any(number in wanted for number, _, _ in ref.index)

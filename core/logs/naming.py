@@ -1,0 +1,93 @@
+"""Joint names: the log's, the robot's, and which log names are meant by which."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.findings import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class NameMap:
+    """Which joints of a log are kept.
+
+    Attributes:
+        log: log names kept, in the order of ``model``.
+        model: their names in the robot model.
+        findings: joints ignored and joints missing.
+    """
+
+    log: tuple[str, ...]
+    model: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+
+def model_name(name: str, mapping: Mapping[str, str]) -> str:
+    """The robot's name of a log joint."""
+    return mapping.get(name, name)
+
+
+def matches(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[str] | None) -> int:
+    """How many of the robot's joints a set of log names has; all of them when no robot is given."""
+    if robot is None:
+        return len(names)
+    return len({model_name(name, mapping) for name in names} & set(robot))
+
+
+def map_names(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[str] | None, where: str) -> NameMap:
+    """Decide which joints of a log are kept and what the robot calls them.
+
+    Args:
+        names: joint names of the log.
+        mapping: log name to model name, ``[log] joint_names``.
+        robot: the robot's joints; None keeps all of the log's.
+        where: file and topic, for messages.
+
+    Raises:
+        ConfigError: two joints of the log are mapped to one of the robot.
+        LogError: none of the log's joints is one of the robot's.
+    """
+    mapped: dict[str, str] = {}
+    for name in names:
+        target = model_name(name, mapping)
+        if target in mapped and mapped[target] != name:
+            raise ConfigError(
+                f"the log's joints {mapped[target]!r} and {name!r} are both the robot's {target!r}",
+                where=where,
+                hint="correct [log] joint_names",
+            )
+        mapped[target] = name
+    if robot is None:
+        return NameMap(tuple(mapped.values()), tuple(mapped), ())
+    kept = [name for name in robot if name in mapped]
+    if not kept:
+        raise LogError(
+            "none of the log's joints is a joint of the robot",
+            where=where,
+            found=listed(names),
+            expected=listed(robot),
+            hint="map them: [log] joint_names = { " + _example(names, robot) + " }",
+        )
+    findings = []
+    ignored = [log for target, log in mapped.items() if target not in set(robot)]
+    missing = [name for name in robot if name not in mapped]
+    if ignored:
+        text = f"The log has joints that the robot does not have; they are left out: {listed(ignored)}."
+        findings.append(Finding("log-joints-ignored", "info", text, where=where))
+    if missing:
+        text = f"The robot has joints that the log does not have: {listed(missing)}."
+        findings.append(Finding("log-joints-missing", "warning", text, where=where))
+    return NameMap(tuple(mapped[name] for name in kept), tuple(kept), tuple(findings))
+
+
+def _example(names: Sequence[str], robot: Sequence[str]) -> str:
+    pairs = [f'"{log}" = "{model}"' for log, model in zip(names, robot, strict=False)]
+    return ", ".join(pairs[:2]) + (", …" if len(pairs) > 2 else "")
+
+
+def listed(names: Sequence[str], limit: int = 12) -> str:
+    """Names for a message, not too many of them."""
+    shown = ", ".join(repr(name) if name != name.strip() or " " in name else name for name in names[:limit])
+    return shown + (f" and {len(names) - limit} more" if len(names) > limit else "") if names else "none"

@@ -1,0 +1,181 @@
+"""Opening a log: the reader for its format, several files of one recording as one, and its hash."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+from collaudit.core.errors import LogError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.bag_folder import folder_files
+from collaudit.core.logs.records import Batch, Channel, Damage, LogReader, Progress
+from collaudit.core.logs.sniff import Kind, head_of, sniff
+
+_STRIDE = 1 << 20
+_BLOCK = 1 << 20
+_EXPECTED = "MCAP, ROS 1 bag (2.0), ROS 2 bag (sqlite3, mcap), or CSV"
+
+
+class ManyFiles:
+    """Several files of one recording read as one log, in the order given."""
+
+    def __init__(self, readers: Sequence[tuple[Path, LogReader]], damage: Sequence[Damage]) -> None:
+        self._readers = tuple(readers)
+        self._folder_damage = tuple(damage)
+        self.format = self._readers[0][1].format
+        self.channels: tuple[Channel, ...] = tuple(
+            replace(channel, key=number * _STRIDE + channel.key)
+            for number, (_, reader) in enumerate(self._readers)
+            for channel in reader.channels
+        )
+
+    @property
+    def damage(self) -> list[Damage]:
+        """The damage of all files, each with its name."""
+        return [
+            Damage(f"{path.name}: {item.text}", item.lost) for path, reader in self._readers for item in reader.damage
+        ]
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages, file after file."""
+        total = sum(path.stat().st_size for path, _ in self._readers)
+        done = 0
+        for number, (path, reader) in enumerate(self._readers):
+            base = number * _STRIDE
+            wanted = None if keys is None else frozenset(k - base for k in keys if 0 <= k - base < _STRIDE)
+            inner = _shifted(progress, done, total)
+            for batch in reader.batches(wanted, inner) if wanted is None or wanted else ():
+                yield replace(batch, key=base + batch.key)
+            done += path.stat().st_size
+
+    def close(self) -> None:
+        """Release the files."""
+        for _, reader in self._readers:
+            reader.close()
+
+
+def _shifted(progress: Progress | None, base: int, total: int) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda done, _: progress(base + done, total)
+
+
+def data_files(path: Path) -> tuple[Path, ...]:
+    """The files that hold a log's data: itself, or those of a bag folder in recording order.
+
+    Raises:
+        LogError: a folder holds no storage file.
+    """
+    return folder_files(path)[0] if path.is_dir() else (path,)
+
+
+def open_messages(paths: Sequence[Path]) -> LogReader:
+    """Open a container of messages.
+
+    Raises:
+        LogError: a file is empty, of no known format, or cannot be read at all.
+    """
+    damage = [item for path in paths if path.is_dir() for item in folder_files(path)[1]]
+    files = [file for path in paths for file in data_files(path)]
+    readers: list[tuple[Path, LogReader]] = []
+    try:
+        for file in files:
+            readers.append((file, _open_one(file)))
+    except LogError:
+        for _, reader in readers:
+            reader.close()
+        raise
+    if len(readers) == 1:
+        readers[0][1].damage.extend(damage)
+        return readers[0][1]
+    return ManyFiles(readers, damage)
+
+
+def _open_one(path: Path) -> LogReader:
+    kind = sniff(path)
+    if kind == "mcap":
+        from collaudit.core.logs.mcap_file import McapFile
+
+        return McapFile(path)
+    if kind == "ros1-bag":
+        from collaudit.core.logs.bag_file import BagFile
+
+        return BagFile(path)
+    if kind == "db3":
+        from collaudit.core.logs.db3_file import Db3File
+
+        return Db3File(path)
+    raise unreadable(path, kind)
+
+
+def unreadable(path: Path, kind: Kind) -> LogError:
+    """The error for a file of no known format."""
+    where = str(path)
+    if kind == "empty":
+        return LogError("the file is empty", where=where, found="0 bytes", expected=_EXPECTED)
+    if path.is_dir():
+        return LogError(
+            "the folder is no ROS 2 bag",
+            where=where,
+            found="no metadata.yaml",
+            expected="a ROS 2 bag folder or a log file",
+        )
+    found = "text" if kind == "csv" else f"bytes beginning with {head_of(path, 8)!r}"
+    return LogError("is not a log of a known format", where=where, found=found, expected=_EXPECTED)
+
+
+def partial(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]:
+    """Findings for what could not be read."""
+    return tuple(
+        Finding(
+            "log-partial",
+            "error" if item.lost else "warning",
+            f"The log is damaged: {item.text}." + (" Only the rest was read." if item.lost else ""),
+            where=where,
+        )
+        for item in damage
+    )
+
+
+class Hashing:
+    """The sha256 of files, computed in a thread beside the reading."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._pool = ThreadPoolExecutor(1)
+        self._future: Future[str] = self._pool.submit(sha256_of, tuple(paths))
+
+    def result(self) -> str:
+        """Wait for the hash."""
+        return self._future.result()
+
+    def wait(self) -> None:
+        """End the thread, whatever became of the reading."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+def sha256_of(paths: Sequence[Path]) -> str:
+    """Hash of a file's bytes; of several files, the hash of their hashes in the order of their names.
+
+    Raises:
+        LogError: a file cannot be read.
+    """
+    files = sorted((file for path in paths for file in data_files(path)), key=lambda file: (file.name, str(file)))
+    hashes = [_file_hash(file) for file in files]
+    if len(hashes) == 1:
+        return hashes[0]
+    return hashlib.sha256("".join(hashes).encode("ascii")).hexdigest()
+
+
+def _file_hash(path: Path) -> str:
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb", buffering=0) as stream:
+            read: Callable[[], bytes] = lambda: stream.read(_BLOCK)  # noqa: E731
+            while block := read():
+                digest.update(block)
+    except OSError as error:
+        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
+    return digest.hexdigest()

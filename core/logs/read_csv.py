@@ -1,0 +1,121 @@
+"""CSV tables to a :class:`JointLog`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.clock import start_of
+from collaudit.core.logs.csv_log import CsvTable, read_csvs
+from collaudit.core.logs.naming import map_names, model_name
+from collaudit.core.logs.opening import Hashing
+from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians
+from collaudit.core.series import FloatArray, JointLog, LogSource, WrenchSeries, frozen
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig, UnitsConfig
+
+_DEGREES = ("deg", "degree", "degrees", "°", "grad")
+_NEWTON_METRES = ("nm", "n·m", "n*m", "n m", "n-m", "n.m")
+_AMPERES = ("a", "ampere", "amps", "amp", "current")
+
+
+def read_csv_log(
+    paths: tuple[Path, ...],
+    settings: LogConfig,
+    robot_joints: Sequence[str] | None,
+    prismatic: Sequence[str],
+    hashing: Hashing,
+) -> JointLog:
+    """Read one log from CSV files; arguments and errors as :func:`collaudit.core.logs.read.read_log`."""
+    name = "+".join(path.name for path in paths)
+    table = read_csvs(paths, settings)
+    names, order_findings = _names(table, settings, robot_joints, name)
+    kept = map_names(names, settings.joint_names, robot_joints, name)
+    check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
+    picked = [names.index(log) for log in kept.log]
+    linear = [joint in set(prismatic) for joint in kept.model]
+    columns = {quantity: np.ascontiguousarray(values[:, picked]) for quantity, values in table.columns.items()}
+    table.columns.clear()
+    units, unit_findings = _units(table, settings.units, name)
+    to_radians(columns.get("position"), units.position, linear)
+    to_radians(columns.get("velocity"), units.velocity or units.position, linear)
+    unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
+    findings = [*table.findings, *order_findings, *unit_findings, *kept.findings]
+    if "effort" not in columns:
+        findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
+    wrench, wrench_findings = _wrench(table, settings, name)
+    return JointLog(
+        time_s=frozen(table.time_s),
+        joint_names=kept.model,
+        position_rad=frozen(columns["position"]),
+        velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
+        effort=frozen(columns["effort"]) if "effort" in columns else None,
+        effort_unit=unit,
+        wrench=wrench,
+        source=LogSource(
+            name=name,
+            sha256=hashing.result(),
+            format="csv",
+            start_ns=start_of(table.start_ns) if table.start_ns is not None else None,
+            time_source="column",
+            topic=name,
+        ),
+        findings=(*findings, *wrench_findings),
+    )
+
+
+def _names(
+    table: CsvTable, settings: LogConfig, robot: Sequence[str] | None, where: str
+) -> tuple[list[str], list[Finding]]:
+    """Joint names of the columns; numbered columns are the robot's joints in its order, and that is said."""
+    names = list(table.names)
+    mapped = {model_name(name, settings.joint_names) for name in names}
+    if not table.numbered or robot is None or mapped & set(robot):
+        return names, []
+    named = [robot[k] if k < len(robot) else name for k, name in enumerate(names)]
+    text = f"Numbered columns were taken as the robot's joints in its order: {', '.join(named)}."
+    return named, [Finding("log-columns-guessed", "info", text, where=where)]
+
+
+def _units(table: CsvTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfig, list[Finding]]:
+    """Units by the configuration, else by the column names, else the defaults, which is said."""
+    given = stated.model_fields_set
+    update: dict[str, object] = {}
+    findings: list[Finding] = []
+    for quantity, per_second in (("position", ""), ("velocity", "/s")):
+        text = table.units.get(quantity, "").lower()
+        if quantity not in given and text:
+            update[quantity] = ("deg" if text.startswith(_DEGREES) else "rad") + per_second
+    effort = table.units.get("effort", "").lower()
+    if "effort" not in given and "effort" in table.columns:
+        if effort in _NEWTON_METRES:
+            update["effort"] = "Nm"
+        elif effort in _AMPERES:
+            if not stated.torque_constant_nm_per_a:
+                raise ConfigError(
+                    "the effort columns are currents by their names, and their unit is not stated",
+                    where=where,
+                    expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
+                    hint='effort = "raw" fits friction in the log\'s own unit',
+                )
+            update["effort"] = "A"
+        else:
+            text = "The unit of the effort columns is not stated; it was taken as N·m."
+            findings.append(Finding("log-units-guessed", "warning", text, where=where))
+    return stated.model_copy(update=update), findings
+
+
+def _wrench(table: CsvTable, settings: LogConfig, where: str) -> tuple[WrenchSeries | None, list[Finding]]:
+    if settings.csv.wrench is None:
+        return None, []
+    if table.wrench is None:
+        text = "The wrench columns of [log.csv] wrench are not in the table."
+        return None, [Finding("log-wrench-missing", "warning", text, where=where)]
+    values: FloatArray = frozen(table.wrench)
+    return WrenchSeries(frozen(table.time_s), values, where), []

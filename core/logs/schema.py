@@ -1,0 +1,164 @@
+"""Wire types: the shape of a message as its embedded definition states it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+MAX_SCHEMA_BYTES = 1 << 20
+_SEPARATOR = "=" * 80
+_MAX_DEPTH = 32
+
+#: NumPy type codes of the primitive types of ROS messages.
+PRIMITIVES = {
+    "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1",
+    "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8",
+    "float32": "f4", "float64": "f8",
+}  # fmt: skip
+
+
+class SchemaError(Exception):
+    """A message definition cannot be understood; the reason is the message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number of NumPy type ``code`` (without byte order)."""
+
+    code: str
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A string."""
+
+
+@dataclass(frozen=True, slots=True)
+class Struct:
+    """A message: named fields in order."""
+
+    name: str
+    fields: tuple[tuple[str, WireType], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Repeated:
+    """``count`` items, or a counted sequence when ``count`` is None."""
+
+    item: WireType
+    count: int | None
+
+
+WireType = Number | Text | Struct | Repeated
+
+
+def _typesdict(type_name: str, encoding: str, text: str) -> Mapping[str, Any]:
+    from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
+
+    try:
+        if encoding == "ros2idl":
+            return get_types_from_idl(text)
+        even = re.sub(r"(?m)^={20,}[ \t]*\r?$", _SEPARATOR, text.replace("\r\n", "\n"))
+        return get_types_from_msg(even, type_name)
+    except (TypesysError, RecursionError, ValueError, AssertionError, KeyError, IndexError) as error:
+        first = (str(error).strip() or type(error).__name__).splitlines()[0]
+        raise SchemaError(f"the definition of {type_name} cannot be parsed: {first[:200]}") from error
+
+
+@lru_cache(maxsize=4)
+def _store(encoding: str) -> Mapping[str, Any]:
+    """The common ROS types, for files that do not hold their definitions."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE).fielddefs
+
+
+def typesdict_of(
+    type_name: str, message_encoding: str, schema_encoding: str, schema: bytes, extra: Mapping[str, Any] = {}
+) -> dict[str, Any]:
+    """Definitions of a type and of all it refers to, as rosbags parses them.
+
+    Args:
+        type_name: three-part ROS type name.
+        message_encoding: ``cdr`` or ``ros1``.
+        schema_encoding: ``ros1msg``, ``ros2msg``, ``ros2idl`` or "".
+        schema: definition text; what it lacks is taken from ROS's own common types.
+        extra: further definitions by name.
+
+    Raises:
+        SchemaError: a definition is missing or cannot be understood.
+    """
+    if len(schema) > MAX_SCHEMA_BYTES:
+        raise SchemaError(f"the definition of {type_name} is {len(schema)} bytes long")
+    types = {**_store(message_encoding), **extra}
+    if schema.strip():
+        types.update(_typesdict(type_name, schema_encoding, schema.decode("utf-8", errors="replace")))
+    out: dict[str, Any] = {}
+    wanted = [type_name]
+    while wanted:
+        name = wanted.pop()
+        if name in out:
+            continue
+        if name not in types:
+            raise SchemaError(f"the definition of {name} is missing")
+        out[name] = types[name]
+        wanted += [item for _, desc in types[name][1] if (item := _referred(desc)) is not None]
+    return out
+
+
+def _referred(desc: Any) -> str | None:
+    while int(desc[0]) in (3, 4):
+        desc = desc[1][0]
+    return desc[1] if int(desc[0]) == 2 else None
+
+
+@dataclass(slots=True)
+class _Builder:
+    types: Mapping[str, Any]
+    ros1: bool
+
+    def struct(self, name: str, depth: int = 0) -> Struct:
+        if depth > _MAX_DEPTH:
+            raise SchemaError(f"{name} is nested more than {_MAX_DEPTH} deep")
+        fields = tuple((key, self.wire(desc, depth + 1)) for key, desc in self.types[name][1])
+        if not fields and not self.ros1:  # an empty ROS 2 message is one byte on the wire
+            fields = (("structure_needs_at_least_one_member", Number("u1")),)
+        return Struct(name, fields)
+
+    def wire(self, desc: Any, depth: int) -> WireType:
+        kind, value = int(desc[0]), desc[1]
+        if kind == 1:
+            return self.base(value[0])
+        if kind == 2:
+            return self.struct(value, depth)
+        item = self.wire(value[0], depth)
+        return Repeated(item, int(value[1]) if kind == 3 else None)
+
+    def base(self, name: str) -> WireType:
+        if name == "string":
+            return Text()
+        if name not in PRIMITIVES:
+            raise SchemaError(f"fields of type {name} cannot be read")
+        return Number(PRIMITIVES[name])
+
+
+def parse_schema(
+    type_name: str, message_encoding: str, schema_encoding: str, schema: bytes, extra: Mapping[str, Any] = {}
+) -> Struct:
+    """The wire type of a channel; arguments and errors as :func:`typesdict_of`."""
+    types = typesdict_of(type_name, message_encoding, schema_encoding, schema, extra)
+    return _Builder(types, message_encoding == "ros1").struct(type_name)
+
+
+def smallest_size(kind: WireType) -> int:
+    """A lower bound of the bytes a value takes on the wire, used to refuse impossible lengths."""
+    if isinstance(kind, Number):
+        return int(kind.code[1])
+    if isinstance(kind, Text):
+        return 4
+    if isinstance(kind, Struct):
+        return sum(smallest_size(item) for _, item in kind.fields)
+    return 4 if kind.count is None else kind.count * smallest_size(kind.item)

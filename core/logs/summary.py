@@ -1,0 +1,65 @@
+"""What `inspect` says about a log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from collaudit.core.findings import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class TopicInfo:
+    """One topic (or, of a CSV, the table of joint signals).
+
+    Attributes:
+        name: topic name.
+        type: message type.
+        encoding: ``cdr``, ``ros1``, ``json`` …
+        count: messages.
+        rate_hz: 1 / median step of the time of recording; None with fewer than two messages.
+        joints: joint names met, in the log's order.
+        largest_gap_s: longest step; None with fewer than two messages.
+        has_velocity, has_effort: whether there are values; None where the question makes no sense.
+        role: what the topic can serve as.
+        readable: whether its messages can be decoded.
+        note: which profile reads it, or why it is not read.
+    """
+
+    name: str
+    type: str
+    encoding: str
+    count: int
+    rate_hz: float | None
+    joints: tuple[str, ...] = ()
+    largest_gap_s: float | None = None
+    has_velocity: bool | None = None
+    has_effort: bool | None = None
+    role: Literal["joint_states", "wrench", "other"] = "other"
+    readable: bool = True
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LogSummary:
+    """What is in a log.
+
+    Attributes:
+        name: file name without its folder (several files joined by ``+``).
+        format: ``csv``, ``mcap-ros2``, ``mcap-ros1``, ``ros1-bag``, ``ros2-db3`` …
+        size_bytes: of all files.
+        start_ns: first time of recording since the epoch, None when unknown.
+        duration_s: first to last message or row; None when there is none.
+        topics: sorted by name.
+        csv_columns: column names of a CSV.
+        findings: what reading showed.
+    """
+
+    name: str
+    format: str
+    size_bytes: int
+    start_ns: int | None
+    duration_s: float | None
+    topics: tuple[TopicInfo, ...]
+    csv_columns: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()

@@ -30,7 +30,7 @@ def staged(path: Path) -> Iterator[Path]:
         _check_target(target)
         target.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
-        os.replace(temporary, target)
+        temporary.replace(target)
     except OSError as error:
         raise _unwritable(path, error) from error
     finally:

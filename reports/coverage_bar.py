@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from collaudit.core.signals import State
 from collaudit.reports.downsample import column_shares
 
-_COLUMNS = 1000
+_COLUMNS = _WIDTH = 1000
 _HEIGHT = 100
 
 
@@ -35,18 +35,19 @@ def coverage_bar(state: NDArray[np.int8], label: str) -> Markup:
         floor = top
     return Markup(
         '<svg class="bar" viewBox="0 0 {} {}" preserveAspectRatio="none" role="img" aria-label="{}">{}</svg>'
-    ).format(max(columns, 1), _HEIGHT, label, shapes)
+    ).format(_WIDTH, _HEIGHT, label, shapes)
 
 
 def _path(floor: NDArray[np.int_], top: NDArray[np.int_]) -> str:
     """Rectangles between two step lines, neighbours of equal height joined."""
     if not len(floor):
         return ""
+    x = np.rint(np.linspace(0, _WIDTH, len(floor) + 1)).astype(int)
     changes = np.flatnonzero((np.diff(floor) != 0) | (np.diff(top) != 0)) + 1
     starts = np.concatenate(([0], changes))
     stops = np.concatenate((changes, [len(floor)]))
     return "".join(
-        f"M{a} {_HEIGHT - top[a]}H{b}V{_HEIGHT - floor[a]}H{a}Z"
+        f"M{x[a]} {_HEIGHT - top[a]}H{x[b]}V{_HEIGHT - floor[a]}H{x[a]}Z"
         for a, b in zip(starts.tolist(), stops.tolist(), strict=True)
         if top[a] > floor[a]
     )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Hashable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,10 +19,14 @@ _SHOWN_PROBLEMS = 3
 _LARGEST_FILE = 1 << 30
 
 
-@cache
 def adapter(kind: type[T]) -> TypeAdapter[T]:
     """The validator of a result type, built once."""
-    return TypeAdapter(kind)
+    return _adapter(cast("Hashable", kind))
+
+
+@cache
+def _adapter(kind: Hashable) -> TypeAdapter[Any]:
+    return TypeAdapter(cast("Any", kind))
 
 
 def read_result(path: Path, kind: type[T], schema: str) -> T:
@@ -48,9 +53,10 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
     for place in not_finite(document):
         raise CollauditError("a number is out of range", where=f"{where}, {place}", expected="a finite number")
     try:
-        return adapter(kind).validate_json(text, strict=True)
+        result = adapter(kind).validate_json(text, strict=True)
     except ValidationError as error:
         raise _misfit(error, where) from error
+    return result
 
 
 def describe_problems(error: ValidationError) -> str:

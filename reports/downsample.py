@@ -25,7 +25,7 @@ def thin(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArra
     if len(values) <= points:
         return time_s, np.where(finite, values, np.nan)
     clean = np.where(finite, values, np.nan)
-    index = np.unique(MinMaxDownsampler().downsample(clean, n_out=2 * (points // 2)))
+    index = np.unique(MinMaxDownsampler().downsample(clean, n_out=2 * (points // 2)))  # type: ignore[no-untyped-call]
     index = index[finite[index]]
     breaks = np.flatnonzero(np.diff(np.cumsum(~finite)[index]) > 0) + 1
     kept_time, kept = time_s[index], clean[index]

@@ -36,7 +36,7 @@ def environment() -> Environment:
         verdict_word=VERDICT_WORD,
         verdict_sentence=VERDICT_SENTENCE,
         codes=CODES,
-        style=Markup((_FOLDER / "style.css").read_text(encoding="utf-8")),  # noqa: S704 - our own file
+        style=Markup((_FOLDER / "style.css").read_text(encoding="utf-8")),
     )
     return made
 

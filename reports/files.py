@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.evidence import Audit
@@ -84,9 +85,7 @@ def write_audit(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> N
         write_synced(stack.enter_context(staged(run_dir / AUDIT_NAME)), audit_text.encode())
         if friction_text is not None:
             write_synced(stack.enter_context(staged(run_dir / FRICTION_NAME)), friction_text.encode())
-        write_signals(
-            stack.enter_context(staged(run_dir / SIGNALS_NAME)), audit.signals, audit.result.log.sha256
-        )
+        write_signals(stack.enter_context(staged(run_dir / SIGNALS_NAME)), audit.signals, audit.result.log.sha256)
         if friction_text is None:
             (run_dir / FRICTION_NAME).unlink(missing_ok=True)
 
@@ -119,7 +118,8 @@ def read_run(run_dir: Path) -> Audit:
 
 def _sound(text: str, kind: type[AuditResult] | type[FrictionFile]) -> str:
     try:
-        adapter(kind).validate_json(text, strict=True)
+        validator: TypeAdapter[Any] = adapter(kind)
+        validator.validate_json(text, strict=True)
     except ValidationError as error:
         raise ValueError(f"{kind.__name__} breaks its own types: {describe_problems(error)}") from error
     return text

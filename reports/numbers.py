@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from decimal import Decimal
+from itertools import pairwise
 
 UNKNOWN = "not known"
 
@@ -135,6 +136,6 @@ def _decimals_apart(values: Sequence[float], least: int) -> int | None:
     ordered = sorted(set(values))
     for decimals in range(least, _MOST_DECIMALS + 1):
         texts = [Decimal(fixed(value, decimals)) for value in ordered]
-        if all(low < high for low, high in zip(texts, texts[1:], strict=False)):
+        if all(low < high for low, high in pairwise(texts)):
             return decimals
     return None

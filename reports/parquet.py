@@ -165,6 +165,6 @@ def _wide(table: pa.Table, name: str, joints: tuple[str, ...], path: Path) -> np
 
 def _checked_states(state: np.ndarray[Any, Any], path: Path) -> np.ndarray[Any, Any]:
     known = max(State)
-    if state.size and not (0 <= int(state.min()) and int(state.max()) <= known):
+    if state.size and not (int(state.min()) >= 0 and int(state.max()) <= known):
         raise CollauditError("a state code is unknown", where=str(path), expected=f"0 to {int(known)}")
     return state

@@ -41,7 +41,7 @@ def draw_overview(
         draw_shading(axes, shown)
         draw_threshold(axes, gamma)
         draw_residual(axes, shown, _POINTS)
-        peaks = tuple(event.peak_nm for event in (*collisions, *near_misses))
+        peaks = (*(c.peak_nm for c in collisions), *(m.peak_nm for m in near_misses))
         note = set_height(axes, shown, gamma, peaks)
         _mark(axes, near_misses, "D", NEAR, "white", 20)
         _mark(axes, collisions, "v", LIMIT, LIMIT, 34)
@@ -54,9 +54,7 @@ def draw_overview(
         return inline(made, name, label), note
 
 
-def _mark(
-    axes: Axes, events: list[Collision] | list[NearMiss], shape: str, edge: str, face: str, size: float
-) -> None:
+def _mark(axes: Axes, events: list[Collision] | list[NearMiss], shape: str, edge: str, face: str, size: float) -> None:
     """A mark at onset and peak of each event."""
     if events:
         times = np.array([event.onset_s for event in events])

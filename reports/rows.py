@@ -155,8 +155,8 @@ def residual_row(joint: str, result: AuditResult) -> ResidualRow:
     unit = torque_unit(result, joint)
     values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, stats.max_abs_nm, gamma)
     shown = zip(values, apart(values, 3), strict=True)
-    texts = [NONE if value is None else f"{text} {unit}" for value, text in shown]
-    return ResidualRow(joint, *texts, judged=duration(stats.judged_s))
+    mean, rms, p99, largest, limit = (NONE if value is None else f"{text} {unit}" for value, text in shown)
+    return ResidualRow(joint, mean, rms, p99, largest, limit, duration(stats.judged_s))
 
 
 def coverage_row(joint: str, coverage: JointCoverage, result: AuditResult) -> CoverageRow:
@@ -172,7 +172,9 @@ def coverage_row(joint: str, coverage: JointCoverage, result: AuditResult) -> Co
         share=percent(coverage.judged_s / coverage.moving_s) if coverage.moving_s > 0 else NONE,
         standing=duration(coverage.standing_s),
         reasons=tuple((reason_text(code), duration(seconds)) for code, seconds in reasons if seconds > 0),
-        spans=tuple((*_times(result, span.start_s, span.end_s), reason_text(span.reason)) for span in spans),
+        spans=tuple(
+            (_times(result, span.start_s)[0], _times(result, span.end_s)[0], reason_text(span.reason)) for span in spans
+        ),
     )
 
 

@@ -18,6 +18,8 @@ from collaudit.core.findings import CODES, Finding
 from collaudit.core.result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.reports.atomic import atomic_write
 from collaudit.reports.encode import json_text
+from collaudit.reports.entries import IndexEntry
+from collaudit.reports.index import SUMMARY_SCHEMA, Summary
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _ATTRIBUTE = re.compile(r"^    ([a-z0-9_]+(?:, [a-z0-9_]+)*): (.+)$")
@@ -33,9 +35,18 @@ def friction_schema() -> dict[str, Any]:
     return _published(FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)")
 
 
+def summary_schema() -> dict[str, Any]:
+    """The JSON Schema of ``summary.json``."""
+    return _published(Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)")
+
+
 def write_schemas(folder: Path) -> tuple[Path, ...]:
-    """Write both schemas into a folder and return their paths."""
-    documents = {"audit-1.schema.json": audit_schema(), "friction-1.schema.json": friction_schema()}
+    """Write the schemas into a folder and return their paths."""
+    documents = {
+        "audit-1.schema.json": audit_schema(),
+        "friction-1.schema.json": friction_schema(),
+        "summary-1.schema.json": summary_schema(),
+    }
     for name, document in documents.items():
         atomic_write(folder / name, json_text(document))
     return tuple(folder / name for name in documents)
@@ -45,7 +56,8 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
     body = _untitled(TypeAdapter(kind).json_schema(mode="serialization"))
     body["properties"]["schema"] = {"const": version}
     definitions = body.pop("$defs")
-    definitions["Finding"]["properties"]["code"] = {"enum": list(CODES)}
+    if "Finding" in definitions:
+        definitions["Finding"]["properties"]["code"] = {"enum": list(CODES)}
     for name, definition in definitions.items():
         _describe(definition, _dataclass(name))
     _describe(body, kind)
@@ -53,7 +65,8 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 
 
 def _dataclass(name: str) -> type:
-    kind = Finding if name == "Finding" else getattr(result_types, name)
+    elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
+    kind = elsewhere[name] if name in elsewhere else getattr(result_types, name)
     assert isinstance(kind, type)
     assert is_dataclass(kind)
     return kind

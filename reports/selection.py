@@ -18,7 +18,7 @@ class Selection:
     note: str | None
 
 
-def select(events: Sequence[Collision] | Sequence[NearMiss], limit: int) -> Selection:
+def select(events: Sequence[Collision | NearMiss], limit: int) -> Selection:
     """The first events, and those with the highest peak for their threshold.
 
     Args:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from collaudit.reports.plot_events import draw_event
 from collaudit.reports.plot_friction import draw_friction
 from collaudit.reports.plot_overview import draw_overview
 from collaudit.reports.selection import select
-from collaudit.reports.words import MODEL_NAME, effort_unit, speed_unit, torque_unit, visible
+from collaudit.reports.words import MODEL_NAME, counted, effort_unit, speed_unit, torque_unit, visible
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +133,7 @@ def make_view(audit: Audit, key: str, max_collisions: int, max_near_misses: int)
             FindingRow(finding, rows.finding_place(finding, result)) for finding in rows.worst_first(result.findings)
         ),
         gammas=tuple(
-            (joint, f"{stated(gamma)} {torque_unit(result, joint)}")
-            for joint, gamma in result.rule.gamma_nm.items()
+            (joint, f"{stated(gamma)} {torque_unit(result, joint)}") for joint, gamma in result.rule.gamma_nm.items()
         ),
     )
 
@@ -151,10 +151,10 @@ def _headline(result: AuditResult) -> tuple[tuple[str, str], ...]:
     moving = sum(joint.moving_s for joint in watched)
     judged = sum(joint.judged_s for joint in watched)
     return (
-        ("Collisions", str(len(result.collisions))),
-        ("Near misses", str(len(result.near_misses))),
+        ("Collisions", counted(len(result.collisions), result)),
+        ("Near misses", counted(len(result.near_misses), result)),
         ("Joints watched", f"{len(watched)} of {len(result.coverage.joints)}"),
-        ("Motion judged", f"{percent(judged / moving)} of watched joints" if moving > 0 else "none"),
+        ("Their motion that was judged", percent(judged / moving) if moving > 0 else "none"),
         ("Recorded", duration(result.coverage.recorded_s)),
     )
 
@@ -185,15 +185,13 @@ def _phase(phase: str, start_s: float, end_s: float, end: float) -> tuple[str, f
 
 def _events(audit: Audit, key: str, kind: str, limit: int) -> Events:
     result = audit.result
-    events: list[Collision] | list[NearMiss] = (
+    events: Sequence[Collision | NearMiss] = (
         rows.in_time(result.collisions) if kind == "collision" else rows.in_time(result.near_misses)
     )
     chosen = select(events, limit)
     listed, plots = [], []
     for k, event in enumerate(events):
-        row = (
-            rows.collision_row(event, result) if isinstance(event, Collision) else rows.near_miss_row(event, result)
-        )
+        row = rows.collision_row(event, result) if isinstance(event, Collision) else rows.near_miss_row(event, result)
         drawn = k in chosen.drawn and event.joint in audit.signals.joint_names
         anchor = f"{key}-{kind}-{k + 1}" if drawn else None
         listed.append(EventRow(row, anchor))

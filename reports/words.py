@@ -85,6 +85,16 @@ def parameter_meaning(model: str | None, name: str) -> str:
     return _PARAMETER_MEANING.get((model or "", parameter_symbol(name)), "")
 
 
+def nothing_judged(result: AuditResult) -> bool:
+    """Whether no sample of any joint was judged, so that a count of zero events means nothing."""
+    return not any(joint.judged_s or joint.standing_s for joint in result.coverage.joints.values() if joint.watched)
+
+
+def counted(count: int, result: AuditResult) -> str:
+    """A count of events, or that there was nothing they could have been counted in."""
+    return "not judged" if not count and nothing_judged(result) else str(count)
+
+
 def plural(count: int, one: str, many: str | None = None) -> str:
     """``1 collision``, ``2 collisions``, ``no collisions``."""
     word = one if count == 1 else (many or f"{one}s")

@@ -61,9 +61,7 @@ def rename(audit: Audit, names: tuple[str, ...]) -> Audit:
             near_misses=tuple(replace(m, joint=new[m.joint]) for m in result.near_misses),
             recommended={new[k]: v for k, v in result.recommended.items()},
             friction={new[k]: v for k, v in result.friction.items()},
-            coverage=replace(
-                result.coverage, joints={new[k]: v for k, v in result.coverage.joints.items()}
-            ),
+            coverage=replace(result.coverage, joints={new[k]: v for k, v in result.coverage.joints.items()}),
         ),
         signals=replace(audit.signals, joint_names=names),
     )
@@ -74,8 +72,7 @@ def hostile() -> Audit:
     audit = rename(failed(n=4000), HOSTILE)
     result = audit.result
     findings = tuple(
-        Finding("log-message-skipped", "warning", text, where=text, joint=text, start_s=1.0)
-        for text in HOSTILE
+        Finding("log-message-skipped", "warning", text, where=text, joint=text, start_s=1.0) for text in HOSTILE
     )
     return replace(
         audit,
@@ -211,9 +208,9 @@ def _result(signals: Signals) -> AuditResult:
     n = len(signals.time_s)
     recorded = n * PERIOD_S
     at = [float(signals.time_s[event[1]]) for event in _events(n)]
-    judged = {
-        joint: float(((signals.state[:, k] == State.JUDGED) & (np.abs(signals.velocity_rad_s[:, k]) >= 0.03)).sum() * PERIOD_S) for k, joint in enumerate(JOINTS)
-    }
+    moving = np.abs(signals.velocity_rad_s) >= 0.03
+    seconds = ((signals.state == State.JUDGED) & moving).sum(axis=0) * PERIOD_S
+    judged = dict(zip(JOINTS, seconds.tolist(), strict=True))
     return AuditResult(
         schema=AUDIT_SCHEMA,
         verdict="fail",

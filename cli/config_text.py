@@ -50,9 +50,16 @@ class Section:
 
     def give(self, key: str, value: object) -> None:
         """Put what the user stated in place of a guess or an example."""
-        line = Line(key, value, "as given")
+        self._put(Line(key, value, "as given"))
+
+    def replace(self, key: str, value: object, why: str) -> None:
+        """Put a better example in place of an example; what counts already is left alone."""
+        if not any(line.key == key and line.active for line in self.lines):
+            self._put(Line(key, value, why, active=False))
+
+    def _put(self, line: Line) -> None:
         for index, old in enumerate(self.lines):
-            if old.key == key:
+            if old.key == line.key:
                 self.lines[index] = line
                 return
         self.lines.append(line)

@@ -15,6 +15,7 @@ from collaudit.core.config.describe import all_keys
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
+    from collaudit.core.config.schema import CsvConfig
     from collaudit.core.findings import Finding
     from collaudit.core.logs import LogSummary, TopicInfo
 
@@ -22,16 +23,32 @@ _SECTIONS = (
     "robot", "robot.tool", "log", "log.joint_names", "log.csv", "log.units", "conditioning", "sections",
     "friction", "detect", "near_miss", "phases", "policy",
 )  # fmt: skip
-_CSV_LOOKED_FOR = "the columns were recognised by their names; state them here to be sure"
 
 
 class Draft:
     """The file as it grows: sections by name, in the order they are written."""
 
-    def __init__(self, summary: LogSummary, robot_names: Sequence[str], loaded: LoadedConfig, folder: Path) -> None:
+    def __init__(
+        self,
+        summary: LogSummary,
+        robot_names: Sequence[str],
+        loaded: LoadedConfig,
+        folder: Path,
+        csv: CsvConfig | None,
+    ) -> None:
+        """Draft a configuration.
+
+        Args:
+            summary: what the log is.
+            robot_names: joints of the robot; empty without one.
+            loaded: what file and flags state already.
+            folder: folder the file will lie in.
+            csv: columns recognised by their names, of CSV logs.
+        """
         self.summary = summary
         self.sections = {name: Section(name) for name in _SECTIONS}
         self._robot_names = tuple(robot_names)
+        self._csv_guess = csv
         self._given = dict(given_keys(loaded, folder))
         self._fill()
 
@@ -66,6 +83,11 @@ class Draft:
             table = _PLACE.get(finding.code.partition("-")[0], "log")
             if finding.severity != "info" and table in self.sections:
                 self.sections[table].remarks.append(f"{finding.severity}: {finding.text}")
+        inverted = {finding.joint: -1 for finding in findings if finding.code == "effort-sign-inverted"}
+        units = self.sections.get("log.units")
+        if inverted and units is not None:
+            why = "these run against the model; take the # away if their effort is inverted"
+            units.replace("effort_sign", inverted, why)
 
     def _main_topic(self) -> TopicInfo | None:
         """The table of joint signals: the one asked for, else the one with most of the robot's joints."""
@@ -104,15 +126,25 @@ class Draft:
             log.add("wrench", wrench.name, "needs wrench_frame too", active=False)
             log.add("wrench_frame", "ft_sensor", "a frame of the model", active=False)
             log.add("wrench_sign", 1, "+1: what the robot does to the environment; -1: the reverse", active=False)
-        if not self.summary.csv_columns:
-            log.add("time", "auto", "the steadier of header and log time")
+        if self.summary.csv_columns:
+            self._columns()
         else:
-            csv = self.sections["log.csv"]
-            csv.remarks.append(f"Columns: {', '.join(self.summary.csv_columns)}")
-            csv.add("time", self.summary.csv_columns[0], _CSV_LOOKED_FOR, active=False)
-            csv.add("position", "q{i}", "{joint} stands for a name, {i} counts from 1", active=False)
-            csv.add("velocity", "dq{i}", "derived from position when absent", active=False)
-            csv.add("effort", "tau{i}", active=False)
+            log.add("time", "auto", "the steadier of header and log time")
+
+    def _columns(self) -> None:
+        csv, guess = self.sections["log.csv"], self._csv_guess
+        csv.remarks.append(f"Columns of the file: {', '.join(name for name in self.summary.csv_columns if name)}.")
+        csv.remarks.append("In patterns, {joint} stands for a joint's name and {i} counts from 1.")
+        examples = {"time": "t", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}"}
+        for key, example in examples.items():
+            value = getattr(guess, key) if guess is not None else None
+            if value is not None:
+                csv.add(key, value, "recognised by name", guess=True)
+            else:
+                csv.add(key, example, "derived from position when absent" if key == "velocity" else "", active=False)
+        if guess is not None:
+            csv.add("delimiter", guess.delimiter)
+            csv.add("decimal", guess.decimal)
 
     def _names(self, topic: TopicInfo | None) -> None:
         if topic is None or not self._robot_names:

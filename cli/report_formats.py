@@ -15,19 +15,15 @@ SUFFIXES = {"html": ".html", "json": ".json"}
 REPORT_SCHEMA = "collaudit/report/1"
 
 
-def write_formats(output: Path, formats: Sequence[str], audits: Sequence[Audit]) -> list[Path]:
-    """Write the audits in every format; the first keeps the name asked for.
+def report_paths(output: Path, formats: Sequence[str]) -> dict[str, Path]:
+    """Which file each format goes to: the first keeps the name asked for, the others stand beside it.
 
     Args:
-        output: file of the first format; the others stand beside it with their own suffix.
+        output: file of the first format.
         formats: names out of :data:`SUFFIXES`.
-        audits: what to report.
-
-    Returns:
-        The files written.
 
     Raises:
-        ConfigError: a format is not known; nothing is written then.
+        ConfigError: a format is not known, or two would go to one file.
     """
     unknown = [name for name in formats if name not in SUFFIXES]
     if unknown or not formats:
@@ -37,18 +33,19 @@ def write_formats(output: Path, formats: Sequence[str], audits: Sequence[Audit])
             found=", ".join(unknown) or "nothing",
             expected=" and ".join(SUFFIXES),
         )
-    paths = []
-    for index, name in enumerate(dict.fromkeys(formats)):
-        path = output if index == 0 else output.with_suffix(SUFFIXES[name])
-        if path in paths:
-            raise ConfigError("two formats would go to one file", where=str(path), hint="give -o another suffix")
-        paths.append(path)
-    for name, path in zip(dict.fromkeys(formats), paths, strict=True):
-        _write(path, name, audits)
+    first, *others = dict.fromkeys(formats)
+    paths = {first: output, **{name: output.with_suffix(SUFFIXES[name]) for name in others}}
+    if len(set(paths.values())) < len(paths):
+        raise ConfigError("two formats would go to one file", where=str(output), hint="give -o the first one's suffix")
     return paths
 
 
-def _write(path: Path, name: str, audits: Sequence[Audit]) -> None:
+def write_report(path: Path, name: str, audits: Sequence[Audit]) -> None:
+    """Write audits in one format.
+
+    Raises:
+        CollauditError: the file cannot be written.
+    """
     if name == "html":
         from collaudit.reports.html import write_html
 

@@ -88,8 +88,8 @@ def rule_options(function: CommandFunction) -> CommandFunction:
         _flag("--friction", "friction.file", _file, "FILE", "Friction to judge with (see collaudit fit)."),
         _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
         _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6."),
-        _flag("--persistence-ms", "detect.persistence_ms", float, "MS", "Persistence; rounded up to samples."),
-        _flag("--n", "detect.n", int, "SAMPLES", "Persistence in samples."),
+        _flag("--persistence-ms", "detect.persistence_ms", _number, "MS", "Persistence; rounded up to samples."),
+        _flag("--n", "detect.n", _integer, "SAMPLES", "Persistence in samples."),
         _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
     )
     return _all(flags, function)
@@ -154,6 +154,13 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         raise ValueError(f"{text!r} is not a number") from None
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a whole number") from None
 
 
 def _assignment(text: str) -> tuple[str, object]:

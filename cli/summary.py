@@ -10,7 +10,9 @@ from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from collaudit.core.result import AuditResult, Verdict
+    from collaudit.core.result import AuditResult, Collision, NearMiss, Verdict
+
+_MOST_EVENTS = 20
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:
@@ -31,33 +33,8 @@ def result_text(result: AuditResult) -> str:
         f"  rule: {rule.detector}, n = {rule.n} samples = {1e3 * rule.persistence_s:g} ms{asked}",
         f"  gamma [N·m]: {gamma or 'none'}",
     ]
-    events = [
-        (
-            "collision",
-            c.joint,
-            f"{c.onset_s:.3f}",
-            f"{c.duration_s:.3f}",
-            f"{c.peak_nm:.2f}",
-            f"{c.gamma_nm:g}",
-            c.phase,
-        )
-        for c in result.collisions
-    ]
-    events += [
-        (
-            f"near miss ({m.kind})",
-            m.joint,
-            f"{m.onset_s:.3f}",
-            f"{m.duration_s:.3f}",
-            f"{m.peak_nm:.2f}",
-            f"{m.gamma_nm:g}",
-            m.phase,
-        )
-        for m in result.near_misses
-    ]
-    if events:
-        head = ("event", "joint", "onset s", "duration s", "peak N·m", "gamma N·m", "phase")
-        lines += ["", table(head, events)]
+    if result.collisions or result.near_misses:
+        lines += ["", events_table(result)]
     return "\n".join([*lines, "", residual_table(result)])
 
 
@@ -82,3 +59,17 @@ def residual_table(result: AuditResult) -> str:
         )
     head = ("joint", "watched", "mean |r| N·m", "p99 N·m", "judged s", "moving s", "standing s", "why not")
     return table(head, rows)
+
+
+def events_table(result: AuditResult) -> str:
+    """Collisions, then near misses; what does not fit on a screen is counted."""
+    rows = [_event_row("collision", event) for event in result.collisions[:_MOST_EVENTS]]
+    rows += [_event_row(f"near miss ({event.kind})", event) for event in result.near_misses[:_MOST_EVENTS]]
+    head = ("event", "joint", "onset s", "duration s", "peak N·m", "gamma N·m", "phase")
+    left = len(result.collisions) + len(result.near_misses) - len(rows)
+    return table(head, rows) + (f"\n… and {left} more, in audit.json" if left else "")
+
+
+def _event_row(kind: str, event: Collision | NearMiss) -> tuple[str, ...]:
+    times = (f"{event.onset_s:.3f}", f"{event.duration_s:.3f}")
+    return (kind, event.joint, *times, f"{event.peak_nm:.2f}", f"{event.gamma_nm:g}", event.phase)

@@ -10,7 +10,7 @@ import click
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options
 from collaudit.cli.words import note, print_findings, progress
-from collaudit.core.errors import EXIT_PASS, CollauditError, ConfigError
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError
 
 if TYPE_CHECKING:
     from collaudit.cli.chain import LogFiles
@@ -37,11 +37,13 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     What was stated nowhere is a guess and marked GUESS. With a robot, the log is read with the new
     configuration, and what shows (an inverted effort, a wrong unit) is printed and written beside the
     setting that would mend it; nothing is changed silently.
+
+    Exit code 3 when the log cannot be judged with it as it stands.
     """
     from collaudit.cli.chain import one_log
     from collaudit.cli.draft import Draft
     from collaudit.core.config import parse_config
-    from collaudit.core.logs import describe
+    from collaudit.core.logs import describe, guess_csv_columns
     from collaudit.core.robot import robot_joints
     from collaudit.reports.files import atomic_write
 
@@ -51,8 +53,12 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     files = one_log(logs, loaded)
     summary = describe(files, loaded.config.log)
     folder = output.parent if output is not None else Path()
-    draft = Draft(summary, robot_joints(loaded.config.robot, loaded.base_dir), loaded, folder)
-    findings = _check(files, parse_config(draft.text(), output or Path("collaudit.toml")))
+    csv = guess_csv_columns(files)
+    robot = robot_joints(loaded.config.robot, loaded.base_dir)
+    draft = Draft(summary, robot, loaded, folder, csv[0] if csv else None)
+    obstacle, findings = _check(files, parse_config(draft.text(), output or Path("collaudit.toml")))
+    if obstacle is not None and not summary.csv_columns:
+        raise obstacle  # no line of a configuration would mend this; of a CSV, naming its columns may
     draft.remark(findings)
     text = draft.text()
     parse_config(text, output)
@@ -62,16 +68,18 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
     print_findings(findings, err=True)
+    if obstacle is not None:
+        note(f"the log cannot be judged with this configuration yet:\n{obstacle.render()}")
+        return EXIT_NOT_JUDGED
     return EXIT_PASS
 
 
-def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
-    """What reading the log with the new configuration shows; an error is said and stops nothing."""
+def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
+    """What reading the log with the new configuration shows: why it cannot be judged, or findings."""
     from collaudit.cli.chain import prepare_log
 
     try:
         with progress("reading") as report:
-            return prepare_log(files, loaded, report).findings
+            return None, prepare_log(files, loaded, report).findings
     except CollauditError as error:
-        note(f"with this configuration the log cannot be judged yet:\n{error.render()}")
-        return ()
+        return error, ()

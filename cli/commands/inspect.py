@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from collaudit.cli.chain import LogFiles
     from collaudit.core.config import LoadedConfig
     from collaudit.core.findings import Finding
-    from collaudit.core.logs import LogSummary
+    from collaudit.core.logs import LogSummary, TopicInfo
 
 INSPECT_SCHEMA = "collaudit/inspect/1"
+_LONGEST_LIST = 24
 
 
 @example_command(
@@ -57,10 +58,18 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
         for summary, findings in summaries:
             click.echo(_text(summary))
             print_findings(findings)
-    hopeless = [summary for summary, findings in summaries if any(f.severity == "error" for f in findings)]
-    for summary in hopeless:
-        note(f"{summary.name}: cannot be judged as it is: see the errors among its findings")
-    return EXIT_NOT_JUDGED if hopeless else EXIT_PASS
+    obstacles = [(summary.name, text) for summary, findings in summaries if (text := _obstacle(summary, findings))]
+    for name, text in obstacles:
+        note(f"{name}: cannot be judged as it is: {text}")
+    return EXIT_NOT_JUDGED if obstacles else EXIT_PASS
+
+
+def _obstacle(summary: LogSummary, findings: tuple[Finding, ...]) -> str | None:
+    """Why nothing in the log could be judged; None when it could."""
+    if not any(topic.role == "joint_states" and topic.readable for topic in summary.topics):
+        return "no joint states were found in it"
+    errors = sorted({finding.code for finding in findings if finding.severity == "error"})
+    return f"see {', '.join(errors)} above" if errors else None
 
 
 def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
@@ -88,7 +97,7 @@ def _text(summary: LogSummary) -> str:
         head.append(f"starts {_utc(summary.start_ns)}")
     lines = ["  ".join(head)]
     if summary.csv_columns:
-        lines.append(f"  columns: {', '.join(summary.csv_columns)}")
+        lines.append(f"  {len(summary.csv_columns)} columns: {_listed(summary.csv_columns)}")
     if summary.topics:
         rows = [
             (
@@ -103,8 +112,19 @@ def _text(summary: LogSummary) -> str:
             for topic in summary.topics
         ]
         lines.append(_indent(table(("topic", "type", "role", "messages", "Hz", "largest gap s", "note"), rows)))
-        lines += [f"  joints of {topic.name}: {', '.join(topic.joints)}" for topic in summary.topics if topic.joints]
+        lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
     return "\n".join(lines)
+
+
+def _joints(topic: TopicInfo) -> str:
+    present = {"velocity": topic.has_velocity, "effort": topic.has_effort}
+    lacking = [f"no {name}" for name, there in present.items() if there is False]
+    return _listed(topic.joints) + (f" ({', '.join(lacking)})" if lacking else "")
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    shown = [name for name in names if name][:_LONGEST_LIST]
+    return ", ".join(shown) + (", …" if len(names) > _LONGEST_LIST else "")
 
 
 def _indent(text: str) -> str:

@@ -32,16 +32,17 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
 
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
-    from collaudit.cli.report_formats import write_formats
+    from collaudit.cli.report_formats import report_paths, write_report
     from collaudit.reports.files import read_run
 
-    wanted = [name.strip() for name in formats.split(",") if name.strip()]
+    paths = report_paths(output, [name.strip() for name in formats.split(",") if name.strip()])
     audits = [read_run(run) for run in runs]
     if config_path() is not None:
         sha256 = load_settings().sha256
         for run, audit in zip(runs, audits, strict=True):
             if audit.result.provenance.config_sha256 != sha256:
                 note(f"{run}: was judged with other settings than {config_path()}")
-    for path in write_formats(output, wanted, audits):
+    for name, path in paths.items():
+        write_report(path, name, audits)
         note(f"report written to {path}")
     return EXIT_PASS

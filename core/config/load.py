@@ -68,6 +68,8 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     except tomllib.TOMLDecodeError as error:
         raise syntax_problem(error, name or "") from error
     changes = dict(overrides or {})
+    for rival in [name for dotted in changes for name in _REPLACES.get(dotted, ())]:
+        _remove(data, rival)
     for dotted, value in changes.items():
         _override(data, dotted, value)
     places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
@@ -115,10 +117,8 @@ def _read(path: Path) -> str:
 
 
 def _override(data: dict[str, object], dotted: str, value: object) -> None:
-    """Set a key in nested tables, stepping over what another key for the same thing said."""
+    """Set a key in nested tables; a mapping is merged into a table that is there."""
     *tables, last = dotted.split(".")
-    for rival in _REPLACES.get(dotted, ()):
-        _remove(data, rival)
     table: dict[str, object] = data
     for name in tables:
         inner = table.get(name)

@@ -1,0 +1,48 @@
+"""The command line answers quickly, and imports nothing heavy before a command needs it."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from collaudit.cli.main import collaudit
+
+
+def _seconds(code: str) -> float:
+    start = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+    return time.perf_counter() - start
+
+
+def test_help_costs_at_most_twice_the_import_of_click() -> None:
+    """Side by side, the best of several: the machine may be busy with other things."""
+    base, shown = [], []
+    for _ in range(12):
+        base.append(_seconds("import click"))
+        shown.append(_seconds("from collaudit.cli.main import main; main(['--help'])"))
+        if min(shown) <= 2 * min(base) and len(base) >= 4:
+            return
+    pytest.fail(f"--help {min(shown):.3f} s, import click {min(base):.3f} s")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\nfrom collaudit.cli.main import run\nrun(['--help'])\n"
+        "heavy = {'numpy', 'scipy', 'pandas', 'pydantic', 'pyarrow', 'matplotlib', 'pinocchio', 'mcap', 'rosbags'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stderr.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", [entry.name for entry in collaudit.entries])
+def test_help_of_a_command_imports_nothing_that_computes(name: str) -> None:
+    code = (
+        f"import sys\nfrom collaudit.cli.main import run\nassert run([{name!r}, '--help']) == 0\n"
+        "heavy = {'scipy', 'pandas', 'pyarrow', 'matplotlib', 'pinocchio', 'mcap', 'rosbags', 'numba'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stderr.strip() == "[]"
+    assert done.stdout.startswith("Examples:\n  collaudit ")

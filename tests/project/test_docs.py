@@ -1,0 +1,59 @@
+"""Generated pages are current, links lead somewhere, the published schema agrees with the loader."""
+
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from collaudit.cli.docs import pages
+from collaudit.core.config.describe import all_keys, default_text, to_toml
+from collaudit.core.config.schema import Config
+
+PROJECT = Path(__file__).resolve().parents[2]
+DOCS = PROJECT / "docs"
+
+
+@pytest.mark.parametrize("name", ["config-schema.json", "config.md", "findings.md", "commands.md"])
+def test_generated_page_is_current(name: str) -> None:
+    assert (DOCS / name).read_text(encoding="utf-8") == pages()[name], "run: make docs"
+
+
+def test_links_between_pages_lead_somewhere() -> None:
+    for page in (PROJECT / "README.md", *DOCS.rglob("*.md")):
+        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
+            if "://" not in target:
+                assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_every_key_is_described() -> None:
+    for key in all_keys():
+        assert key.info.description, key.dotted
+
+
+def test_published_schema_is_a_schema_and_takes_what_the_loader_takes() -> None:
+    schema = json.loads((DOCS / "config-schema.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    good = {"detect": {"gamma_nm": {"j": 4}, "n": 13}, "log": {"wrench_bias": [0, 0, 0, 0, 0, 0]}}
+    bad = {"detect": {"gama_nm": 4}}
+    Config.model_validate_json(json.dumps(good), strict=True)
+    assert validator.is_valid(good)
+    assert not validator.is_valid(bad)
+
+
+def test_defaults_are_shown_as_toml() -> None:
+    import tomllib
+
+    for key in all_keys():
+        text = default_text(key.info)
+        if key.table is None and text != "absent":
+            assert tomllib.loads(f"v = {text}") is not None, key.dotted
+    assert to_toml('a"b\\\x07') == '"a\\"b\\\\\\u0007"'
+
+
+@pytest.mark.parametrize("path", sorted(p for p in PROJECT.glob("docs/decisions/*.md")), ids=lambda p: p.stem)
+def test_decisions_are_numbered(path: Path) -> None:
+    assert re.match(r"\d{4}-[a-z0-9-]+$", path.stem)
+    assert path.read_text(encoding="utf-8").startswith(f"# {int(path.stem[:4])}. ")

@@ -117,10 +117,13 @@ def _saturation(effort: FloatArray, period_s: float) -> BoolArray:
     least = max(10, ceil(0.04 / period_s))
     for j in range(effort.shape[1]):
         x = effort[:, j]
-        known = np.isfinite(x)
-        if not known.any() or np.mean(np.diff(x[known]) == 0) > 0.5:
+        if not np.isfinite(x).any():
             continue
-        for extreme in (np.nanmax(x), np.nanmin(x)):
+        extremes = (np.nanmax(x), np.nanmin(x))
+        between = x[np.isfinite(x) & ~np.isin(x, extremes)]
+        if between.size < 2 or np.mean(np.diff(between) == 0) > 0.5:
+            continue
+        for extreme in extremes:
             if extreme == 0.0:
                 continue
             starts, stops = run_bounds(x == extreme)

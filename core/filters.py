@@ -33,7 +33,8 @@ def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth
     """
     from scipy.signal import butter, sosfiltfilt
 
-    corner = bandwidth_hz / _TWO_PASS * 2.0 * period_s
+    warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
+    corner = 2.0 / math.pi * math.atan(warped)
     out = np.full_like(x, np.nan)
     if corner >= 0.95:  # at or above Nyquist there is nothing to remove
         for span in segments:

@@ -202,8 +202,7 @@ def _coulomb_viscous(
     quality = _quality(simple.sum_squares, freedom)
     a, d = float(simple.estimate[0]), float(simple.estimate[1])
     ci = [_bounds(v, float(simple.covariance[k, k]), quality) for k, v in enumerate((a, d))]
-    straight = c_interval[0] is None
-    names = ("A + B", "D - B·C") if straight else ("A", "D")
+    names = _combinations(c_interval)
     known = tuple(
         KnownCombination(name, value, interval, unit)
         for name, value, interval, unit in zip(names, (a, d), ci, (units.effort, units.viscous), strict=True)
@@ -220,6 +219,18 @@ def _coulomb_viscous(
         known=known,
         rmse_nm=_rmse(data, a + d * data.speed),
     )
+
+
+def _combinations(c_interval: Bounds) -> tuple[str, str]:
+    """What the level and the slope of a straight line mean for eq. (11), by which side of C is open.
+
+    A slowly falling exponential is part of the line (A + B, D - B·C); one that is gone is not (A, D).
+    """
+    if c_interval[0] is None and c_interval[1] is not None:
+        return "A + B", "D - B·C"
+    if c_interval[0] is not None and c_interval[1] is None:
+        return "A (A + B if C is small)", "D (D - B·C if C is small)"
+    return "A + B (A alone if C is large)", "D - B·C (D alone if C is large)"
 
 
 def _static_lugre(
@@ -248,7 +259,7 @@ def _static_lugre(
     covariance = None
     if not reasons:
         jac = ls.jacobian(data, prof.estimate[prof.best], c)
-        covariance = _covariance(ls.solve(jac, data.target).covariance[:4, :4], quality)
+        covariance = _covariance(ls.solve(jac).covariance[:4, :4], quality)
     else:  # an open profile has no finite covariance, and its A, B, D have no closed interval either
         intervals = [None, None, c_interval, None]
     return replace(

@@ -14,7 +14,9 @@ import numpy as np
 
 from collaudit.core.series import FloatArray
 
-_GRID = 481
+_COARSE = 161
+_DENSE = 121
+_REACH = 5.0  # standard errors of C to either side of the best
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,8 +79,9 @@ class Profile:
     best: int
 
 
-def solve(design: FloatArray, target: FloatArray) -> LinearFit:
-    """Least squares through a column-scaled QR decomposition."""
+def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
+    """Least squares through a column-scaled QR decomposition (of zeros, for the covariance alone)."""
+    target = np.zeros(design.shape[0]) if target is None else target
     scale = np.linalg.norm(design, axis=0)
     q, r = np.linalg.qr(design / scale)
     inverse = np.linalg.inv(r)
@@ -106,15 +109,19 @@ def search_range(points: Points) -> tuple[float, float]:
 
 
 def profile(points: Points) -> Profile:
-    """Fit A, B, D along a logarithmic grid of C, refined around the best."""
+    """Fit A, B, D along a logarithmic grid of C, dense around the best.
+
+    A well determined C has an interval far narrower than one step of the coarse grid, and every interval
+    is read off this profile: the dense part spans about four standard errors to either side.
+    """
     low, high = search_range(points)
-    grid = np.geomspace(low, high, _GRID)
+    grid = np.geomspace(low, high, _COARSE)
+    sums = np.array([fit_at(points, float(c)).sum_squares for c in grid])
+    k = int(np.argmin(sums))
+    best = _refine(points, float(grid[max(k - 1, 0)]), float(grid[min(k + 1, _COARSE - 1)]))
+    near = _near(points, best, low, high)
+    grid = np.unique(np.concatenate([grid, near, [best]]))
     fits = [fit_at(points, float(c)) for c in grid]
-    k = int(np.argmin([f.sum_squares for f in fits]))
-    best = _refine(points, float(grid[max(k - 1, 0)]), float(grid[min(k + 1, _GRID - 1)]))
-    at = int(np.searchsorted(grid, best))
-    grid = np.insert(grid, at, best)
-    fits.insert(at, fit_at(points, best))
     sums = np.array([f.sum_squares for f in fits])
     return Profile(
         grid,
@@ -123,6 +130,21 @@ def profile(points: Points) -> Profile:
         np.array([np.diag(f.covariance) for f in fits]),
         int(np.argmin(sums)),
     )
+
+
+def _near(points: Points, best: float, low: float, high: float) -> FloatArray:
+    """Dense grid about the best C, as wide as its standard error (linearised) asks."""
+    fit = fit_at(points, best)
+    jac = jacobian(points, fit.estimate, best)
+    scale = max(1.0, fit.sum_squares / max(1, points.n - jac.shape[1]))
+    try:
+        se = float(np.sqrt(scale * solve(jac).covariance[2, 2]))
+    except np.linalg.LinAlgError:  # no exponential at all: C has no standard error, the coarse grid is enough
+        return np.empty(0)
+    if not np.isfinite(se) or se > best:
+        return np.empty(0)
+    reach = np.linspace(-_REACH, _REACH, _DENSE) * se
+    return np.clip(best + reach, low, high)
 
 
 def _refine(points: Points, low: float, high: float) -> float:

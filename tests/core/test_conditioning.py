@@ -1,0 +1,128 @@
+"""Conditioning against closed forms: filters, derivatives, gaps, missing values, saturation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from synthetic import PERIOD, make_log
+
+from collaudit.core.conditioning import condition
+from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.filters import low_pass
+from collaudit.core.series import Span
+
+CONFIG = ConditioningConfig()
+
+
+def sine_log(n: int = 5000, hz: float = 1.0):  # type: ignore[no-untyped-def]
+    t = PERIOD * np.arange(n)
+    w = 2 * np.pi * hz
+    q = 0.5 * np.sin(w * t)[:, None]
+    v = 0.5 * w * np.cos(w * t)[:, None]
+    a = -0.5 * w**2 * np.sin(w * t)[:, None]
+    return t, q, v, a
+
+
+def test_acceleration_of_a_sine_has_no_delay_and_the_filters_gain() -> None:
+    t, q, v, a = sine_log(hz=2.0)
+    series = condition(make_log(t, q, v, np.zeros_like(q) + t[:, None]), CONFIG)
+    inner = slice(500, -500)
+    got = series.acceleration_rad_s2[inner, 0]
+    gain = got @ a[inner, 0] / (a[inner, 0] @ a[inner, 0])
+    assert gain == pytest.approx(1.0, abs=2e-3)
+    assert np.max(np.abs(got - gain * a[inner, 0])) < 2e-3 * np.max(np.abs(a))
+
+
+@pytest.mark.parametrize("bandwidth", [5.0, 20.0, 60.0])
+def test_the_stated_bandwidth_is_the_minus_3_db_point(bandwidth: float) -> None:
+    t = PERIOD * np.arange(20000)
+    x = np.sin(2 * np.pi * bandwidth * t)
+    y = low_pass(x, [Span(0, x.size)], PERIOD, bandwidth)
+    inner = slice(2000, -2000)
+    assert np.std(y[inner]) / np.std(x[inner]) == pytest.approx(2**-0.5, rel=0.01)
+
+
+def test_no_filter_reaches_across_a_gap() -> None:
+    t, q, v, _ = sine_log(2000)
+    keep = np.r_[0:1000, 1100:2000]
+    whole = condition(make_log(t[keep], q[keep], v[keep], q[keep]), CONFIG)
+    left = condition(make_log(t[:1000], q[:1000], v[:1000], q[:1000]), CONFIG)
+    assert np.allclose(whole.acceleration_rad_s2[:1000], left.acceleration_rad_s2, rtol=1e-9, atol=1e-9)
+    assert np.isnan(whole.acceleration_rad_s2[1000:1100]).all()
+    assert whole.edge[999]
+    assert whole.edge[1100]
+
+
+def test_missing_velocity_is_derived_and_said() -> None:
+    t, q, v, _ = sine_log()
+    for logged in (None, np.full_like(v, np.nan), np.zeros_like(v)):
+        series = condition(make_log(t, q, logged, q), CONFIG)
+        assert "log-velocity-derived" in {f.code for f in series.findings}
+        assert np.max(np.abs(series.velocity_rad_s - v)[100:-100]) < 2e-3 * np.max(np.abs(v))
+
+
+def test_velocity_in_degrees_is_noticed() -> None:
+    t, q, v, _ = sine_log()
+    series = condition(make_log(t, q, np.rad2deg(v), q), CONFIG)
+    finding = next(f for f in series.findings if f.code == "log-velocity-disagrees")
+    assert "degrees" in finding.text
+    assert np.max(np.abs(series.velocity_rad_s - v)[100:-100]) < 2e-3 * np.max(np.abs(v))
+
+
+def test_velocity_zero_in_the_first_rows_is_mended_there_only() -> None:
+    t, q, v, _ = sine_log()
+    logged = v.copy()
+    logged[:20] = 0.0
+    series = condition(make_log(t, q, logged, q), CONFIG)
+    finding = next(f for f in series.findings if f.code == "log-velocity-derived")
+    assert "20 samples" in finding.text
+    assert np.max(np.abs(series.velocity_rad_s - v)[10:]) < 5e-3 * np.max(np.abs(v))
+
+
+def test_missing_values_stay_missing_and_do_not_spread() -> None:
+    t, q, v, _ = sine_log()
+    effort = q.copy()
+    effort[1000:1010] = np.nan
+    velocity = v.copy()
+    velocity[2000:2005] = np.nan
+    series = condition(make_log(t, q, velocity, effort), CONFIG)
+    assert series.effort is not None
+    assert np.flatnonzero(np.isnan(series.effort[:, 0])).tolist() == list(range(1000, 1010))
+    assert np.flatnonzero(np.isnan(series.velocity_rad_s[:, 0])).tolist() == list(range(2000, 2005))
+    assert "log-nan" in {f.code for f in series.findings}
+
+
+def test_saturated_effort_is_marked_and_noise_is_not() -> None:
+    rng = np.random.default_rng(0)
+    t, q, v, _ = sine_log()
+    effort = 30 * q + rng.normal(0, 0.1, q.shape)
+    clipped = np.clip(effort, -10.0, 10.0)
+    assert condition(make_log(t, q, v, effort), CONFIG).saturated.sum() == 0
+    marked = condition(make_log(t, q, v, clipped), CONFIG)
+    assert "log-effort-saturated" in {f.code for f in marked.findings}
+    assert np.abs(clipped[marked.saturated]).min() == 10.0
+
+
+def test_a_dead_effort_channel_is_an_error() -> None:
+    t, q, v, _ = sine_log()
+    series = condition(make_log(t, q, v, np.zeros_like(q)), CONFIG)
+    assert ("log-effort-constant", "error") in {(f.code, f.severity) for f in series.findings}
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(20, 300), min_size=1, max_size=6), st.lists(st.integers(2, 500), min_size=6, max_size=6))
+def test_every_recorded_sample_is_on_the_grid_once(lengths: list[int], gaps: list[int]) -> None:
+    start, pieces = 0, []
+    for length, gap in zip(lengths, gaps, strict=False):
+        pieces.append(np.arange(start, start + length))
+        start += length + gap
+    k = np.concatenate(pieces)
+    t = PERIOD * k
+    q = np.sin(t)[:, None]
+    series = condition(make_log(t, q, np.cos(t)[:, None], q), CONFIG)
+    recorded = np.flatnonzero(np.isfinite(series.position_rad[:, 0]))
+    assert recorded.size == k.size == sum(len(s) for s in series.segments)
+    assert np.allclose(series.position_rad[recorded, 0], np.sin(PERIOD * k), atol=1e-12)
+    assert np.array_equal(recorded, k)

@@ -12,7 +12,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.coverage import measure_coverage
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
-from collaudit.core.fitting import fit_joints, friction_findings, friction_laws
+from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
 from collaudit.core.judge import judge
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
@@ -87,7 +87,7 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
     coverage = measure_coverage(series, judgement.state, watch)
     clean = {joint: clean_samples(signals, judgement.collision_times(joint), joint) for joint in series.joint_names}
     stats = {joint: _stats(signals, joint, clean[joint], series.period_s) for joint in series.joint_names}
-    findings += _level_findings(stats, rule.gamma_nm)
+    findings += _level_findings(stats, rule.gamma_nm) + scatter_findings(fits, rule.gamma_nm)
     verdict, reasons = decide(config.policy, judgement.collisions, judgement.near_misses, coverage, findings)
     recommended = {
         joint: recommend_rule(

@@ -72,6 +72,7 @@ CODES: dict[str, str] = {
     "friction-not-identifiable": "The data cannot tell some friction parameters apart.",
     "friction-same-log": "Friction was fitted on the log that is judged with it.",
     "friction-model-points": "Friction points rest on the model's torque, not on a pair of directions.",
+    "friction-scatter": "Friction points scatter about the fitted curve so much that it limits the threshold.",
     "friction-missing": "A joint has no friction model; its residual is not judged.",
     "residual-level": "The residual is large compared with the threshold all the time.",
     "persistence-rounded": "The persistence was rounded up to whole samples.",

@@ -16,7 +16,7 @@ from collaudit.core.friction.units import FrictionUnits
 from collaudit.core.prepare import Prepared
 from collaudit.core.result import FrictionFit, FrictionPoint
 from collaudit.core.sections import find_sections
-from collaudit.core.series import UniformSeries
+from collaudit.core.series import FloatArray, UniformSeries
 
 
 def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, FrictionFit]:
@@ -37,7 +37,8 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
             sections = found.of(joint)
             counts[joint] += len(sections)
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
-            points.setdefault(joint, []).extend(friction_points(log.series, sections, log.rigid_nm, config.friction))
+            model = _model_in_effort_unit(log, joint)
+            points.setdefault(joint, []).extend(friction_points(log.series, sections, model, config.friction))
     fits = {}
     for joint, its_points in points.items():
         robot = next(p.robot for p in prepared if joint in p.judged)
@@ -46,6 +47,30 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
         fit = fit_friction(sorted(its_points, key=lambda p: p.speed_rad_s), its_units, config.friction.model)
         fits[joint] = replace(fit, section_count=counts[joint], rejected=dict(rejected[joint].most_common()))
     return fits
+
+
+def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:
+    """The model's torque in the unit of the log's effort: as it is in N·m, else by the estimated gain."""
+    if log.rigid_nm is None or log.series.effort_unit == "Nm":
+        return log.rigid_nm
+    gain = next((g.gain for g in log.gains if g.joint == joint), None)
+    return None if gain is None else log.rigid_nm * gain
+
+
+def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, float]) -> list[Finding]:
+    """Joints whose friction points scatter about the curve by more than half the threshold."""
+    return [
+        Finding(
+            "friction-scatter",
+            "warning",
+            f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
+            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model can by "
+            "itself look like a collision on this joint.",
+            joint=joint,
+        )
+        for joint, fit in fits.items()
+        if joint in gamma_nm and fit.rmse_nm is not None and fit.rmse_nm > 0.5 * gamma_nm[joint]
+    ]
 
 
 def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
@@ -65,9 +90,10 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
         rest = fit.n_points - fit.n_pairs
         if rest:
             moving = sum(p.others_moving for p in fit.points)
+            scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
             text = (
-                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque instead of a "
-                f"pair of directions ({moving} with other joints moving): an error of the model goes into them."
+                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque{scaled} instead "
+                f"of a pair of directions ({moving} with other joints moving): an error of the model goes into them."
             )
             findings.append(Finding("friction-model-points", "info", text, joint=joint))
     return findings

@@ -8,6 +8,9 @@ from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.findings import Finding
 from collaudit.core.result import Collision, Coverage, JointCoverage, NearMiss, Verdict
 
+#: Findings that put alarms of their joint in doubt.
+_DOUBTS = frozenset({"friction-scatter", "residual-level", "effort-gain"})
+
 
 def decide(
     policy: PolicyConfig,
@@ -17,7 +20,7 @@ def decide(
     findings: Sequence[Finding],
 ) -> tuple[Verdict, tuple[str, ...]]:
     """Apply the policy. A broken policy wins; then whatever could not be judged; only then a pass."""
-    broken = _broken(policy, collisions, near_misses, coverage)
+    broken = _broken(policy, collisions, near_misses, coverage, findings)
     unjudged = _not_judged(policy, coverage, findings)
     if broken:
         return "fail", tuple(broken + unjudged)
@@ -36,7 +39,11 @@ def _count(number: int, one: str, many: str | None = None) -> str:
 
 
 def _broken(
-    policy: PolicyConfig, collisions: Sequence[Collision], near_misses: Sequence[NearMiss], coverage: Coverage
+    policy: PolicyConfig,
+    collisions: Sequence[Collision],
+    near_misses: Sequence[NearMiss],
+    coverage: Coverage,
+    findings: Sequence[Finding],
 ) -> list[str]:
     reasons = []
     if len(collisions) > policy.max_collisions:
@@ -44,6 +51,12 @@ def _broken(
         reasons.append(
             f"{_count(len(collisions), 'collision')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
         )
+        doubtful = sorted({f.joint for f in findings if f.code in _DOUBTS and f.joint in joints})
+        if doubtful:
+            reasons.append(
+                f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "
+                "be errors of the model (see the findings)."
+            )
     if policy.max_near_misses_per_hour is not None and near_misses and coverage.recorded_s > 0:
         rate = len(near_misses) / (coverage.recorded_s / 3600.0)
         if rate > policy.max_near_misses_per_hour:

@@ -164,24 +164,17 @@ def _why_not_identifiable(
     freedom = data.n - 4 - (data.offset is not None)
     gain = (simple.sum_squares - float(prof.sum_squares[prof.best])) / 2.0 / quality.scale
     p_value = float(f.sf(gain, 2, freedom))
-    reasons = []
-    if p_value > _SIGNIFICANT:
-        reasons.append(
-            f"Coulomb + viscous friction explains the points {span} as well (F test p = {p_value:.2g}): "
-            "B and C are not determined."
-        )
     low, high = c_interval
-    if low is None:
-        reasons.append(
-            f"C may be so small that exp(-C·v) is a straight line {span}: A, B and D trade off freely; "
-            "only A + B and D - B·C are known. Faster motion would settle it."
-        )
-    if high is None:
-        reasons.append(
-            f"C may be so large that exp(-C·v) is gone at {slowest:.3g} {units.speed}: B and C are not "
-            "determined. Slower motion would settle it."
-        )
-    return tuple(reasons)
+    straight = f"C may be so small that exp(-C·v) is a straight line {span}; faster motion would settle it"
+    gone = f"C may be so large that exp(-C·v) is gone at {slowest:.3g} {units.speed}; slower motion would settle it"
+    open_sides = [text for text, side in ((straight, low), (gone, high)) if side is None]
+    if p_value > _SIGNIFICANT:
+        reasons = [
+            f"Coulomb + viscous friction explains the points {span} as well (F test p = {p_value:.2g}): "
+            "B and C are not determined"
+        ]
+        return ("; ".join(reasons + open_sides) + ".",)
+    return tuple(f"{text}. B and C are not determined." for text in open_sides)
 
 
 def _bounds(value: float, variance: float, quality: _Quality) -> Bounds:

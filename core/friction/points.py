@@ -40,7 +40,7 @@ def friction_points(
     Args:
         series: the log on its uniform time base.
         sections: of one joint.
-        model_torque: (n, j) rigid-body torque in N·m along the log, or None.
+        model_torque: (n, j) rigid-body torque along the log in the unit of the effort, or None.
         config: tolerances.
 
     Returns:
@@ -51,7 +51,7 @@ def friction_points(
     j = series.column(sections[0].joint)
     pairs = _match(series, sections, j, config)
     points = [_pair_point(series, pair, j) for pair in pairs]
-    if model_torque is not None and series.effort_unit == "Nm":
+    if model_torque is not None:
         used = {id(s) for pair in pairs for s in (pair.plus, pair.minus)}
         for section in sections:
             if id(section) not in used:

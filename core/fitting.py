@@ -64,8 +64,8 @@ def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, flo
             "friction-scatter",
             "warning",
             f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
-            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model can by "
-            "itself look like a collision on this joint.",
+            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model "
+            "can by itself look like a collision on this joint.",
             joint=joint,
         )
         for joint, fit in fits.items()
@@ -92,8 +92,8 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
             moving = sum(p.others_moving for p in fit.points)
             scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
             text = (
-                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque{scaled} instead "
-                f"of a pair of directions ({moving} with other joints moving): an error of the model goes into them."
+                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque{scaled} "
+                f"instead of a pair of directions ({moving} with other joints moving): an error of the model goes into them."
             )
             findings.append(Finding("friction-model-points", "info", text, joint=joint))
     return findings

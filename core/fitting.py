@@ -93,7 +93,8 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
             scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
             text = (
                 f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque{scaled} "
-                f"instead of a pair of directions ({moving} with other joints moving): an error of the model goes into them."
+                f"instead of a pair of directions ({moving} with other joints moving): "
+                "an error of the model goes into them."
             )
             findings.append(Finding("friction-model-points", "info", text, joint=joint))
     return findings

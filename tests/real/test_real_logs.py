@@ -1,0 +1,189 @@
+"""The commands of docs/real-logs.md on the real logs: what each arm's log shows, and its trap."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.real
+
+UR3_NAMES = """
+[log.joint_names]
+Base = "shoulder_pan_joint"
+Shoulder = "shoulder_lift_joint"
+Elbow = "elbow_joint"
+"Wrist 1" = "wrist_1_joint"
+"Wrist 2" = "wrist_2_joint"
+"Wrist 3" = "wrist_3_joint"
+"""
+UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+INVERTED = "[log.units]\neffort_sign = { " + ", ".join(f"{j}_joint = -1" for j in UR_JOINTS) + " }\n"
+
+
+def load(path: str | Path) -> Any:
+    return json.loads(Path(path).read_text(encoding="utf-8"))
+
+
+def config(data: Path, urdf: str, extra: str = "") -> str:
+    path = Path("collaudit.toml")
+    path.write_text(f'[robot]\nurdf = "{(data / "urdf" / urdf).as_posix()}"\n{extra}', encoding="utf-8")
+    return str(path)
+
+
+def codes(result: Any, joint: str | None = None) -> set[str]:
+    return {f["code"] for f in result["findings"] if joint is None or f["joint"] == joint}
+
+
+def test_ur10_from_inspect_to_report(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    log = data_dir / "ur10_db3" / "ur10_exciting_trajectory.db3"
+    seen = cli("inspect", log, "--json")
+    assert seen.code == 0
+    assert json.loads(seen.out)["logs"][0]["topics"][0]["count"] == 3441
+    urdf = data_dir / "urdf" / "ur10_robot.urdf"
+    assert cli("init", log, "--urdf", urdf, "-o", "ur10.toml").code == 0
+    assert "GUESS" in Path("ur10.toml").read_text(encoding="utf-8")
+    assert cli("fit", log, "-c", "ur10.toml", "-o", "friction.json").code == 0
+    fits = load("friction.json")["joints"]
+    assert all(f["model"] == "coulomb-viscous" and f["not_identifiable"] for f in fits.values())
+    assert {p["source"] for f in fits.values() for p in f["points"]} == {"model"}, "no joint moves alone in this log"
+    judged = cli("detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "run")
+    assert judged.code in (0, 1)
+    result = load("run/audit.json")
+    level = {joint: s["mean_abs_nm"] for joint, s in result["residual"].items()}
+    assert set(level) == {f"{j}_joint" for j in UR_JOINTS}
+    # The model explains torques of up to 143 N·m to within a few N·m; a wrong sign, unit or joint order would not.
+    assert all(value < 3.0 for value in level.values()), level
+    # Friction scatters by more than the default threshold on the lift joint: its alarms are said to be doubtful.
+    assert "friction-scatter" in codes(result, "shoulder_lift_joint")
+    assert any("errors of the model" in reason for reason in result["reasons"])
+    assert cli("report", "run", "-o", "report.html").code == 0
+    page = Path("report.html").read_text(encoding="utf-8")
+    assert "shoulder_lift_joint" in page
+
+
+def test_ur3_inverted_effort_is_noticed_and_never_flipped(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    log = data_dir / "ur3_bags" / "id1.bag"
+    cfg = config(data_dir, "ur3_robot.urdf", UR3_NAMES)
+    seen = cli("inspect", log, "-c", cfg, "--json")
+    inverted = {f["joint"] for f in json.loads(seen.out)["logs"][0]["findings"] if f["code"] == "effort-sign-inverted"}
+    assert {"shoulder_lift_joint", "elbow_joint", "wrist_1_joint"} <= inverted
+    assert cli("init", log, "--urdf", data_dir / "urdf" / "ur3_robot.urdf", "-o", "guess.toml").code == 0
+    guess = Path("guess.toml").read_text(encoding="utf-8")
+    assert "runs against the model" in guess
+    assert not any(line.startswith("effort_sign") for line in guess.splitlines()), "a sign must never be set silently"
+    judged = cli("detect", log, "-c", cfg, "-o", "run")
+    result = load("run/audit.json")
+    assert judged.code == 3
+    assert result["verdict"] == "not_judged"
+    assert all(result["residual"][j]["judged_s"] == 0 for j in inverted)
+
+
+def test_ur3_names_and_signs_by_config(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    logs = [data_dir / "ur3_bags" / name for name in ("id1.bag", "id2.bag")]
+    cfg = config(data_dir, "ur3_robot.urdf", UR3_NAMES + INVERTED)
+    assert cli("fit", *logs, "-c", cfg, "-o", "friction.json").code == 0
+    fits = load("friction.json")["joints"]
+    assert set(fits) == {f"{j}_joint" for j in UR_JOINTS}
+    assert all(f["model"] for f in fits.values())
+    # Sliding friction opposes motion: with the right sign every curve is positive where it was measured.
+    for joint, fit in fits.items():
+        a, d = fit["parameters"]["A_nm"], fit["parameters"]["D_nm_s_per_rad"]
+        assert all(a + d * v > 0 for v in fit["speed_range_rad_s"]), joint
+    audits = {}
+    for name, log in {
+        "ros1-bag": logs[0],
+        "mcap-ros2-folder": data_dir / "ur3_mcap_ros2",
+        "mcap-ros2": data_dir / "ur3_mcap_ros2" / "ur3_id1_rosbag2_mcap.mcap",
+        "mcap-ros1": data_dir / "ur3_mcap_ros1" / "ur3_id1_ros1profile.mcap",
+    }.items():
+        cli("detect", log, "-c", cfg, "--friction", "friction.json", "-o", f"run-{name}")
+        audits[name] = load(f"run-{name}/audit.json")
+        own = {key: audits[name]["log"].pop(key) for key in ("name", "sha256", "format")}
+        assert own["format"] in name
+    assert audits["ros1-bag"] == audits["mcap-ros2-folder"] == audits["mcap-ros2"] == audits["mcap-ros1"]
+    assert audits["ros1-bag"]["residual"]["wrist_3_joint"]["mean_abs_nm"] < 1.0
+
+
+def test_kuka_bag_and_its_mcap_give_the_same_audit(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    Path("kuka.toml").write_text("[detect]\ngamma_nm = 4.0\n", encoding="utf-8")
+    audits = []
+    for name, log in (("bag", data_dir / "kuka_lwr_bag" / "test.bag"), ("mcap", data_dir / "kuka_mcap_ros2")):
+        assert cli("detect", log, "-c", "kuka.toml", "-o", name).code == 3
+        audits.append(load(f"{name}/audit.json"))
+        for key in ("name", "sha256", "format"):
+            audits[-1]["log"].pop(key)
+    assert audits[0] == audits[1]
+    assert audits[0]["verdict"] == "not_judged"
+    assert "model-no-inertials" in codes(audits[0])
+
+
+def test_panda_wrists_are_judged_at_30_hz(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    names = "[log.joint_names]\n" + "".join(f'fer_joint{i} = "panda_joint{i}"\n' for i in range(1, 8))
+    cfg = config(data_dir, "panda.urdf", names)
+    log = data_dir / "panda_db3" / "panda_exciting_trajectory.db3"
+    cli("detect", log, "-c", cfg, "-o", "run")
+    result = load("run/audit.json")
+    assert result["rule"]["n"] == 1
+    assert "persistence-rounded" in codes(result)
+    assert result["residual"]["panda_joint7"]["mean_abs_nm"] < 0.3
+
+
+def test_tiago_csvs_are_one_log_in_an_unknown_unit(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    parts = sorted((data_dir / "tiago_csv").glob("*.csv"))
+    columns = '[log.csv]\ntime = "t"\n' + "".join(
+        f'{q} = "- {{joint}}_{q}"\n' for q in ("position", "velocity", "effort")
+    )
+    cfg = config(data_dir, "tiago_no_hand.urdf", columns + '[log.units]\neffort = "raw"\n')
+    fitted = cli("fit", *parts, "-c", cfg, "-o", "friction.json")
+    assert fitted.code == 0
+    file = load("friction.json")
+    assert {f["effort_unit"] for f in file["joints"].values()} == {"raw"}
+    assert set(file["joints"]["arm_1_joint"]["parameters"]) == {"A_raw", "D_raw_s_per_rad"}
+    assert set(file["joints"]["torso_lift_joint"]["parameters"]) == {"A_raw", "D_raw_s_per_m"}
+    assert "effort-unit-raw" in codes(file)
+    inverted = {f["joint"] for f in file["findings"] if f["code"] == "effort-sign-inverted"}
+    assert {"arm_3_joint", "arm_4_joint"} <= inverted
+    judged = cli("detect", *parts, "-c", cfg, "-o", "run")
+    assert judged.code == 3
+    assert load("run/audit.json")["verdict"] == "not_judged"
+
+
+@pytest.mark.parametrize(
+    "log",
+    ["not_a_robot_log_db3", "not_a_robot_log_db3/validation_trajectory.db3", "ur3_cobotops_csv/dataset_02052023.csv"],
+)
+@pytest.mark.parametrize("command", ["fit", "detect", "audit"])
+def test_what_is_no_robot_log_is_refused(cli, data_dir: Path, log: str, command: str) -> None:  # type: ignore[no-untyped-def]
+    outcome = cli(command, data_dir / log, "-o", "out")
+    assert outcome.code == 3
+    assert "found:" in outcome.err
+    assert "expected:" in outcome.err
+    if command != "audit":
+        assert not Path("out").exists(), "no half-written output"
+
+
+def test_a_truncated_bag_is_never_clean(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    whole = (data_dir / "ur3_bags" / "id1.bag").read_bytes()
+    Path("cut.bag").write_bytes(whole[: len(whole) * 2 // 3])
+    cfg = config(data_dir, "ur3_robot.urdf", UR3_NAMES + INVERTED)
+    outcome = cli("audit", "cut.bag", "-c", cfg, "-o", "out")
+    assert outcome.code in (1, 3)
+    runs = list(Path("out").rglob("audit.json"))
+    if runs:
+        assert "log-partial" in codes(load(runs[0]))
+
+
+def test_an_audit_of_a_folder_has_an_index_and_the_worst_exit_code(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    Path("logs").mkdir()
+    shutil.copy(data_dir / "ur3_bags" / "id1.bag", "logs/id1.bag")
+    shutil.copy(data_dir / "ur10_db3" / "ur10_exciting_trajectory.db3", "logs/other.db3")
+    Path("logs/empty.mcap").write_bytes(b"")
+    cfg = config(data_dir, "ur3_robot.urdf", UR3_NAMES + INVERTED)
+    outcome = cli("audit", "logs", "-c", cfg, "-o", "out")
+    assert outcome.code == 1, "a broken policy wins over a log that cannot be judged"
+    index = Path("out/index.html").read_text(encoding="utf-8")
+    assert all(name in index for name in ("id1.bag", "other.db3", "empty.mcap"))

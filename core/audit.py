@@ -90,10 +90,8 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
     findings += _level_findings(stats, rule.gamma_nm) + scatter_findings(fits, rule.gamma_nm)
     verdict, reasons = decide(config.policy, judgement.collisions, judgement.near_misses, coverage, findings)
     recommended = {
-        joint: recommend_rule(
-            [CleanResidual(signals.residual_nm[:, k], clean[joint], series.period_s)], rule.persistence_s
-        )
-        for k, joint in enumerate(series.joint_names)
+        joint: recommend_rule([_clean_residual(signals, joint, clean[joint], series.period_s)], rule.persistence_s)
+        for joint in series.joint_names
         if watch[joint].watched
     }
     result = AuditResult(
@@ -130,16 +128,16 @@ def recommend_rules(audits: Sequence[Audit], persistence_s: float | None = None)
         for audit in audits:
             if joint in audit.signals.joint_names:
                 times = [(c.onset_s, c.onset_s + c.duration_s) for c in audit.result.collisions if c.joint == joint]
-                k = audit.signals.joint_names.index(joint)
-                data.append(
-                    CleanResidual(
-                        audit.signals.residual_nm[:, k],
-                        clean_samples(audit.signals, times, joint),
-                        audit.result.log.sample_period_s,
-                    )
-                )
+                clean = clean_samples(audit.signals, times, joint)
+                data.append(_clean_residual(audit.signals, joint, clean, audit.result.log.sample_period_s))
         out[joint] = recommend_rule(data, wanted)
     return out
+
+
+def _clean_residual(signals: Signals, joint: str, clean: BoolArray, period_s: float) -> CleanResidual:
+    k = signals.joint_names.index(joint)
+    left_out = np.count_nonzero(signals.state[:, k] == State.JUDGED) - np.count_nonzero(clean)
+    return CleanResidual(signals.residual_nm[:, k], clean, period_s, float(left_out) * period_s)
 
 
 def clean_samples(signals: Signals, collision_times: Sequence[tuple[float, float]], joint: str) -> BoolArray:
@@ -171,29 +169,33 @@ def _signals(
 
 def _stats(signals: Signals, joint: str, clean: BoolArray, period_s: float) -> ResidualStats:
     k = signals.joint_names.index(joint)
-    judged = float(np.count_nonzero(signals.state[:, k] == State.JUDGED)) * period_s
-    x = np.abs(signals.residual_nm[clean, k])
+    judged = signals.state[:, k] == State.JUDGED
+    seconds = float(np.count_nonzero(judged)) * period_s
+    x = np.abs(signals.residual_nm[judged, k])
     if x.size == 0:
-        return ResidualStats(None, None, None, None, judged)
+        return ResidualStats(None, None, None, None, seconds)
+    calm = np.abs(signals.residual_nm[clean, k])
     return ResidualStats(
         mean_abs_nm=float(np.mean(x)),
         rms_nm=float(np.sqrt(np.mean(x**2))),
         p99_nm=float(np.quantile(x, 0.99)),
         max_abs_nm=float(np.max(x)),
-        judged_s=judged,
+        judged_s=seconds,
+        clean_mean_abs_nm=float(np.mean(calm)) if calm.size else None,
+        clean_s=float(calm.size) * period_s,
     )
 
 
 def _level_findings(stats: dict[str, ResidualStats], gamma: dict[str, float]) -> list[Finding]:
     findings = []
     for joint, level in stats.items():
-        if joint in gamma and level.mean_abs_nm is not None and level.mean_abs_nm > 0.5 * gamma[joint]:
+        if joint in gamma and level.clean_mean_abs_nm is not None and level.clean_mean_abs_nm > 0.5 * gamma[joint]:
             findings.append(
                 Finding(
                     "residual-level",
                     "warning",
-                    f"The collision-free residual of joint '{joint}' averages {level.mean_abs_nm:.3g} N·m against a "
-                    f"threshold of {gamma[joint]:g} N·m: the model fits this joint too poorly for that threshold.",
+                    f"The collision-free residual of joint '{joint}' averages {level.clean_mean_abs_nm:.3g} N·m against "
+                    f"a threshold of {gamma[joint]:g} N·m: the model fits this joint too poorly for that threshold.",
                     joint=joint,
                 )
             )

@@ -27,11 +27,13 @@ class CleanResidual:
         residual_nm: (n,).
         clean: (n,) judged samples away from collisions.
         period_s: sample period, s.
+        left_out_s: judged seconds left out because they lie around collisions.
     """
 
     residual_nm: FloatArray
     clean: BoolArray
     period_s: float
+    left_out_s: float = 0.0
 
 
 def sustained_level(data: CleanResidual, n: int) -> float:
@@ -69,7 +71,7 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
     n = max(counts, default=1)
     seconds = sum(float(np.count_nonzero(d.clean)) * d.period_s for d in data)
     hours = seconds / 3600.0
-    missing = _missing(hours)
+    missing = _missing(hours, sum(d.left_out_s for d in data))
     if seconds < _MIN_CLEAN_S:
         why = f"only {seconds:.3g} s of judged, collision-free motion (at least {_MIN_CLEAN_S:g} s are needed)"
         return RecommendedRule(None, n, None, None, hours, None, None, (), (why, *missing))
@@ -97,12 +99,19 @@ def _round_up(level: float) -> float:
     return round(max(1, ceil(level / _STEP_NM - 1e-9)) * _STEP_NM, 6)
 
 
-def _missing(hours: float) -> tuple[str, ...]:
-    if hours >= _ENOUGH_HOURS:
-        return ()
-    return (
-        f"more collision-free motion: it rests on {hours * 60:.3g} min, so up to "
-        f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour cannot be excluded (95 %)"
-        if hours > 0
-        else "collision-free motion",
-    )
+def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
+    """What would make the recommendation firmer."""
+    missing = []
+    if left_out_s > 0:
+        missing.append(
+            f"certainty about {left_out_s:.3g} s around alarms, left out as collisions: if nothing was hit there, "
+            "this gamma is too low"
+        )
+    if hours == 0:
+        missing.append("collision-free motion")
+    elif hours < _ENOUGH_HOURS:
+        missing.append(
+            f"more collision-free motion: it rests on {hours * 60:.3g} min, so up to "
+            f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour cannot be excluded (95 %)"
+        )
+    return tuple(missing)

@@ -165,13 +165,22 @@ class RuleFacts:
 
 @dataclass(frozen=True, slots=True)
 class ResidualStats:
-    """Level of one joint's residual over its judged, event-free samples; None where nothing was judged."""
+    """Level of one joint's residual; None where nothing was judged.
+
+    Attributes:
+        mean_abs_nm, rms_nm, p99_nm, max_abs_nm: over all judged samples, collisions included.
+        judged_s: seconds judged.
+        clean_mean_abs_nm: mean over the judged samples half a second and more away from collisions.
+        clean_s: their seconds.
+    """
 
     mean_abs_nm: float | None
     rms_nm: float | None
     p99_nm: float | None
     max_abs_nm: float | None
     judged_s: float
+    clean_mean_abs_nm: float | None = None
+    clean_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

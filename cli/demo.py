@@ -1,0 +1,153 @@
+"""The paper's experiment end to end: identification, runs A and B, reports, and the truth beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.cli.truth import Comparison, ParameterCheck, compare_events, compare_friction, read_truth
+
+if TYPE_CHECKING:
+    from collaudit.cli.chain import Progress
+    from collaudit.core.evidence import Audit
+    from collaudit.core.result import FrictionFile
+    from collaudit.fixtures.simulate import SimulatedFiles
+
+ROBOT = "paper6"
+WATCHED = "joint1"
+_RUNS = {"A": "polish-const", "B": "polish-sine"}
+
+
+@dataclass(frozen=True, slots=True)
+class DemoRun:
+    """A polishing run: its name in the paper, its audit, and what the truth says to it."""
+
+    name: str
+    audit: Audit
+    comparison: Comparison
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """What the demonstration found."""
+
+    friction: FrictionFile
+    parameters: tuple[ParameterCheck, ...]
+    runs: tuple[DemoRun, ...]
+    report: Path
+
+    @property
+    def right(self) -> bool:
+        """All pushes found, no false alarm."""
+        return all(run.comparison.right for run in self.runs)
+
+
+def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
+    """Simulate the friction run and both polishing runs, two at a time.
+
+    Returns:
+        ``friction``, ``A`` and ``B`` to their files.
+    """
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        scenarios = {"friction": "friction", **_RUNS}
+        futures: dict[str, Future[SimulatedFiles]] = {
+            name: pool.submit(simulate_one, scenario, seed, out / f"{scenario}.mcap")
+            for name, scenario in scenarios.items()
+        }
+        return {name: future.result() for name, future in futures.items()}
+
+
+def simulate_one(scenario: str, seed: int, path: Path) -> SimulatedFiles:
+    """Simulate one scenario of the paper's arm (a worker's job)."""
+    from collaudit.fixtures.simulate import simulate_to
+
+    return simulate_to(scenario, ROBOT, seed, "mcap", path)
+
+
+def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) -> Demo:
+    """Identify friction, judge both runs with it, write runs and the report.
+
+    Args:
+        files: as :func:`simulate_all` gives them.
+        out: folder for what is written.
+        progress: called with steps done and in all.
+    """
+    from collaudit.cli.chain import judge, prepare_log
+    from collaudit.cli.provenance import make_provenance
+    from collaudit.core.audit import fit_logs
+    from collaudit.core.config import load_config
+    from collaudit.reports.files import write_audit, write_friction
+    from collaudit.reports.html import write_html
+
+    steps = len(_RUNS) + 2
+    identification = load_config(files["friction"].config)
+    prepared = prepare_log(files["friction"].log, identification)
+    friction = fit_logs([prepared], identification.config, make_provenance(identification, None, prepared.robot.sha256))
+    write_friction(out / "friction.json", friction)
+    parameters = compare_friction(friction.joints, read_truth(files["friction"].truth))
+    progress(1, steps)
+    runs = []
+    for name in _RUNS:
+        overrides = {"friction.file": str((out / "friction.json").absolute()), "detect.watch": [WATCHED]}
+        audit, used = judge(files[name].log, load_config(files[name].config, overrides))
+        write_audit(out / f"run-{name}", audit, used)
+        runs.append(DemoRun(name, audit, compare_events(audit.result, read_truth(files[name].truth))))
+        progress(len(runs) + 1, steps)
+    report = out / "report.html"
+    write_html(report, [run.audit for run in runs])
+    progress(steps, steps)
+    return Demo(friction, tuple(parameters), tuple(runs), report)
+
+
+def demo_text(demo: Demo) -> str:
+    """The tables printed at the end: friction, residual level, pushes; found beside true."""
+    parts = ["Friction, eq. (11): true values and fitted ones with their 95 % intervals", _friction_table(demo)]
+    parts += ["Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", _push_table(demo.runs)]
+    parts.append("\n".join(_level(run) for run in demo.runs))
+    return "\n".join(parts)
+
+
+def _friction_table(demo: Demo) -> str:
+    from collaudit.reports.text import table
+
+    rows = []
+    for check in demo.parameters:
+        found = "not identifiable" if check.found is None else f"{check.found:.4g}"
+        interval = "" if check.ci95 is None else " to ".join("open" if b is None else f"{b:.4g}" for b in check.ci95)
+        inside = {True: "yes", False: "no", None: ""}[check.inside]
+        rows.append((check.joint, check.name, f"{check.true:.4g}", found, interval, inside))
+    return table(("joint", "parameter", "true", "found", "95 % interval", "truth inside"), rows, numeric=(2, 3))
+
+
+def _push_table(runs: Sequence[DemoRun]) -> str:
+    from collaudit.reports.text import table
+
+    rows = []
+    for run in runs:
+        for found in run.comparison.pushes:
+            alarm = found.alarm
+            rows.append(
+                (
+                    run.name,
+                    f"link {found.push.link} at {found.push.onset_s:g} s",
+                    "no" if alarm is None else f"yes, on {alarm.joint}",
+                    "" if found.delay_s is None else f"{1e3 * found.delay_s:.0f} ms",
+                    "" if alarm is None else f"{alarm.peak_nm:.1f} N·m",
+                )
+            )
+    head = ("run", "push", "found", "delay from crossing gamma", "peak residual")
+    return table(head, rows, numeric=(3, 4))
+
+
+def _level(run: DemoRun) -> str:
+    stats = run.audit.result.residual[WATCHED]
+    level = "unknown" if stats.clean_mean_abs_nm is None else f"{stats.clean_mean_abs_nm:.2f} N·m"
+    alarms = len(run.comparison.false_alarms)
+    return (
+        f"Run {run.name}: mean |residual| of {WATCHED} without collision {level} (the paper: about 1 N·m); "
+        f"{alarms or 'no'} false alarm{'' if alarms == 1 else 's'}."
+    )

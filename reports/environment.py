@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from collaudit.core.findings import CODES
 from collaudit.reports.numbers import duration, percent, significant, stated
-from collaudit.reports.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, visible
+from collaudit.reports.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted, visible
 
 _FOLDER = Path(__file__).resolve().parent / "templates"
 _MINUS = re.compile(r"(?<![\w.)])-(?=\d)")
@@ -30,7 +30,7 @@ def environment() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
-    made.filters.update(minus=_minus, share=_share)
+    made.filters.update(minus=_minus, share=_share, counted=counted)
     made.globals.update(
         statement=STATEMENT,
         verdict_word=VERDICT_WORD,

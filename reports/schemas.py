@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from collaudit.core import result as result_types
-from collaudit.core.findings import CODES, Finding
+from collaudit.core.findings import Finding
 from collaudit.core.result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.reports.atomic import atomic_write
 from collaudit.reports.encode import json_text
@@ -57,7 +57,7 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
     body["properties"]["schema"] = {"const": version}
     definitions = body.pop("$defs")
     if "Finding" in definitions:
-        definitions["Finding"]["properties"]["code"] = {"enum": list(CODES)}
+        definitions["Finding"]["properties"]["code"] = {"type": "string", "pattern": "^[a-z0-9]+(-[a-z0-9]+)*$"}
     for name, definition in definitions.items():
         _describe(definition, _dataclass(name))
     _describe(body, kind)

@@ -177,9 +177,9 @@ def not_judged(n: int = 5_000) -> Audit:
 
 def many_events(count: int = 300) -> Audit:
     """Far more events than anyone wants to see drawn."""
-    audit = failed(100_000)
+    audit = failed(20_000)
     base = audit.result.collisions[0]
-    times = np.linspace(1.0, 190.0, count)
+    times = np.linspace(1.0, 38.0, count)
     collisions = tuple(
         replace(base, onset_s=float(t), detected_s=float(t) + 0.024, peak_nm=4.0 + 0.01 * k)
         for k, t in enumerate(times)

@@ -1,0 +1,218 @@
+"""The page: complete, escaped, deterministic, well formed."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import samples
+
+from collaudit.core.evidence import Audit
+from collaudit.reports.html import html_text
+from collaudit.reports.words import STATEMENT, visible
+
+VOID = {"meta", "br", "link", "img", "input", "hr"}
+
+
+class Page(HTMLParser):
+    """Elements, attributes and text of a page; complains about unbalanced tags."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.tags: Counter[str] = Counter()
+        self.attributes: list[tuple[str, str, str]] = []
+        self.texts: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open[-3:]}"
+        self.open.pop()
+
+    def handle_data(self, data: str) -> None:
+        if "style" not in self.open:
+            self.texts.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.texts).split())
+
+    def values(self, name: str) -> list[str]:
+        return [value for _, attribute, value in self.attributes if attribute == name]
+
+
+@pytest.fixture(scope="module")
+def failed() -> Audit:
+    return samples.failed()
+
+
+@pytest.fixture(scope="module")
+def failed_text(failed: Audit) -> str:
+    return html_text([failed])
+
+
+@pytest.fixture(scope="module")
+def page(failed_text: str) -> Page:
+    return Page(failed_text)
+
+
+def test_it_says_what_a_reader_needs(page: Page, failed: Audit) -> None:
+    for words in (
+        "FAIL",
+        *failed.result.reasons,
+        STATEMENT,
+        "What was judged, and what was not",
+        "Collisions (2)",
+        "Near misses (3)",
+        "9.22 N·m",
+        "−7.42 N·m",
+        "Not every parameter of eq. (11) is determined by the data.",
+        "from 8.20, open above",
+        "A + B",
+        "no constant-velocity section",
+        "missing: at least 3 h without collisions",
+        "gap in the log",
+        "force-controlled in this phase",
+        failed.result.log.sha256,
+        "collaudit 0.1.0, numpy 2.4.6",
+    ):
+        assert words in page.text, words
+
+
+def test_a_peak_just_under_its_threshold_does_not_read_as_equal(page: Page) -> None:
+    assert "3.9996 N·m 4.0000 N·m 99.99 % of γ" in page.text
+
+
+def test_findings_are_sorted_by_severity(page: Page) -> None:
+    found = re.findall(r"✕ error|△ warning|i info", page.text)
+    assert found == ["✕ error", "△ warning", "△ warning", "i info"]
+
+
+def test_every_event_row_links_to_its_plot(page: Page) -> None:
+    ids = page.values("id")
+    links = [value[1:] for value in page.values("href") if value.startswith("#")]
+    assert set(links) <= set(ids)
+    assert len([link for link in links if re.search(r"-(collision|near-miss)-\d+$", link)]) == 5
+
+
+@pytest.mark.parametrize("make", [samples.failed, samples.many_events, samples.not_judged, samples.hostile])
+def test_ids_are_unique_and_references_resolve(make) -> None:
+    assert_sound_ids(html_text([make()]))
+
+
+def test_ids_stay_unique_with_several_logs() -> None:
+    assert_sound_ids(html_text([samples.failed(4000), samples.failed(5000), samples.not_judged()]))
+
+
+def assert_sound_ids(text: str) -> None:
+    page = Page(text)
+    ids = Counter(page.values("id"))
+    assert [name for name, count in ids.items() if count > 1] == []
+    used = {
+        name
+        for value in page.values("style") + page.values("clip-path")
+        for name in re.findall(r"url\(#([^)]+)\)", value)
+    }
+    used |= {value[1:] for value in page.values("href") if value.startswith("#")}
+    used |= set(page.values("aria-labelledby"))
+    assert used <= set(ids)
+
+
+def test_it_needs_nothing_from_outside(failed_text: str, page: Page) -> None:
+    assert page.tags["script"] == page.tags["link"] == page.tags["img"] == page.tags["iframe"] == 0
+    assert "default-src 'none'" in failed_text
+    outside = [v for name in ("href", "src", "action") for v in page.values(name) if not v.startswith("#")]
+    assert outside == []
+    assert not re.search(r"@import|url\((?!#)", failed_text)
+    assert not [value for _, name, value in page.attributes if name.startswith("on")]
+
+
+def test_it_can_be_read_without_eyes(page: Page) -> None:
+    assert ("html", "lang", "en") in page.attributes
+    assert page.tags["th"] > 0
+    images = [value for tag, name, value in page.attributes if tag == "svg" and name == "role"]
+    labels = [value for tag, name, value in page.attributes if tag == "svg" and name == "aria-label"]
+    assert len(images) == len(labels) > 10
+    assert all(labels)
+
+
+@pytest.mark.parametrize("make", [samples.failed, samples.hostile])
+def test_the_same_audit_gives_the_same_bytes(make) -> None:
+    assert html_text([make()]) == html_text([make()])
+
+
+def test_hostile_text_is_shown_and_never_obeyed() -> None:
+    text = html_text([samples.hostile()])
+    page = Page(text)
+    assert page.tags["script"] == page.tags["img"] == 0
+    assert not [value for _, name, value in page.attributes if name.startswith("on")]
+    for name in samples.HOSTILE:
+        assert " ".join(visible(name).split()) in page.text
+    for hidden in ("\u202e", "\x1b", "\x00"):
+        assert hidden not in text
+    assert "49" not in [word.strip("{}") for word in page.text.split() if word.startswith("{{")]
+
+
+def test_a_log_without_a_verdict_does_not_look_clean() -> None:
+    page = Page(html_text([samples.not_judged()]))
+    assert "NOT JUDGED" in page.text
+    assert "neither a pass nor a fail" in page.text
+    assert "Collisions (not judged)" in page.text
+    assert "it proves nothing" in page.text
+
+
+def test_a_pass_says_so_and_no_more() -> None:
+    page = Page(html_text([samples.passed()]))
+    assert "PASS" in page.text
+    assert "None in what was judged." in page.text
+
+
+def test_several_logs_come_worst_first() -> None:
+    page = Page(html_text([samples.passed(), samples.not_judged(), samples.failed(4000)]))
+    names = re.findall(r"polishing|tiago|quiet_night", page.text)
+    assert names[:3] == ["polishing", "tiago", "quiet_night"]
+
+
+def test_many_events_are_all_listed_and_some_drawn_and_it_says_so() -> None:
+    audit = samples.many_events(300)
+    start = time.perf_counter()
+    page = Page(html_text([audit]))
+    assert time.perf_counter() - start < 60
+    assert "40 of 300 are drawn: the first 32 and the 8 with the highest peak. 260 are not drawn" in page.text
+    assert page.text.count("not drawn") == 261
+    assert "log1-collision-300" in page.values("id")
+    assert "log1-collision-100" not in page.values("id")
+
+
+def test_joints_the_signals_lack_do_not_break_the_page(failed: Audit) -> None:
+    gone = replace(failed.result.collisions[0], joint="ghost")
+    audit = replace(failed, result=replace(failed.result, collisions=(gone,)))
+    assert "ghost" in Page(html_text([audit])).text
+
+
+def test_an_empty_log_does_not_break_the_page(failed: Audit) -> None:
+    s = failed.signals
+    wide = np.empty((0, len(s.joint_names)))
+    empty = replace(
+        s, time_s=np.empty(0), position_rad=wide, velocity_rad_s=wide, measured_nm=wide, model_nm=wide,
+        residual_nm=wide, state=wide.astype(np.int8),
+    )  # fmt: skip
+    result = replace(samples.not_judged().result, coverage=replace(failed.result.coverage, joints={}), phases=())
+    assert "NOT JUDGED" in Page(html_text([Audit(result, empty)])).text

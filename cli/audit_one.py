@@ -2,61 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.errors import CollauditError
-from collaudit.core.result import Verdict
+from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:
     from collaudit.cli.chain import LogFiles, Progress
     from collaudit.core.config import LoadedConfig
+    from collaudit.core.result import AuditResult
+    from collaudit.reports.entries import IndexEntry
 
 _RUN_FILES = ("audit.json", "signals.parquet", "friction.json", "report.html")
 
 
 @dataclass(frozen=True, slots=True)
-class LogOutcome:
-    """What became of one log; an entry of ``summary.json``.
+class Outcome:
+    """What became of one log: its line in the index, and its result unless it could not be judged."""
 
-    Attributes:
-        log: its name.
-        verdict: of its audit; ``not_judged`` when there was none.
-        reasons: why.
-        run: folder of its files, relative to OUT; None when there are none.
-        report: its page, relative to OUT.
-        sha256: of the log.
-        collisions, near_misses: counts.
-        judged_h: hours judged by the rule, of the watched joint with the most.
-        findings: code to how often.
-        error: the message when there was no audit.
-    """
-
-    log: str
-    verdict: Verdict
-    reasons: tuple[str, ...]
-    run: str | None
-    report: str | None
-    sha256: str | None
-    collisions: int
-    near_misses: int
-    judged_h: float
-    findings: Mapping[str, int]
-    error: str | None
-
-    def as_json(self) -> dict[str, object]:
-        """The outcome as JSON-able values."""
-        return asdict(self)
+    entry: IndexEntry
+    result: AuditResult | None
 
 
-def audit_one(files: LogFiles, folder: str, loaded: LoadedConfig, out: Path, progress: Progress | None) -> LogOutcome:
+def audit_one(
+    files: LogFiles, name: str, folder: str, loaded: LoadedConfig, out: Path, progress: Progress | None
+) -> Outcome:
     """Judge one log and write its run and report into ``out / folder``.
 
     A log that cannot be judged gives an outcome with its one message, and leaves no files of an earlier run.
+
+    Args:
+        files: of the log.
+        name: what the index calls it.
+        folder: its run folder.
+        loaded: effective configuration.
+        out: folder of the whole audit.
+        progress: of reading.
+
+    Raises:
+        CollauditError: the outputs cannot be written; then no other log's could be.
     """
-    from collaudit.cli.chain import judge, log_name
+    from dataclasses import replace
+
+    from collaudit.cli.chain import judge
+    from collaudit.reports.entries import entry_of, entry_of_error
     from collaudit.reports.files import write_audit
     from collaudit.reports.html import write_html
 
@@ -65,34 +55,13 @@ def audit_one(files: LogFiles, folder: str, loaded: LoadedConfig, out: Path, pro
         audit, friction = judge(files, loaded, progress)
     except CollauditError as error:
         _remove_old(run)
-        return _failed(log_name(files), error.render(), error.message)
+        return Outcome(entry_of_error(name, error), None)
     except MemoryError:
         _remove_old(run)
-        return _failed(log_name(files), "not enough memory for this log", "not enough memory")
+        return Outcome(entry_of_error(name, NotJudgedError("not enough memory for this log", where=name)), None)
     write_audit(run, audit, friction)
     write_html(run / "report.html", [audit])
-    result = audit.result
-    judged = [cover.judged_s for cover in result.coverage.joints.values() if cover.watched]
-    counts: dict[str, int] = {}
-    for finding in result.findings:
-        counts[finding.code] = counts.get(finding.code, 0) + 1
-    return LogOutcome(
-        log=result.log.name,
-        verdict=result.verdict,
-        reasons=result.reasons,
-        run=folder,
-        report=f"{folder}/report.html",
-        sha256=result.log.sha256,
-        collisions=len(result.collisions),
-        near_misses=len(result.near_misses),
-        judged_h=max(judged, default=0.0) / 3600,
-        findings=counts,
-        error=None,
-    )
-
-
-def _failed(name: str, error: str, reason: str) -> LogOutcome:
-    return LogOutcome(name, "not_judged", (reason,), None, None, None, 0, 0, 0.0, {}, error)
+    return Outcome(replace(entry_of(audit.result, f"{folder}/report.html"), name=name), audit.result)
 
 
 def _remove_old(run: Path) -> None:

@@ -1,21 +1,30 @@
-"""Many logs, some at a time: run folders, worker processes, outcomes in the order of the logs."""
+"""Many logs, some at a time: names, run folders, worker processes, outcomes in the order of the logs."""
 
 from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.cli.audit_one import LogOutcome, audit_one
-from collaudit.cli.chain import LogFiles, Progress
+from collaudit.cli.audit_one import Outcome, audit_one
+from collaudit.cli.chain import LogFiles, Progress, log_name
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
 
 #: Threads of one numerical library in a worker: more would only fight with the other workers.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_LONGEST_NAME = 80
+
+
+def log_names(logs: Sequence[LogFiles]) -> list[str]:
+    """A name for every log: that of its file, with its folder where two files are called the same."""
+    names = [log_name(files) for files in logs]
+    count = Counter(names)
+    return [name if count[name] == 1 else str(files[0].parent / name) for files, name in zip(logs, names, strict=True)]
 
 
 def run_folders(logs: Sequence[LogFiles]) -> list[str]:
@@ -23,7 +32,8 @@ def run_folders(logs: Sequence[LogFiles]) -> list[str]:
     taken: set[str] = set()
     names = []
     for files in logs:
-        stem = re.sub(r"[^\w.+-]+", "_", "+".join(path.stem for path in files)).strip("._")[:80] or "log"
+        joined = "+".join(path.stem if path.is_file() else path.name for path in files)
+        stem = re.sub(r"[^\w.+-]+", "_", joined).strip("._")[:_LONGEST_NAME] or "log"
         name, count = stem, 1
         while name.lower() in taken:
             count += 1
@@ -39,8 +49,8 @@ def audit_logs(
     out: Path,
     jobs: int,
     progress: Progress,
-    done: Callable[[LogOutcome], None],
-) -> list[LogOutcome]:
+    done: Callable[[Outcome], None],
+) -> list[Outcome]:
     """Judge every log, at most ``jobs`` at a time.
 
     Args:
@@ -53,47 +63,46 @@ def audit_logs(
 
     Returns:
         Outcomes in the order of ``logs``.
+
+    Raises:
+        CollauditError: an output cannot be written.
     """
-    folders = run_folders(logs)
+    work = list(zip(logs, log_names(logs), run_folders(logs), strict=True))
     if jobs == 1 or len(logs) == 1:
-        return _one_by_one(logs, folders, loaded, out, progress, done)
+        outcomes = []
+        for files, name, folder in work:
+            outcomes.append(audit_one(files, name, folder, loaded, out, progress if len(logs) == 1 else None))
+            done(outcomes[-1])
+            if len(logs) > 1:
+                progress(len(outcomes), len(logs))
+        return outcomes
+    return _in_processes(work, loaded, out, min(jobs, len(logs)), progress, done)
+
+
+def _in_processes(
+    work: Sequence[tuple[LogFiles, str, str]],
+    loaded: LoadedConfig,
+    out: Path,
+    workers: int,
+    progress: Progress,
+    done: Callable[[Outcome], None],
+) -> list[Outcome]:
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
-    outcomes: dict[int, LogOutcome] = {}
-    workers = min(jobs, len(logs))
+    outcomes: dict[int, Outcome] = {}
+    # Fresh processes: a forked copy of one that has run numerical threads may hang.
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_one_thread_each) as pool:
-        futures = {
-            pool.submit(audit_one, files, folder, loaded, out, None): index
-            for index, (files, folder) in enumerate(zip(logs, folders, strict=True))
-        }
+        futures = {pool.submit(audit_one, *item, loaded, out, None): index for index, item in enumerate(work)}
         try:
             for future in as_completed(futures):
-                outcome = outcomes[futures[future]] = future.result()
-                done(outcome)
-                progress(len(outcomes), len(logs))
+                outcomes[futures[future]] = future.result()
+                done(outcomes[futures[future]])
+                progress(len(outcomes), len(work))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return [outcomes[index] for index in range(len(logs))]
-
-
-def _one_by_one(
-    logs: Sequence[LogFiles],
-    folders: Sequence[str],
-    loaded: LoadedConfig,
-    out: Path,
-    progress: Progress,
-    done: Callable[[LogOutcome], None],
-) -> list[LogOutcome]:
-    outcomes = []
-    for files, folder in zip(logs, folders, strict=True):
-        outcome = audit_one(files, folder, loaded, out, progress if len(logs) == 1 else None)
-        outcomes.append(outcome)
-        done(outcome)
-        if len(logs) > 1:
-            progress(len(outcomes), len(logs))
-    return outcomes
+    return [outcomes[index] for index in range(len(work))]
 
 
 def _one_thread_each() -> None:

@@ -10,7 +10,6 @@ import click
 
 from collaudit.core.findings import Finding
 
-_VERDICT_COLOR = {"pass": "green", "fail": "red", "not_judged": "yellow"}
 _SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
 
 
@@ -19,39 +18,12 @@ def note(text: str) -> None:
     click.echo(text, err=True)
 
 
-def verdict_word(verdict: str) -> str:
-    """The verdict as it is printed, coloured where colour is shown."""
-    return click.style(verdict.replace("_", " ").upper(), fg=_VERDICT_COLOR.get(verdict), bold=True)
-
-
 def print_findings(findings: Sequence[Finding], err: bool = False) -> None:
     """One line a finding: severity, code, text, place."""
     for finding in findings:
         severity = click.style(f"{finding.severity:<8}", fg=_SEVERITY_COLOR[finding.severity])
         place = f" [{finding.where}]" if finding.where else ""
         click.echo(f"  {severity}{finding.code}: {finding.text}{place}", err=err)
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns padded with blanks; a column whose cells are numbers is aligned right."""
-    cells = [list(header), *[list(row) for row in rows]]
-    widths = [max(len(click.unstyle(row[i])) for row in cells) for i in range(len(header))]
-    right = [bool(rows) and all(_is_number(row[i]) for row in rows) for i in range(len(header))]
-    return "\n".join(
-        "  ".join(
-            _pad(cell, width, at_right) for cell, width, at_right in zip(row, widths, right, strict=True)
-        ).rstrip()
-        for row in cells
-    )
-
-
-def _pad(cell: str, width: int, at_right: bool) -> str:
-    blanks = " " * (width - len(click.unstyle(cell)))
-    return blanks + cell if at_right else cell + blanks
-
-
-def _is_number(cell: str) -> bool:
-    return cell in ("", "-") or cell[:1].isdigit() or (cell[:1] in "-+±∞<" and cell[1:2].isdigit())
 
 
 @contextmanager

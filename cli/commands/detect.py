@@ -8,7 +8,7 @@ import click
 
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, print_findings, progress
+from collaudit.cli.words import note, progress
 
 
 @example_command(
@@ -34,8 +34,9 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
     from collaudit.cli.chain import judge, one_log
-    from collaudit.cli.summary import exit_code, result_text
+    from collaudit.cli.summary import exit_code, rule_text
     from collaudit.reports.files import audit_json, write_audit
+    from collaudit.reports.text import audit_text
 
     loaded = load_settings()
     files = one_log(logs, loaded)
@@ -46,8 +47,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     if as_json:
         click.echo(audit_json(audit.result), nl=False)
     else:
-        click.echo(result_text(audit.result))
-    print_findings([finding for finding in audit.result.findings if finding.severity != "info"], err=True)
+        click.echo(audit_text(audit.result), nl=False)
+        click.echo(rule_text(audit.result.rule))
     if output is not None:
         note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
     return exit_code([audit.result.verdict])

@@ -9,7 +9,7 @@ import click
 
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
-from collaudit.cli.words import note, print_findings, progress, table
+from collaudit.cli.words import note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -61,6 +61,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
 
 def fit_table(friction: FrictionFile) -> str:
     """One line a joint: model, parameters with intervals, quality; below it what is not identifiable."""
+    from collaudit.reports.text import table
+
     rows = []
     remarks = []
     for name, fit in friction.joints.items():
@@ -69,7 +71,7 @@ def fit_table(friction: FrictionFile) -> str:
             remarks.append(f"  {name}: {fit.reason}")
         remarks += [f"  {name}: {text}" for text in fit.not_identifiable]
     head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE", "speeds")
-    return "\n".join([table(head, rows), *remarks])
+    return "\n".join([table(head, rows, numeric=(3,)).rstrip(), *remarks])
 
 
 def _parameters(fit: FrictionFit) -> str:

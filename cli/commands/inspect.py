@@ -10,7 +10,7 @@ import click
 
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.cli.words import bytes_text, note, print_findings, progress, table
+from collaudit.cli.words import bytes_text, note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -90,12 +90,14 @@ def _json(summaries: list[tuple[LogSummary, tuple[Finding, ...]]]) -> str:
 
 
 def _text(summary: LogSummary) -> str:
-    head = [click.style(summary.name, bold=True), f"{summary.format}, {bytes_text(summary.size_bytes)}"]
+    from collaudit.reports.text import table
+
+    title = [click.style(summary.name, bold=True), f"{summary.format}, {bytes_text(summary.size_bytes)}"]
     if summary.duration_s is not None:
-        head.append(f"{summary.duration_s:.3f} s")
+        title.append(f"{summary.duration_s:.3f} s")
     if summary.start_ns is not None:
-        head.append(f"starts {_utc(summary.start_ns)}")
-    lines = ["  ".join(head)]
+        title.append(f"starts {_utc(summary.start_ns)}")
+    lines = ["  ".join(title)]
     if summary.csv_columns:
         lines.append(f"  {len(summary.csv_columns)} columns: {_listed(summary.csv_columns)}")
     if summary.topics:
@@ -111,7 +113,8 @@ def _text(summary: LogSummary) -> str:
             )
             for topic in summary.topics
         ]
-        lines.append(_indent(table(("topic", "type", "role", "messages", "Hz", "largest gap s", "note"), rows)))
+        head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
+        lines.append(_indent(table(head, rows, numeric=(3, 4, 5)).rstrip()))
         lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
     return "\n".join(lines)
 

@@ -12,7 +12,7 @@ import click
 
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress, table
+from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -77,6 +77,8 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
 
 def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
     """One line a joint, below it what evidence is missing."""
+    from collaudit.reports.text import table
+
     rows = [
         (
             joint,
@@ -91,7 +93,7 @@ def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
     ]
     head = ("joint", "gamma N·m", "n", "largest clean N·m", "clean hours", "false alarms/h", "at most (95 %)")
     missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
-    return "\n".join([table(head, rows), *missing])
+    return "\n".join([table(head, rows, numeric=tuple(range(1, len(head)))).rstrip(), *missing])
 
 
 def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule]) -> str:

@@ -16,26 +16,34 @@ from collaudit.core.errors import EXIT_PASS
     "report",
     "collaudit report run/ -o report.html",
     "collaudit report monday/ tuesday/ -o week.html",
-    "collaudit report run/ -o report.html --format html,json",
+    "collaudit report run/ -o report.html --format html,json,junit",
 )
 @click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The page to write."
 )
-@click.option("--format", "formats", default="html", metavar="LIST", help="Formats, separated by commas: html, json.")
+@click.option(
+    "--format",
+    "formats",
+    default="html",
+    show_default=True,
+    metavar="LIST",
+    help="Out of html, json, junit, sarif, markdown, separated by commas.",
+)
 @config_option
 def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     """Write the report of finished runs as one self-contained page that works offline.
 
-    Other formats are written beside it under the same name with their own suffix. With -c, a run that was
-    judged with other settings is pointed out.
+    The first format keeps the name given with -o; others are written beside it with their own suffix. With
+    -c, a run that was judged with other settings is pointed out.
 
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
-    from collaudit.cli.report_formats import report_paths, write_report
+    from collaudit.cli.formats import parse_formats, report_paths
     from collaudit.reports.files import read_run
+    from collaudit.reports.report import write_report
 
-    paths = report_paths(output, [name.strip() for name in formats.split(",") if name.strip()])
+    paths = report_paths(output, parse_formats(formats))
     audits = [read_run(run) for run in runs]
     if config_path() is not None:
         sha256 = load_settings().sha256
@@ -43,6 +51,6 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
             if audit.result.provenance.config_sha256 != sha256:
                 note(f"{run}: was judged with other settings than {config_path()}")
     for name, path in paths.items():
-        write_report(path, name, audits)
+        write_report(path, audits, name)
         note(f"report written to {path}")
     return EXIT_PASS

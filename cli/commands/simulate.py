@@ -1,0 +1,80 @@
+"""``collaudit simulate``: a log whose truth is known."""
+
+from __future__ import annotations
+
+from inspect import cleandoc
+from pathlib import Path
+
+import click
+
+from collaudit.cli.group import example_command
+from collaudit.cli.words import note, progress
+from collaudit.core.errors import EXIT_PASS
+from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS
+
+
+def _listed(title: str, names: dict[str, str]) -> str:
+    """A paragraph of the help that click must not wrap."""
+    width = max(len(name) for name in names)
+    return "\b\n" + "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in names.items())])
+
+
+@example_command(
+    "simulate",
+    "collaudit simulate friction -o friction.mcap",
+    "collaudit simulate polish-const --seed 7 --format bag -o run.bag",
+    "collaudit simulate free-hits --robot seven --mismatch 2 -o hits.mcap",
+)
+@click.argument("scenario", metavar="SCENARIO")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="LOG", help="Log to write.")
+@click.option("--robot", default="paper6", show_default=True, metavar="NAME", help="Simulated arm.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same bytes.")
+@click.option("--format", "fmt", metavar="NAME", help="csv, mcap, bag or db3; by the suffix of LOG when absent.")
+@click.option(
+    "--mismatch",
+    type=float,
+    default=0.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="Largest error of each inertial property in the robot file.",
+)
+@click.option("--duration", type=float, metavar="S", help="Length of free motion and stop-go, s.")
+def command(
+    scenario: str, output: Path, robot: str, seed: int, fmt: str | None, mismatch: float, duration: float | None
+) -> int:
+    """Simulate a recording whose truth is known, with real sensors and full dynamic friction.
+
+    Beside LOG stand its configuration (.toml), its truth (.truth.json) and, for a URDF robot, its model
+    (.urdf).
+    """
+    from collaudit.fixtures.simulate import simulate_to
+
+    with progress("simulating") as report:
+        files = simulate_to(
+            scenario,
+            robot,
+            seed,
+            fmt or _format_of(output),
+            output,
+            mismatch_percent=mismatch,
+            duration_s=duration,
+            progress=report,
+        )
+    written = [*files.log, files.config, files.robot_file, files.truth]
+    note("written: " + ", ".join(str(path) for path in written if path is not None))
+    return EXIT_PASS
+
+
+def _format_of(output: Path) -> str:
+    """The format a suffix stands for; without a suffix, a bag folder."""
+    return {".csv": "csv", ".mcap": "mcap", ".bag": "bag"}.get(output.suffix.lower(), "db3")
+
+
+command.help = "\n\n".join(
+    [
+        cleandoc(command.help or ""),
+        _listed("Scenarios:", SCENARIOS),
+        _listed("Robots:", ROBOTS),
+        _listed("Formats:", FORMATS),
+    ]
+)

@@ -21,8 +21,9 @@ _STANDING_RAD_S = 1e-3
 def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch]) -> Coverage:
     """Add up the states of every joint.
 
-    ``moving_s`` counts recorded time outside standstill; time in state FRICTION_INTERVAL is listed apart,
-    since a joint that rests hides torque below its breakaway friction and is never "clean".
+    ``moving_s`` counts recorded time in motion that was to be judged. Time in state FRICTION_INTERVAL is
+    listed apart, since a joint that rests hides torque below its breakaway friction and is never "clean";
+    so is time in which the joint was not watched, with the reason.
     """
     recorded = sum(len(s) for s in series.segments)
     joints = {
@@ -36,7 +37,8 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
 def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray, watch: Watch) -> JointCoverage:
     period = series.period_s
     count = np.bincount(state, minlength=len(State))
-    moving = np.isfinite(velocity) & (np.abs(velocity) > _STANDING_RAD_S) & (state != State.FRICTION_INTERVAL)
+    asked = (state != State.FRICTION_INTERVAL) & (state != State.NOT_WATCHED)
+    moving = np.isfinite(velocity) & (np.abs(velocity) > _STANDING_RAD_S) & asked
     return JointCoverage(
         watched=watch.watched,
         why=watch.why,

@@ -268,7 +268,8 @@ class JointCoverage:
     Attributes:
         watched: whether its residual was judged at all.
         why: why it was watched, or why not.
-        moving_s, judged_s: time moving, and of that judged by the rule.
+        moving_s: time moving while watched.
+        judged_s: time judged by the rule.
         standing_s: time at rest or presliding, where external torque can hide behind friction: only
             torque beyond the friction interval was evidence; never "clean".
         not_judged_s: reason to seconds, over all time.

@@ -195,7 +195,7 @@ def _level_findings(stats: dict[str, ResidualStats], gamma: dict[str, float]) ->
                     "residual-level",
                     "warning",
                     f"The collision-free residual of joint '{joint}' averages {level.clean_mean_abs_nm:.3g} N·m "
-                    f"against a threshold of {gamma[joint]:g} N·m: the model fits this joint too poorly for that threshold.",
+                    f"against a threshold of {gamma[joint]:g} N·m: the model fits this joint too poorly for it.",
                     joint=joint,
                 )
             )

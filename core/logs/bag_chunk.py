@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.logs.extract import NS
+from collaudit.core.logs.mcap_chunk import ascending
 from collaudit.core.logs.records import ByteArray, gather
 from collaudit.core.series import IntArray
 
@@ -118,7 +119,7 @@ def locate_bag(data: bytes, index_offsets: IntArray) -> BagLocated:
         index_offsets: (m,) record offsets from its index data, any order.
     """
     view = np.frombuffer(data, dtype=np.uint8)
-    offsets = np.unique(index_offsets)
+    offsets = ascending(index_offsets)
     found = _Found([], [])
     fast = _by_index(data, view, offsets) if offsets.shape[0] else None
     if fast is None:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.records import Batch, Channel, Damage, Progress, ros_type
+from collaudit.core.logs.records import Batch, ByteArray, Channel, Damage, Progress, ros_type
+from collaudit.core.series import IntArray
 
 MAGIC = b"SQLite format 3\x00"
-_ROWS = 20_000
+_ROWS = 4096
+MAX_DAMAGE = 20
+_Row = tuple[int, int, int, bytes]
 
 
 class Db3File:
@@ -23,6 +26,7 @@ class Db3File:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damage: list[Damage] = []
+        self._bytes = path.stat().st_size
         self._db = _connect(path)
         try:
             self.channels = self._read_channels()
@@ -58,36 +62,51 @@ class Db3File:
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""
         wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
-        total = self.path.stat().st_size
-        for number, key in enumerate(wanted):
-            yield from self._topic(key)
-            if progress is not None:
-                progress(total * (number + 1) // len(wanted), total)
-
-    def _topic(self, key: int) -> Iterator[Batch]:
+        marks = ", ".join("?" * len(wanted))
         read = 0
         try:
-            cursor = self._db.execute("SELECT timestamp, data FROM messages WHERE topic_id = ? ORDER BY id", (key,))
+            (total,) = self._db.execute("SELECT max(id) FROM messages").fetchone()
+            cursor = self._db.execute(
+                f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY id", wanted
+            )
             while rows := cursor.fetchmany(_ROWS):
                 read += len(rows)
-                good = [row for row in rows if isinstance(row[0], int) and isinstance(row[1], bytes)]
-                if len(good) < len(rows):
-                    self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
-                if good:
-                    yield _batch(key, good)
+                yield from self._split(rows)
+                if progress is not None:
+                    progress(self._bytes * rows[-1][0] // max(total, 1), self._bytes)
         except (sqlite3.Error, OverflowError) as error:
-            self._note(f"reading the messages of topic {key} stopped after {read}: {error}")
+            self._note(f"reading its messages stopped after {read}: {error}")
+
+    def _split(self, rows: Sequence[_Row]) -> Iterator[Batch]:
+        """One batch per topic, all in one buffer."""
+        try:
+            batch = _arrays(rows)
+        except (TypeError, ValueError, OverflowError):
+            good = [row for row in rows if isinstance(row[2], int) and isinstance(row[3], bytes)]
+            self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
+            batch = _arrays(good)
+        topic, log_ns, length, data = batch
+        start = np.cumsum(length) - length
+        for key in set(topic.tolist()):
+            mine = topic == key
+            yield Batch(int(key), data, start[mine], length[mine], log_ns[mine])
 
     def _note(self, text: str) -> None:
-        self.damage.append(Damage(text))
+        if len(self.damage) < MAX_DAMAGE:
+            self.damage.append(Damage(text))
 
 
-def _batch(key: int, rows: list[tuple[int, bytes]]) -> Batch:
-    times, blobs = zip(*rows, strict=True)
-    length = np.fromiter(map(len, blobs), dtype=np.int64, count=len(blobs))
-    stop = np.cumsum(length)
-    data = np.frombuffer(b"".join(blobs), dtype=np.uint8)
-    return Batch(key, data, stop - length, length, np.array(times, dtype=np.int64))
+def _arrays(rows: Sequence[_Row]) -> tuple[IntArray, IntArray, IntArray, ByteArray]:
+    """Topics, times and lengths of rows, and their blobs end to end."""
+    if not rows:
+        none = np.empty(0, dtype=np.int64)
+        return none, none, none, np.empty(0, dtype=np.uint8)
+    _, topics, times, blobs = zip(*rows, strict=True)
+    data = b"".join(blobs)
+    count = len(rows)
+    length = np.fromiter(map(len, blobs), dtype=np.int64, count=count)
+    topic = np.fromiter(topics, dtype=np.int64, count=count)
+    return topic, np.fromiter(times, dtype=np.int64, count=count), length, np.frombuffer(data, dtype=np.uint8)
 
 
 def _str(value: object) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from collaudit.core.logs.extract import Plan, make_plan
 from collaudit.core.logs.layout import LayoutError, walk
 from collaudit.core.logs.profiles import Profile
-from collaudit.core.logs.records import Batch, Channel, gather
+from collaudit.core.logs.records import Batch, ByteArray, Channel, gather
 from collaudit.core.logs.schema import Struct, parse_schema
 from collaudit.core.logs.tables import Decoded, GroupKey
 from collaudit.core.series import FloatArray, IntArray
@@ -59,27 +59,33 @@ class ChannelDecoder:
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""
-        order = np.arange(self.out.seen, self.out.seen + batch.start.shape[0], dtype=np.int64)
-        self.out.seen += batch.start.shape[0]
-        sizes = np.unique(batch.length)
-        for size in sizes.tolist():
-            whole = sizes.shape[0] == 1
-            picked = np.arange(batch.start.shape[0]) if whole else np.flatnonzero(batch.length == size)
-            self._equal_size(batch, picked, int(size), order)
+        count = batch.start.shape[0]
+        if count == 0:
+            return
+        order = np.arange(self.out.seen, self.out.seen + count, dtype=np.int64)
+        self.out.seen += count
+        low, high = int(batch.length.min()), int(batch.length.max())
+        if low == high:
+            self._equal_size(batch, None, low, order)
+            return
+        for size in np.unique(batch.length).tolist():
+            self._equal_size(batch, np.flatnonzero(batch.length == size), int(size), order)
 
-    def _equal_size(self, batch: Batch, picked: IntArray, size: int, order: IntArray) -> None:
-        rows = gather(batch.data, batch.start[picked], size)
+    def _equal_size(self, batch: Batch, picked: IntArray | None, size: int, order: IntArray) -> None:
+        """Decode the messages of one size: all of a batch when ``picked`` is None."""
+        rows = gather(batch.data, batch.start if picked is None else batch.start[picked], size)
         for plan in self._plans.get(size, ()):
-            if picked.shape[0] == 0:
-                return
             same = plan.matches(rows)
-            if same.all():
-                self._emit(plan.key, plan.columns_of(rows), batch.log_ns[picked], order[picked])
+            if same is None:
+                self._emit(plan, rows, batch.log_ns, order, picked)
                 return
             if same.any():
-                chosen = picked[same]
-                self._emit(plan.key, plan.columns_of(rows[same]), batch.log_ns[chosen], order[chosen])
+                picked = np.arange(rows.shape[0]) if picked is None else picked
+                self._emit(plan, rows[same], batch.log_ns, order, picked[same])
                 rows, picked = rows[~same], picked[~same]
+        self._new_layouts(batch, rows, np.arange(rows.shape[0]) if picked is None else picked, order)
+
+    def _new_layouts(self, batch: Batch, rows: ByteArray, picked: IntArray, order: IntArray) -> None:
         while picked.shape[0]:
             if self._count >= self.max_plans:
                 self._one_by_one(batch, picked, order)
@@ -92,16 +98,18 @@ class ChannelDecoder:
                 rows, picked = rows[1:], picked[1:]
                 continue
             self._count += 1
-            self._plans.setdefault(size, []).append(plan)
+            self._plans.setdefault(rows.shape[1], []).append(plan)
             same = plan.matches(rows)
-            chosen = picked[same]
-            self._emit(plan.key, plan.columns_of(rows[same]), batch.log_ns[chosen], order[chosen])
+            if same is None:
+                self._emit(plan, rows, batch.log_ns, order, picked)
+                return
+            self._emit(plan, rows[same], batch.log_ns, order, picked[same])
             rows, picked = rows[~same], picked[~same]
 
-    def _emit(
-        self, key: GroupKey, columns: dict[str, IntArray | FloatArray], log_ns: IntArray, order: IntArray
-    ) -> None:
-        self.out.group(key).add({"log_ns": log_ns, "order": order, **columns})
+    def _emit(self, plan: Plan, rows: ByteArray, log_ns: IntArray, order: IntArray, picked: IntArray | None) -> None:
+        if picked is not None:
+            log_ns, order = log_ns[picked], order[picked]
+        self.out.group(plan.key).add({"log_ns": log_ns, "order": order, **plan.columns_of(rows)})
 
     def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
         if self._generic is None:
@@ -115,4 +123,5 @@ class ChannelDecoder:
                 self.out.skip(1, str(error))
                 continue
             self.out.slow += 1
-            self._emit(key, columns, batch.log_ns[index : index + 1], order[index : index + 1])
+            one = slice(index, index + 1)
+            self.out.group(key).add({"log_ns": batch.log_ns[one], "order": order[one], **columns})

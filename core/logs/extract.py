@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -11,9 +10,29 @@ from collaudit.core.logs.layout import Chars, Layout, LayoutError, Numbers, Path
 from collaudit.core.logs.profiles import Profile
 from collaudit.core.logs.records import ByteArray
 from collaudit.core.logs.tables import GroupKey
-from collaudit.core.series import FloatArray, IntArray
+from collaudit.core.series import BoolArray, FloatArray, IntArray
 
 NS = 1_000_000_000
+
+
+#: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
+_NEAR = 16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guard:
+    """Bytes from ``start`` that must equal ``expected`` wherever ``free`` is not set (None: everywhere)."""
+
+    start: int
+    expected: ByteArray
+    free: BoolArray | None
+
+    def same(self, rows: ByteArray) -> BoolArray:
+        """(n, g) True where a byte is as it must be."""
+        equal: BoolArray = rows[:, self.start : self.start + self.expected.shape[0]] == self.expected
+        if self.free is not None:
+            np.logical_or(equal, self.free, out=equal)
+        return equal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,26 +42,25 @@ class Plan:
     Attributes:
         size: bytes of each message.
         key: names and quantities these messages hold.
-        where: (g,) byte columns that must agree.
-        expected: (g,) their bytes.
+        guards: the bytes that must agree.
         stamp: the two numbers of the header's stamp, or None.
         columns: quantity to the runs of numbers that make it up.
     """
 
     size: int
     key: GroupKey
-    where: IntArray
-    expected: ByteArray
+    guards: tuple[Guard, ...]
     stamp: tuple[Numbers, Numbers] | None
     columns: dict[str, tuple[Numbers, ...]]
 
-    def matches(self, rows: ByteArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """(n,) True for the rows that share this plan's layout and names."""
-        same = np.ones(rows.shape[0], dtype=np.bool_)
-        for start, stop in _runs(self.where):
-            at = int(self.where[start])
-            block = rows[:, at : at + stop - start]
-            same &= (block == self.expected[start:stop]).all(axis=1)
+    def matches(self, rows: ByteArray) -> BoolArray | None:
+        """(n,) True for the rows that share this plan's layout and names; None when all of them do."""
+        same: BoolArray | None = None
+        for guard in self.guards:
+            equal = guard.same(rows)
+            if not equal.all():
+                each: BoolArray = np.asarray(equal.all(axis=1))
+                same = each if same is None else same & each
         return same
 
     def columns_of(self, rows: ByteArray) -> dict[str, IntArray | FloatArray]:
@@ -64,12 +82,21 @@ def _numbers(rows: ByteArray, part: Numbers) -> np.ndarray[tuple[int, int], np.d
     return view
 
 
-def _runs(where: IntArray) -> list[tuple[int, int]]:
-    if where.shape[0] == 0:
-        return []
-    cuts = np.flatnonzero(np.diff(where) != 1) + 1
-    edges = [0, *cuts.tolist(), where.shape[0]]
-    return list(pairwise(edges))
+def _guards(ranges: list[tuple[int, int]], data: bytes) -> tuple[Guard, ...]:
+    """Byte ranges as few guards."""
+    whole = np.frombuffer(data, dtype=np.uint8)
+    bound = np.zeros(len(data), dtype=np.bool_)
+    for start, stop in ranges:
+        bound[start:stop] = True
+    where = np.flatnonzero(bound)
+    cuts = np.flatnonzero(np.diff(where) > _NEAR) + 1
+    out = []
+    for part in np.split(where, cuts):
+        if part.shape[0]:
+            start, stop = int(part[0]), int(part[-1]) + 1
+            free = ~bound[start:stop]
+            out.append(Guard(start, whole[start:stop], free if free.any() else None))
+    return tuple(out)
 
 
 def _key(path: str) -> Path:
@@ -133,11 +160,9 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
         columns = {name: parts for name, parts in found.items() if parts}
     columns = {name: parts for name, parts in columns.items() if _count(parts)}
     check_counts(profile, names, {name: _count(parts) for name, parts in columns.items()})
-    where = np.unique(np.concatenate([np.arange(*r, dtype=np.int64) for r in ranges] or [np.empty(0, np.int64)]))
-    expected = np.frombuffer(data, dtype=np.uint8)[where]
     stamp = _stamp(layout, profile.stamp)
     key = GroupKey(names, tuple((name, _count(parts)) for name, parts in columns.items()), stamp is not None)
-    return Plan(layout.size, key, where, expected, stamp, columns)
+    return Plan(layout.size, key, _guards(ranges, data), stamp, columns)
 
 
 def _count(parts: tuple[Numbers, ...]) -> int:

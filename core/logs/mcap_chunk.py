@@ -12,6 +12,8 @@ from collaudit.core.series import IntArray
 
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
 
+Heads = np.ndarray[tuple[int], np.dtype[np.void]]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Located:
@@ -44,39 +46,48 @@ def locate(data: bytes, index_offsets: IntArray) -> Located:
         index_offsets: (m,) offsets from its message indexes, any order; may be empty or wrong.
     """
     view = np.frombuffer(data, dtype=np.uint8)
-    offsets = np.unique(index_offsets)
+    offsets = ascending(index_offsets)
     if offsets.shape[0] and _plausible(view, offsets):
         heads = _heads(view, offsets)
         ends = offsets + 9 + heads["length"].astype(np.int64)
         if (heads["op"] == MESSAGE).all() and _apart(heads, offsets, ends, len(data)):
-            return _with_gaps(data, view, offsets, ends)
-    return _walked(data, view, [(0, len(data))], np.empty(0, np.int64))
+            return _with_gaps(data, view, offsets, ends, heads)
+    return _walked(data, view, [(0, len(data))], np.empty(0, np.int64), None)
 
 
 def _plausible(view: ByteArray, offsets: IntArray) -> bool:
     return bool(offsets[0] >= 0 and offsets[-1] + MESSAGE_HEAD <= view.shape[0])
 
 
-def _heads(view: ByteArray, offsets: IntArray) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-    rows: np.ndarray[tuple[int], np.dtype[np.void]] = gather(view, offsets, MESSAGE_HEAD).view(_HEAD).ravel()
+def _heads(view: ByteArray, offsets: IntArray) -> Heads:
+    rows: Heads = gather(view, offsets, MESSAGE_HEAD).view(_HEAD).ravel()
     return rows
 
 
-def _apart(heads: np.ndarray[tuple[int], np.dtype[np.void]], offsets: IntArray, ends: IntArray, size: int) -> bool:
+def _apart(heads: Heads, offsets: IntArray, ends: IntArray, size: int) -> bool:
     """Whether the messages are long enough, lie inside the chunk and do not overlap."""
     sane = bool((heads["length"] >= 22).all() and (heads["length"] <= size).all())
     return sane and bool(ends[-1] <= size and (ends[:-1] <= offsets[1:]).all())
 
 
-def _with_gaps(data: bytes, view: ByteArray, offsets: IntArray, ends: IntArray) -> Located:
+def ascending(offsets: IntArray) -> IntArray:
+    """Offsets in order, each once."""
+    if not (offsets[1:] > offsets[:-1]).all():
+        offsets = np.sort(offsets)
+        fresh = np.concatenate([[True], offsets[1:] != offsets[:-1]])
+        offsets = offsets if fresh.all() else offsets[fresh]
+    return offsets
+
+
+def _with_gaps(data: bytes, view: ByteArray, offsets: IntArray, ends: IntArray, heads: Heads) -> Located:
     starts = np.concatenate([[0], ends])
     stops = np.concatenate([offsets, [len(data)]])
     open_ = np.flatnonzero(starts < stops)
     gaps = list(zip(starts[open_].tolist(), stops[open_].tolist(), strict=True))
-    return _walked(data, view, gaps, offsets)
+    return _walked(data, view, gaps, offsets, heads)
 
 
-def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: IntArray) -> Located:
+def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: IntArray, heads: Heads | None) -> Located:
     """Walk the gaps record by record, and put together what is known and what they hold."""
     found: list[int] = []
     others: list[tuple[int, int, int]] = []
@@ -93,7 +104,8 @@ def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: In
     offsets = known
     if found:
         offsets = np.sort(np.concatenate([known, np.array(found, dtype=np.int64)]))
-    heads = _heads(view, offsets)
+    if heads is None or found:
+        heads = _heads(view, offsets)
     return Located(
         start=offsets + MESSAGE_HEAD,
         length=heads["length"].astype(np.int64) - 22,

@@ -114,7 +114,7 @@ class McapFile:
     def _split(
         self, data: np.ndarray[tuple[int], np.dtype[np.uint8]], located: Located, wanted: frozenset[int]
     ) -> Iterator[Batch]:
-        numbers = np.unique(located.channel).tolist()
+        numbers = np.flatnonzero(np.bincount(located.channel)).tolist() if located.channel.size else []
         for number in numbers:
             mine = located.channel == number if len(numbers) > 1 else slice(None)
             start = located.start[mine]

@@ -145,10 +145,18 @@ class _Builder:
         return Number(PRIMITIVES[name])
 
 
+@lru_cache(maxsize=64)
+def _parsed(type_name: str, message_encoding: str, schema_encoding: str, schema: bytes) -> Struct:
+    types = typesdict_of(type_name, message_encoding, schema_encoding, schema)
+    return _Builder(types, message_encoding == "ros1").struct(type_name)
+
+
 def parse_schema(
     type_name: str, message_encoding: str, schema_encoding: str, schema: bytes, extra: Mapping[str, Any] = {}
 ) -> Struct:
     """The wire type of a channel; arguments and errors as :func:`typesdict_of`."""
+    if not extra:
+        return _parsed(type_name, message_encoding, schema_encoding, schema)
     types = typesdict_of(type_name, message_encoding, schema_encoding, schema, extra)
     return _Builder(types, message_encoding == "ros1").struct(type_name)
 

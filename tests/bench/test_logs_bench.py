@@ -1,0 +1,219 @@
+"""Reading logs: the columnar readers beside the usual message loops, and beside bare decompression.
+
+Only ratios taken in one run mean anything. ``COLLAUDIT_BENCH_MINUTES`` sets the length of the logs (10 when
+absent), ``COLLAUDIT_BENCH_HOUR=1`` adds the memory of a one-hour log.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import zstandard
+from mcap.reader import make_reader
+from mcap.writer import CompressionType
+
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.logs import describe, read_log
+from collaudit.core.series import JointLog
+
+sys.path.insert(0, str(Path(__file__).parent))
+import bench_logs_data as data
+
+pytestmark = pytest.mark.bench
+
+MINUTES = float(os.environ.get("COLLAUDIT_BENCH_MINUTES", "10"))
+SETTINGS = LogConfig.model_validate({"wrench": "/ft_sensor/wrench"})
+Table = dict[str, np.ndarray[Any, Any]]
+
+
+def timed(function: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
+    """The best of some runs, in s, and the last result."""
+    best, result = float("inf"), None
+    for _ in range(repeats):
+        start = time.perf_counter()
+        result = function()
+        best = min(best, time.perf_counter() - start)
+    return best, result
+
+
+def by_mcap_loop(path: Path) -> Table:
+    """What the mcap-ros2-support package reads, message by message."""
+    from mcap_ros2.reader import read_ros2_messages
+
+    joints: list[Any] = []
+    wrench: list[Any] = []
+    for item in read_ros2_messages(str(path)):
+        message = item.ros_msg
+        stamp = message.header.stamp
+        ns = stamp.sec * 10**9 + stamp.nanosec
+        if item.channel.topic == "/joint_states":
+            joints.append((ns, message.position, message.velocity, message.effort))
+        else:
+            f, m = message.wrench.force, message.wrench.torque
+            wrench.append((ns, f.x, f.y, f.z, m.x, m.y, m.z))
+    return _table(joints, wrench)
+
+
+def by_rosbags_loop(path: Path) -> Table:
+    """What the rosbags package reads, message by message."""
+    from rosbags.highlevel import AnyReader
+
+    joints: list[Any] = []
+    wrench: list[Any] = []
+    with AnyReader([path]) as reader:
+        for connection, _, raw in reader.messages():
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            stamp = message.header.stamp
+            ns = stamp.sec * 10**9 + stamp.nanosec
+            if connection.topic == "/joint_states":
+                joints.append((ns, message.position, message.velocity, message.effort))
+            else:
+                f, m = message.wrench.force, message.wrench.torque
+                wrench.append((ns, f.x, f.y, f.z, m.x, m.y, m.z))
+    return _table(joints, wrench)
+
+
+def _table(joints: list[Any], wrench: list[Any]) -> Table:
+    stamps = np.array([row[0] for row in joints], dtype=np.int64)
+    columns = {name: np.array([row[k + 1] for row in joints]) for k, name in enumerate(("q", "dq", "tau"))}
+    return {
+        "time_s": (stamps - stamps[0]) / 1e9,
+        "wrench_time_s": (np.array([row[0] for row in wrench], dtype=np.int64) - stamps[0]) / 1e9,
+        "wrench": np.array([row[1:] for row in wrench]),
+        **columns,
+    }
+
+
+def ours(path: Path) -> JointLog:
+    return read_log((path,), SETTINGS, robot_joints=None)
+
+
+def assert_equal(log: JointLog, table: Table) -> None:
+    assert log.wrench is not None
+    pairs = {
+        "time_s": log.time_s, "q": log.position_rad, "dq": log.velocity_rad_s, "tau": log.effort,
+        "wrench_time_s": log.wrench.time_s, "wrench": log.wrench.wrench,
+    }  # fmt: skip
+    for name, values in pairs.items():
+        assert values is not None
+        assert values.tobytes() == np.ascontiguousarray(table[name]).tobytes(), name
+
+
+def bare_decompression(path: Path) -> float:
+    """Time to decompress all chunks of a zstd MCAP and do nothing else, in one thread."""
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    raw = path.read_bytes()
+    parts = []
+    for chunk in summary.chunk_indexes:
+        at = chunk.chunk_start_offset + 9 + 40 + len(chunk.compression)
+        parts.append(raw[at : at + chunk.compressed_size])
+    return timed(lambda: [zstandard.ZstdDecompressor().decompress(part) for part in parts])[0]
+
+
+def say(name: str, **numbers: float) -> None:
+    print(f"\n{name:<24}" + "  ".join(f"{key.replace('_', ' ')} {value:.3g}" for key, value in numbers.items()))
+
+
+def compare(name: str, path: Path, loop: Callable[[Path], Table], bar: float) -> float:
+    """Equality first, then the ratio."""
+    loop_s, table = timed(lambda: loop(path), 1)
+    assert_equal(ours(path), table)
+    ours_s, _ = timed(lambda: ours(path))
+    say(name, loop_s=loop_s, ours_s=ours_s, times_faster=loop_s / ours_s, bar=bar)
+    assert loop_s / ours_s >= bar
+    return ours_s
+
+
+def test_mcap_zstd() -> None:
+    path = data.mcap_log(MINUTES, CompressionType.ZSTD)
+    ours_s = compare("MCAP zstd", path, by_mcap_loop, 60)
+    bare_s = bare_decompression(path)
+    say("  bare decompression", bare_s=bare_s, ours_over_bare=ours_s / bare_s, bar=2.5)
+    assert ours_s <= 2.5 * bare_s
+
+
+@pytest.mark.parametrize("kind", ["lz4", "none", "unchunked"])
+def test_mcap_other(kind: str) -> None:
+    compression = CompressionType.LZ4 if kind == "lz4" else CompressionType.NONE
+    compare(f"MCAP {kind}", data.mcap_log(MINUTES, compression, chunked=kind != "unchunked"), by_mcap_loop, 30)
+
+
+@pytest.mark.parametrize(("kind", "bar"), [("", 30.0), ("LZ4", 30.0)])
+def test_ros1_bag(kind: str, bar: float) -> None:
+    compare(f"ROS 1 bag {kind.lower() or 'none'}", data.bag_log(MINUTES, kind), by_rosbags_loop, bar)
+
+
+def test_ros2_db3() -> None:
+    compare("ROS 2 db3", data.db3_log(MINUTES), by_rosbags_loop, 7)
+
+
+def test_csv() -> None:
+    """Against pandas with its fastest suitable engine, both in this process, imports not counted."""
+    import pandas as pd
+
+    path = data.csv_log(MINUTES)
+    settings = LogConfig.model_validate(
+        {
+            "csv": {
+                "time": "t", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}",
+                "wrench": ["fx", "fy", "fz", "mx", "my", "mz"],
+            }
+        }
+    )  # fmt: skip
+    engines = {"c": {"engine": "c"}, "pyarrow": {"engine": "pyarrow"}}
+    times = {name: timed(lambda o=options: pd.read_csv(path, **o))[0] for name, options in engines.items()}
+    frame = pd.read_csv(path, engine="pyarrow")
+    log = read_log((path,), settings, robot_joints=None)
+    np.testing.assert_array_equal(log.position_rad, frame[[f"q{j + 1}" for j in range(7)]].to_numpy())
+    ours_s, _ = timed(lambda: read_log((path,), settings, robot_joints=None))
+    best = min(times.values())
+    say("CSV", pandas_c_s=times["c"], pandas_pyarrow_s=times["pyarrow"], ours_s=ours_s, speed=best / ours_s, bar=0.9)
+    assert best / ours_s >= 0.9
+
+
+def test_inspect_with_a_summary() -> None:
+    path = data.mcap_log(MINUTES, CompressionType.ZSTD)
+    seconds, summary = timed(lambda: describe((path,)))
+    say("inspect", seconds=seconds, megabytes=summary.size_bytes / 1e6)
+    assert seconds < 1.0
+
+
+MEMORY = """
+import resource, sys
+from pathlib import Path
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.logs import read_log
+import numpy, zstandard, lz4.frame, rosbags.typesys, sqlite3, hashlib
+read_log((Path(sys.argv[2]),), LogConfig(), robot_joints=None)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+log = read_log((Path(sys.argv[1]),), LogConfig(wrench="/ft_sensor/wrench"), robot_joints=None)
+after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+kept = sum(a.nbytes for a in (log.time_s, log.position_rad, log.velocity_rad_s, log.effort,
+                              log.wrench.time_s, log.wrench.wrench))
+print(kept, (after - before) * 1024)
+"""
+
+
+@pytest.mark.skipif(not os.environ.get("COLLAUDIT_BENCH_HOUR"), reason="COLLAUDIT_BENCH_HOUR is not set")
+@pytest.mark.parametrize("kind", ["mcap", "bag", "db3"])
+def test_memory_of_an_hour(kind: str) -> None:
+    makers: dict[str, Callable[[float], Path]] = {
+        "mcap": lambda m: data.mcap_log(m, CompressionType.ZSTD),
+        "bag": lambda m: data.bag_log(m, ""),
+        "db3": data.db3_log,
+    }
+    paths = [str(makers[kind](minutes)) for minutes in (60, 0.1)]
+    out = subprocess.run([sys.executable, "-c", MEMORY, *paths], capture_output=True, text=True, check=True)
+    kept, peak = (int(part) for part in out.stdout.split())
+    say(f"memory, 1 h {kind}", columns_mb=kept / 1e6, peak_mb=peak / 1e6, times_columns=peak / kept, bar=2.5)
+    assert peak <= 2.5 * kept

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from collaudit.core.result import AuditResult, Collision, NearMiss
 from collaudit.core.signals import Signals
-from collaudit.reports.plot_residual import draw_residual, draw_shading, draw_threshold, set_height, trace
+from collaudit.reports.plot_residual import (
+    Trace,
+    draw_residual,
+    draw_shading,
+    draw_threshold,
+    set_height,
+    trace,
+)
 from collaudit.reports.svg import LIMIT, NEAR, drawing, figure, inline, quiet_axis
 
 _POINTS = 2000
@@ -43,8 +52,8 @@ def draw_overview(
         draw_residual(axes, shown, _POINTS)
         peaks = (*(c.peak_nm for c in collisions), *(m.peak_nm for m in near_misses))
         note = set_height(axes, shown, gamma, peaks)
-        _mark(axes, near_misses, "D", NEAR, "white", 20)
-        _mark(axes, collisions, "v", LIMIT, LIMIT, 34)
+        _mark(axes, shown, near_misses, "D", NEAR, "white", 20)
+        _mark(axes, shown, collisions, "v", LIMIT, LIMIT, 34)
         if len(shown.time_s) > 1:
             axes.set_xlim(0.0 if shown.time_s[0] >= 0 else shown.time_s[0], shown.time_s[-1])
         axes.set_ylabel(f"residual, {unit}")
@@ -54,9 +63,21 @@ def draw_overview(
         return inline(made, name, label), note
 
 
-def _mark(axes: Axes, events: list[Collision] | list[NearMiss], shape: str, edge: str, face: str, size: float) -> None:
-    """A mark at onset and peak of each event."""
+def _mark(
+    axes: Axes, shown: Trace, events: Sequence[Collision | NearMiss], shape: str, edge: str, face: str, size: float
+) -> None:
+    """A mark at the peak of each event."""
     if events:
-        times = np.array([event.onset_s for event in events])
+        times = np.array([_peak_time(shown, event) for event in events])
         peaks = np.array([event.peak_nm for event in events])
         axes.scatter(times, peaks, s=size, marker=shape, facecolor=face, edgecolor=edge, linewidth=1.1, zorder=5)
+
+
+def _peak_time(shown: Trace, event: Collision | NearMiss) -> float:
+    """When the residual comes closest to the event's peak; its onset where the signals do not tell."""
+    start = int(np.searchsorted(shown.time_s, event.onset_s - shown.period_s / 2))
+    stop = int(np.searchsorted(shown.time_s, event.onset_s + event.duration_s + shown.period_s / 2))
+    away = np.abs(shown.residual_nm[start:stop] - event.peak_nm)
+    if not np.isfinite(away).any():
+        return event.onset_s
+    return float(shown.time_s[start + int(np.nanargmin(away))])

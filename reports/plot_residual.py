@@ -52,16 +52,21 @@ def trace(signals: Signals, column: int, window: slice = slice(None)) -> Trace:
 
 
 def draw_residual(axes: Axes, shown: Trace, points: int) -> None:
-    """The residual: dark where judged, blue-grey where only an interval, grey where not judged."""
+    """The residual: dark where judged, light blue where only an interval, grey where not judged.
+
+    The curves are not joined where one state follows another: the residual means something else there.
+    """
     judged, standing = shown.judged, shown.standing
     for mask, colour, width in (
         (~judged & ~standing, MUTED, 0.6),
-        (_joined(standing), STANDING, 0.8),
-        (_joined(judged), CURVE, 0.9),
+        (standing, STANDING, 0.8),
+        (judged, CURVE, 0.9),
     ):
         if mask.any():
             time_s, values = thin(shown.time_s, np.where(mask, shown.residual_nm, np.nan), points)
-            axes.plot(time_s, values, color=colour, linewidth=width, solid_capstyle="round")
+            axes.plot(time_s, values, color=colour, linewidth=width)
+            alone = _alone(values)
+            axes.plot(time_s[alone], values[alone], linestyle="none", marker=".", markersize=2.5, color=colour)
 
 
 def draw_shading(axes: Axes, shown: Trace) -> None:
@@ -108,11 +113,10 @@ def set_height(axes: Axes, shown: Trace, gamma_nm: float | None, peaks_nm: tuple
     return f"{beyond} samples that were not judged lie outside the axis, the largest at {largest_rest:.4g}"
 
 
-def _joined(mask: BoolArray) -> BoolArray:
-    """With one sample more at the front of each run, so that curves of two states meet."""
-    out = mask.copy()
-    out[:-1] |= mask[1:]
-    return out
+def _alone(values: FloatArray) -> BoolArray:
+    """Samples with no neighbour, which a line would not show."""
+    finite = np.concatenate(([False], np.isfinite(values), [False]))
+    return np.asarray(finite[1:-1] & ~finite[:-2] & ~finite[2:])
 
 
 def _shade(axes: Axes, shown: Trace, mask: BoolArray, colour: str, hatch: str | None) -> None:

@@ -52,7 +52,7 @@ class NearMissRow:
 
 @dataclass(frozen=True, slots=True)
 class ResidualRow:
-    """Level of one joint's residual where it was judged and nothing happened."""
+    """Level of one joint's residual over its judged samples; ``clean`` is the mean away from collisions."""
 
     joint: str
     mean: str
@@ -61,6 +61,8 @@ class ResidualRow:
     largest: str
     gamma: str
     judged: str
+    clean: str
+    clean_time: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,10 +155,11 @@ def residual_row(joint: str, result: AuditResult) -> ResidualRow:
     stats = result.residual[joint]
     gamma = result.rule.gamma_nm.get(joint)
     unit = torque_unit(result, joint)
-    values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, stats.max_abs_nm, gamma)
+    values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, stats.max_abs_nm, gamma, stats.clean_mean_abs_nm)
     shown = zip(values, apart(values, 3), strict=True)
-    mean, rms, p99, largest, limit = (NONE if value is None else f"{text} {unit}" for value, text in shown)
-    return ResidualRow(joint, mean, rms, p99, largest, limit, duration(stats.judged_s))
+    mean, rms, p99, largest, limit, clean = (NONE if value is None else f"{text} {unit}" for value, text in shown)
+    judged, clean_time = duration(stats.judged_s), duration(stats.clean_s)
+    return ResidualRow(joint, mean, rms, p99, largest, limit, judged, clean, clean_time)
 
 
 def coverage_row(joint: str, coverage: JointCoverage, result: AuditResult) -> CoverageRow:

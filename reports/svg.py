@@ -26,7 +26,7 @@ LIMIT = "#b00020"
 NEAR = "#8a5a00"
 ONSET = "#6a3d9a"
 MODEL = "#c26a00"
-SHADE_STANDING = "#efe6cf"
+SHADE_STANDING = "#f5eedb"
 SHADE_OUT = "#e4e4e4"
 
 _STYLE = {

@@ -209,7 +209,7 @@ def _event_plot(
 ) -> Plot:
     unit = torque_unit(audit.result, event.joint)
     peak, gamma = against(event.peak_nm, event.gamma_nm)
-    caption = f"peak {peak} {unit}, γ = {gamma} {unit}, onset {row.onset}"
+    caption = f"peak {peak} {unit}, γ {gamma} {unit}, at {row.onset}"
     label = visible(f"{title}residual of {event.joint} over time: {caption}")
     svg, note = draw_event(audit.signals, audit.result.rule, event, unit, anchor, label)
     return Plot(anchor, title, event.joint, caption, svg, note)

@@ -245,7 +245,12 @@ def _result(signals: Signals) -> AuditResult:
             PhaseSpan("retreat", 0.75 * recorded, recorded),
         ),
         residual={
-            joint: ResidualStats(0.29 / (k + 1), 0.36 / (k + 1), 0.97 / (k + 1), 1.42 / (k + 1), judged[joint])
+            joint: ResidualStats(
+                *(level / (k + 1) for level in (0.29, 0.36, 0.97, 9.3)),
+                judged[joint],
+                0.27 / (k + 1),
+                0.9 * judged[joint],
+            )
             if joint != "wrist_3"
             else ResidualStats(None, None, None, None, 0.0)
             for k, joint in enumerate(JOINTS)

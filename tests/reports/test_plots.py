@@ -18,7 +18,8 @@ from collaudit.reports.downsample import column_shares, thin
 from collaudit.reports.friction_band import band, curve
 from collaudit.reports.plot_events import draw_event
 from collaudit.reports.plot_friction import draw_friction
-from collaudit.reports.plot_overview import draw_overview
+from collaudit.reports.plot_overview import _peak_time, draw_overview
+from collaudit.reports.plot_residual import trace
 from collaudit.reports.selection import select
 from collaudit.reports.view import make_view
 
@@ -174,3 +175,23 @@ def test_views_of_runs_read_back_are_the_same(tmp_path) -> None:
     audit = samples.failed(5000)
     write_audit(tmp_path, audit, None)
     assert make_view(audit, "a", 9, 9) == make_view(read_run(tmp_path), "a", 9, 9)
+
+
+def test_a_lone_judged_sample_is_drawn() -> None:
+    audit = samples.failed(2000)
+    state = np.full_like(audit.signals.state, State.FRICTION_INTERVAL)
+    residual = np.zeros_like(audit.signals.residual_nm)
+    quiet = replace(audit.result, collisions=(), near_misses=())
+    signals = replace(audit.signals, residual_nm=residual, state=state)
+    without, _ = draw_overview(quiet, signals, "elbow", "N·m", "x", "label")
+    residual[700, 2], state[700, 2] = 9.0, State.JUDGED
+    drawn, _ = draw_overview(quiet, signals, "elbow", "N·m", "x", "label")
+    assert drawn.count("#0b4f8a") > without.count("#0b4f8a")
+
+
+def test_marks_stand_on_the_curve() -> None:
+    audit = samples.failed(20_000)
+    event = audit.result.collisions[0]
+    at = _peak_time(trace(audit.signals, 0), event)
+    assert event.onset_s < at < event.onset_s + event.duration_s
+    assert abs(np.interp(at, audit.signals.time_s, audit.signals.residual_nm[:, 0])) > 8

@@ -13,6 +13,7 @@ from collaudit.core.sections import Section
 from collaudit.core.series import FloatArray, UniformSeries
 
 _MIN_OVERLAP = 0.5  # share of the shorter section's stroke that both directions must cover
+_MIN_BLOCKS = 3
 _BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error
 
 
@@ -50,9 +51,14 @@ def friction_points(
         return ()
     j = series.column(sections[0].joint)
     pairs = _match(series, sections, j, config)
-    points = [_pair_point(series, pair, j) for pair in pairs]
+    points = []
+    used: set[int] = set()
+    for pair in pairs:
+        point = _pair_point(series, pair, j)
+        if point is not None:
+            points.append(point)
+            used |= {id(pair.plus), id(pair.minus)}
     if model_torque is not None:
-        used = {id(s) for pair in pairs for s in (pair.plus, pair.minus)}
         for section in sections:
             if id(section) not in used:
                 point = _model_point(series, section, model_torque, j)
@@ -100,13 +106,19 @@ def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, con
     return _Pair(plus, minus, low, high, cost)
 
 
-def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint:
-    """Half the difference of both directions, block by block of position."""
-    edges = np.linspace(pair.low_rad, pair.high_rad, _BLOCKS + 1)
+def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint | None:
+    """Half the difference of both directions, block by block of position; None where too few blocks are common.
+
+    Slow sampling leaves few samples a section: blocks are then fewer, so that each holds some of both.
+    """
+    shorter = min(len(pair.plus.span), len(pair.minus.span))
+    edges = np.linspace(pair.low_rad, pair.high_rad, min(_BLOCKS, max(_MIN_BLOCKS, shorter // 3)) + 1)
     plus, speed_plus = _by_position(series, pair.plus, j, edges)
     minus, speed_minus = _by_position(series, pair.minus, j, edges)
     friction = 0.5 * (plus - minus)
     friction = friction[np.isfinite(friction)]
+    if friction.size < _MIN_BLOCKS:
+        return None
     return FrictionPoint(
         speed_rad_s=0.5 * (speed_plus + speed_minus),
         friction_nm=float(np.mean(friction)),
@@ -129,7 +141,7 @@ def _by_position(series: UniformSeries, section: Section, j: int, edges: FloatAr
     total = np.bincount(block, weights=effort[inside], minlength=edges.size - 1)
     with np.errstate(invalid="ignore"):
         means = np.where(count > 0, total / count, np.nan)
-    return means, float(np.mean(np.abs(series.velocity_rad_s[s, j][inside])))
+    return means, float(np.mean(np.abs(series.velocity_rad_s[s, j][inside]))) if inside.any() else 0.0
 
 
 def _model_point(series: UniformSeries, section: Section, model_torque: FloatArray, j: int) -> FrictionPoint | None:

@@ -197,3 +197,18 @@ def test_parameter_names_say_their_unit() -> None:
     assert [raw.key(p) for p in "ABCD"] == ["A_raw", "B_raw", "C_s_per_rad", "D_raw_s_per_rad"]
     lift = FrictionUnits.of("prismatic", "Nm")
     assert [lift.key(p) for p in "ABCD"] == ["A_n", "B_n", "C_s_per_m", "D_n_s_per_m"]
+
+
+def test_slow_sampling_gives_points_or_none_but_never_breaks() -> None:
+    period = 1 / 30
+    for travel in (0.02, 0.05, 0.1, 0.4):
+        for speed in (0.05, 0.2, 0.6):
+            cruise = np.full(max(6, round(2 * travel / speed / period)), speed)
+            v = np.concatenate([np.zeros(12), cruise, np.zeros(12), -cruise, np.zeros(12)])
+            q = np.cumsum(v) * period
+            effort = lugre(v, 5.0, 0.0, 0.0, 2.0) + 10 * np.cos(q)
+            log = make_log(period * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
+            series = condition(log, ConditioningConfig())
+            sections = find_sections(series, SectionsConfig())
+            for point in friction_points(series, sections.of("joint1"), None, FrictionConfig()):
+                assert np.isfinite([point.friction_nm, point.se_nm, point.speed_rad_s]).all()

@@ -1,0 +1,41 @@
+"""docs/real-logs.md is a promise: every command it shows runs, in order, and ends as the page says."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from collaudit.core.errors import EXIT_USAGE
+
+pytestmark = pytest.mark.real
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "real-logs.md"
+
+
+def commands() -> list[str]:
+    blocks = re.findall(r"```sh\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    return [line for block in blocks for line in block.splitlines() if line.strip()]
+
+
+def test_every_command_of_the_page_runs(tmp_path: Path, data_dir: Path) -> None:
+    environment = dict(os.environ, DATA=str(data_dir), NO_COLOR="1")
+    environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{environment['PATH']}"
+    lines = commands()
+    assert len(lines) > 12
+    codes = {}
+    for line in lines:
+        done = subprocess.run(
+            ["bash", "-c", line], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode != EXIT_USAGE, f"{line}\n{done.stderr}"
+        assert "Traceback" not in done.stderr
+        codes[line] = done.returncode
+    assert all(codes[line] == 3 for line in lines if line.endswith("-o out")), "what is no robot log is not judged"
+    assert all(codes[line] == 3 for line in lines if "kuka" in line and " detect " in line)
+    assert all(codes[line] in (0, 1) for line in lines if "-o ur" in line)
+    assert (tmp_path / "ur10.html").exists()
+    assert not (tmp_path / "out").exists()

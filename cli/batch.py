@@ -15,8 +15,6 @@ from collaudit.cli.chain import LogFiles, Progress, log_name
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
 
-#: Threads of one numerical library in a worker: more would only fight with the other workers.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _LONGEST_NAME = 80
 
 
@@ -106,5 +104,5 @@ def _in_processes(
 
 
 def _one_thread_each() -> None:
-    for name in _THREADS:
-        os.environ.setdefault(name, "1")
+    """More threads in a worker would only fight with the other workers."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")

@@ -80,7 +80,7 @@ class Draft:
     def remark(self, findings: Sequence[Finding]) -> None:
         """Put findings that concern a setting beside that setting."""
         for finding in findings:
-            table = _PLACE.get(finding.code.partition("-")[0], "log")
+            table = _PLACE.get(finding.code, "")
             if finding.severity != "info" and table in self.sections:
                 self.sections[table].remarks.append(f"{finding.severity}: {finding.text}")
         inverted = {finding.joint: -1 for finding in findings if finding.code == "effort-sign-inverted"}
@@ -191,8 +191,17 @@ class Draft:
         self.sections["policy"].add("max_near_misses_per_hour", 10, active=False)
 
 
-#: First word of a finding's code to the section it concerns.
-_PLACE = {"effort": "log.units", "model": "robot", "log": "log", "time": "log"}
+#: Findings that a setting can mend, and the table it stands in.
+_PLACE = {
+    "effort-sign-inverted": "log.units",
+    "effort-gain": "log.units",
+    "log-position-unit-suspect": "log.units",
+    "log-units-guessed": "log.units",
+    "log-joints-missing": "log",
+    "log-velocity-disagrees": "log",
+    "model-joint-locked": "robot",
+    "model-no-inertials": "robot",
+}
 
 
 def given_keys(loaded: LoadedConfig, folder: Path) -> Iterator[tuple[str, object]]:

@@ -41,15 +41,30 @@ def guess_names(log_names: Sequence[str], model_names: Sequence[str]) -> list[Na
     if len(strangers) == len(free) == len(model_names) and _sum(in_order) >= _ORDER_HOLDS * _sum(alike):
         return [NameGuess(log, model, "same place in the order of joints") for log, model in in_order]
     return [
-        NameGuess(log, model, "names look alike")
+        NameGuess(log, model, _why(log, model))
         for log, model in sorted(alike, key=lambda pair: strangers.index(pair[0]))
         if likeness(log, model) >= _ALIKE
     ]
 
 
 def likeness(one: str, other: str) -> float:
-    """How alike two joint names are, 0 to 1; case, punctuation and the word joint do not count."""
-    return difflib.SequenceMatcher(None, _core(one), _core(other)).ratio()
+    """How alike two joint names are, 0 to 1.
+
+    Case, punctuation and the word joint do not count; where both names hold a number, it weighs half.
+    """
+    letters = difflib.SequenceMatcher(None, _core(one), _core(other)).ratio()
+    if not _numbers(one) or not _numbers(other):
+        return letters
+    return 0.5 * letters + 0.5 * (_numbers(one) == _numbers(other))
+
+
+def _why(log: str, model: str) -> str:
+    same = bool(_numbers(log)) and _numbers(log) == _numbers(model)
+    return "the same number in both names" if same else "names look alike"
+
+
+def _numbers(name: str) -> list[str]:
+    return re.findall(r"\d+", name)
 
 
 def _by_likeness(strangers: Sequence[str], free: Sequence[str]) -> list[tuple[str, str]]:

@@ -24,11 +24,16 @@ def make_provenance(loaded: LoadedConfig, friction: Path | None, model_sha256: s
     """
     return Provenance(
         collaudit=version("collaudit"),
-        packages={name: found for name in _COMPUTING if (found := _installed(name))},
+        packages=versions(),
         config_sha256=loaded.sha256,
         friction_sha256=file_sha256(friction) if friction else None,
         model_sha256=model_sha256,
     )
+
+
+def versions() -> dict[str, str]:
+    """Installed versions of what can change a number."""
+    return {name: found for name in _COMPUTING if (found := _installed(name))}
 
 
 def file_sha256(path: Path) -> str:

@@ -53,11 +53,16 @@ def command(inputs: tuple[str, ...], as_json: bool) -> int:
 
 
 def _persistence_s(audits: Sequence[Audit]) -> float | None:
-    """The persistence asked for; None leaves it to the runs."""
+    """The persistence asked for, in whole samples of the slowest log; None leaves it to the runs."""
+    from collaudit.core.detection import persistence_samples
+
     detect = load_settings().config.detect
+    period_s = max(audit.result.log.sample_period_s for audit in audits)
     if detect.n is not None:
-        return detect.n * max(audit.result.log.sample_period_s for audit in audits)
-    return None if detect.persistence_ms is None else detect.persistence_ms / 1e3
+        return detect.n * period_s
+    if detect.persistence_ms is None:
+        return None
+    return persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
 
 
 def _audits(inputs: Sequence[str]) -> list[Audit]:

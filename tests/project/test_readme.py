@@ -1,0 +1,60 @@
+"""What the README shows is what happens: its commands are run, its help block is the real one."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from collaudit.cli.docs import help_text
+from collaudit.cli.main import collaudit
+
+PROJECT = Path(__file__).resolve().parents[2]
+README = (PROJECT / "README.md").read_text(encoding="utf-8")
+#: The simulated person pushes the arm, so the policy is broken.
+EXPECTED = {"detect": 1, "audit": 1, "init": 0}
+
+
+def _block(marker: str) -> str:
+    match = re.search(rf"<!-- {re.escape(marker)}[^>]*-->\n```\w*\n(.*?)```", README, re.DOTALL)
+    assert match, f"README has no block after <!-- {marker} -->"
+    return match.group(1)
+
+
+def test_help_block_is_the_real_help() -> None:
+    assert _block("help: collaudit").strip() == help_text("").strip(), "put the help of collaudit into the README"
+
+
+def test_every_command_is_shown() -> None:
+    shown = set(re.findall(r"collaudit (\w+)", README))
+    assert {entry.name for entry in collaudit.entries} <= shown
+
+
+def test_the_two_promises() -> None:
+    first = re.search(r"```sh\n(.*?)```", README, re.DOTALL)
+    assert first is not None
+    assert first.group(1).split("\n")[:2] == ["make demo", "make test"]
+
+
+@pytest.mark.slow
+def test_every_line_of_the_quick_start_runs(tmp_path: Path) -> None:
+    lines = [line for line in _block("quick start").splitlines() if line.strip()]
+    assert len(lines) >= 9
+    for line in lines:
+        program, *args = shlex.split(line)
+        assert program == "collaudit"
+        done = subprocess.run(
+            [sys.executable, "-c", "from collaudit.cli.main import main; main()", *args],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            timeout=600,
+        )
+        assert done.returncode == EXPECTED.get(args[0], 0), f"{line}\n{done.stdout}\n{done.stderr}"
+        assert "Traceback" not in done.stderr
+    for path in ("collaudit.toml", "run/audit.json", "run/signals.parquet", "report.html", "out/index.html"):
+        assert (tmp_path / path).stat().st_size > 0
+    assert (tmp_path / "out/run/report.html").is_file()

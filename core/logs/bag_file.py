@@ -140,6 +140,8 @@ class BagFile:
                 self._indexed = bool(struct.unpack("<Q", fields[b"index_pos"])[0])
                 if not self._indexed:
                     self._note("it has no index: it was not closed, or is still being written")
+            elif op == MSG:
+                self._note(f"the message at byte {pos} lies outside a chunk and was left out")
             elif op == CHUNK_INFO:
                 self._chunk_info(self.file.read(data_at, data_size))
         except (struct.error, KeyError, UnicodeDecodeError):
@@ -193,7 +195,9 @@ class BagFile:
                 mine = located.connection == number if len(numbers) > 1 else slice(None)
                 start = located.start[mine]
                 met[number] = met.get(number, 0) + start.shape[0]
-                if keys is None or number in keys:
+                if number not in self.connections:
+                    self._note(f"messages of connection {number}, which it does not define, were left out")
+                elif keys is None or number in keys:
                     yield Batch(number, data, start, located.length[mine], located.log_ns[mine])
             if progress is not None:
                 progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
@@ -90,6 +91,7 @@ def unit_of(name: str) -> str | None:
     return match.group(1) if match and not match.group(1).isdigit() else None
 
 
+@lru_cache(maxsize=4096)
 def _regex(pattern: str) -> re.Pattern[str]:
     parts = re.split(r"(\{joint\}|\{i\}|\{i0\})", pattern)
     groups = {"{joint}": "(?P<joint>.+?)", "{i}": r"(?P<i>\d+)", "{i0}": r"(?P<i>\d+)"}
@@ -161,7 +163,10 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
 def _guess_quantity(names: Sequence[str], quantity: str, taken: Iterable[int]) -> Found | None:
     free = [name if index not in set(taken) else "" for index, name in enumerate(names)]
     best: Found | None = None
+    text = "\n".join(free).lower()
     for word in _WORDS[quantity]:
+        if word not in text:
+            continue
         for pattern in _guesses(word):
             found = match_pattern(free, pattern)
             if found is not None and (best is None or len(found.columns) > len(best.columns)):

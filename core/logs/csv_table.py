@@ -72,9 +72,9 @@ def _time_types(first: str) -> list[Any]:
         zoned = re.search(r"(Z|[+-]\d{2}:?\d{2})$", text) is not None
         return [pa.timestamp("ns", "UTC") if zoned else pa.timestamp("ns")]
     if re.fullmatch(r"[+-]?\d+", text):
-        return [pa.int64(), pa.decimal128(38, 12), pa.float64()]
+        return [pa.int64(), pa.decimal128(37, 12), pa.float64()]
     if re.fullmatch(r"\d{7,}[.,]\d+", text):
-        return [pa.decimal128(38, 12), pa.float64()]
+        return [pa.decimal128(37, 12), pa.float64()]
     return [pa.float64()]
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal, cast
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.fileio import plausible_size
 from collaudit.core.logs.sniff import compression_of, head_of
 
 if TYPE_CHECKING:
@@ -57,26 +58,65 @@ def open_bytes(path: Path) -> IO[bytes]:
     """
     method = compression_of(head_of(path, 8))
     try:
-        if method == "gzip":
-            import gzip
-
-            return cast(IO[bytes], gzip.open(path, "rb"))
-        if method == "xz":
-            import lzma
-
-            return cast(IO[bytes], lzma.open(path, "rb"))
-        if method == "bz2":
-            import bz2
-
-            return cast(IO[bytes], bz2.open(path, "rb"))
-        if method == "zstd":
-            import zstandard
-
-            reader = zstandard.ZstdDecompressor().stream_reader(path.open("rb"), read_across_frames=True)
-            return cast(IO[bytes], reader)
-        return path.open("rb")
+        return path.open("rb") if method is None else io.BufferedReader(BoundedStream(path, method), 1 << 20)
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
+
+
+class BoundedStream(io.RawIOBase):
+    """A decompressed file that refuses to become implausibly larger than the file is."""
+
+    def __init__(self, path: Path, method: str) -> None:
+        self._path = path
+        self._size = path.stat().st_size
+        self._inner = _decompressor(path, method)
+        self._given = 0
+
+    def readable(self) -> bool:
+        """Always."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill a buffer.
+
+        Raises:
+            LogError: the file decompresses into more than can be trusted.
+        """
+        data = self._inner.read(len(buffer))
+        self._given += len(data)
+        if not plausible_size(self._size, self._given):
+            raise LogError(
+                "decompresses into more than its size allows",
+                where=str(self._path),
+                found=f"{self._given} bytes from {self._size}",
+            )
+        buffer[: len(data)] = data
+        return len(data)
+
+    def close(self) -> None:
+        """Close it and the file below."""
+        if not self.closed:
+            self._inner.close()
+        super().close()
+
+
+def _decompressor(path: Path, method: str) -> IO[bytes]:
+    if method == "gzip":
+        import gzip
+
+        return cast(IO[bytes], gzip.open(path, "rb"))
+    if method == "xz":
+        import lzma
+
+        return cast(IO[bytes], lzma.open(path, "rb"))
+    if method == "bz2":
+        import bz2
+
+        return cast(IO[bytes], bz2.open(path, "rb"))
+    import zstandard
+
+    reader = zstandard.ZstdDecompressor().stream_reader(path.open("rb"), read_across_frames=True, closefd=True)
+    return cast(IO[bytes], reader)
 
 
 def decompression_errors() -> tuple[type[Exception], ...]:

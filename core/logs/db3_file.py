@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.db3_open import connect
 from collaudit.core.logs.records import Batch, ByteArray, Channel, Damage, Progress, ros_type
 from collaudit.core.series import IntArray
 
-MAGIC = b"SQLite format 3\x00"
 _ROWS = 4096
 MAX_DAMAGE = 20
 _Row = tuple[int, int, int, bytes]
@@ -27,11 +28,14 @@ class Db3File:
         self.path = path
         self.damage: list[Damage] = []
         self._bytes = path.stat().st_size
-        self._db = _connect(path)
+        self._db, self._copy = connect(path)
+        if self._copy is not None:
+            text = "it has a journal beside it, because it was not closed; what had been committed was read"
+            self.damage.append(Damage(text, lost=False))
         try:
             self.channels = self._read_channels()
-        except (sqlite3.Error, OverflowError) as error:
-            self._db.close()
+        except (sqlite3.Error, OverflowError, ValueError, TypeError) as error:
+            self.close()
             raise LogError(
                 "is an SQLite file that cannot be read as a ROS 2 bag",
                 where=str(path),
@@ -42,9 +46,17 @@ class Db3File:
     def close(self) -> None:
         """Release the file."""
         self._db.close()
+        if self._copy is not None:
+            self._copy.cleanup()
 
     def _read_channels(self) -> tuple[Channel, ...]:
-        tables = {str(row[0]) for row in self._db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+        tables = {
+            _str(name)
+            for name, sql in self._db.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'")
+            if not _str(sql).upper().startswith("CREATE VIRTUAL")
+        }
+        if not {"topics", "messages"} <= tables:
+            raise ValueError(f"tables {', '.join(sorted(tables)) or 'none'}")
         definitions: dict[str, tuple[str, bytes]] = {}
         if "message_definitions" in tables:
             for kind, encoding, text in self._db.execute(
@@ -62,26 +74,49 @@ class Db3File:
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""
         wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
-        marks = ", ".join("?" * len(wanted))
-        read = 0
+        last = -(1 << 63)
+        for rows in self._blocks(wanted):
+            ids = [row[0] for row in rows]
+            if ids[0] <= last or any(b <= a for a, b in pairwise(ids)):
+                self._note(f"its rows do not ascend after number {last}; the rest was left out")
+                return
+            last = ids[-1]
+            yield from self._split(rows)
+            if progress is not None:
+                progress(self._bytes * min(last, self._rows) // self._rows, self._bytes)
+
+    @property
+    def _rows(self) -> int:
         try:
             (total,) = self._db.execute("SELECT max(id) FROM messages").fetchone()
-            cursor = self._db.execute(
-                f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks}) ORDER BY id", wanted
-            )
+            return max(int(total or 1), 1)
+        except (sqlite3.Error, ValueError, TypeError):
+            return 1
+
+    def _blocks(self, wanted: Sequence[int]) -> Iterator[list[_Row]]:
+        """Rows in blocks; when a page is missing, the rows before it one by one."""
+        after = -(1 << 63)
+        try:
+            cursor = self._db.execute(_query(wanted), (after, *wanted))
             while rows := cursor.fetchmany(_ROWS):
-                read += len(rows)
-                yield from self._split(rows)
-                if progress is not None:
-                    progress(self._bytes * rows[-1][0] // max(total, 1), self._bytes)
+                yield rows
+                after = rows[-1][0]
         except (sqlite3.Error, OverflowError) as error:
-            self._note(f"reading its messages stopped after {read}: {error}")
+            rest: list[_Row] = []
+            try:
+                for row in self._db.execute(_query(wanted), (after, *wanted)):
+                    rest.append(row)
+            except (sqlite3.Error, OverflowError):
+                pass
+            if rest:
+                yield rest
+            self._note(f"reading its messages stopped after number {rest[-1][0] if rest else after}: {error}")
 
     def _split(self, rows: Sequence[_Row]) -> Iterator[Batch]:
         """One batch per topic, all in one buffer."""
         try:
             batch = _arrays(rows)
-        except (TypeError, ValueError, OverflowError):
+        except (TypeError, ValueError, OverflowError):  # sqlite columns hold what they like
             good = [row for row in rows if isinstance(row[2], int) and isinstance(row[3], bytes)]
             self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
             batch = _arrays(good)
@@ -113,12 +148,6 @@ def _str(value: object) -> str:
     return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
 
 
-def _connect(path: Path) -> sqlite3.Connection:
-    """Open read-only; a journal beside the file is honoured where that is possible without writing."""
-    name = path.resolve().as_uri()
-    journals = [path.with_name(path.name + suffix) for suffix in ("-wal", "-journal")]
-    mode = "mode=ro" if any(j.exists() and j.stat().st_size for j in journals) else "mode=ro&immutable=1"
-    try:
-        return sqlite3.connect(f"{name}?{mode}", uri=True, check_same_thread=False)
-    except sqlite3.Error as error:
-        raise LogError(f"cannot be opened: {error}", where=str(path)) from error
+def _query(wanted: Sequence[int]) -> str:
+    marks = ", ".join("?" * len(wanted))
+    return f"SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? AND topic_id IN ({marks}) ORDER BY id"

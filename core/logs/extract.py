@@ -173,7 +173,7 @@ def check_counts(profile: Profile, names: tuple[str, ...], counts: dict[str, int
     """Refuse messages whose arrays do not fit their names.
 
     Raises:
-        LayoutError: arrays of other lengths than the names, a name twice, or nothing usable at all.
+        LayoutError: no names, a name twice, arrays of other lengths than the names, or nothing usable at all.
     """
     if profile.role == "wrench":
         if counts.get("wrench") != 6:
@@ -182,6 +182,8 @@ def check_counts(profile: Profile, names: tuple[str, ...], counts: dict[str, int
     if len(set(names)) != len(names):
         twice = sorted({name for name in names if names.count(name) > 1})
         raise LayoutError(f"it names the joint {twice[0]!r} twice")
+    if profile.names is not None and not names:
+        raise LayoutError("it names no joints")
     for quantity, count in counts.items():
         if names and count != len(names):
             raise LayoutError(f"it has {len(names)} joint names and {count} values of {quantity}")

@@ -38,6 +38,7 @@ class McapFile:
         self.index = scan(self.file)
         self.damage = self.index.damage
         self._met: dict[int, int] = {}
+        self._summed = any(chunk.crc for chunk in self.index.chunks)
         if self._hidden_channels():
             for chunk in ordered_map(self._load, list(self.index.chunks)):
                 self._records(chunk.data, self._locate(chunk))
@@ -103,11 +104,13 @@ class McapFile:
         if chunk.problem is not None:
             kept = f"{located.start.shape[0]} messages before the damage were read"
             self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
+        elif chunk.ref.complete and not chunk.ref.crc and self._summed:
+            self._note(f"the chunk at byte {chunk.ref.at} has no check sum, unlike the others", lost=False)
         elif located.rest:
             self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
 
-    def _note(self, text: str) -> None:
-        damage = Damage(text)
+    def _note(self, text: str, *, lost: bool = True) -> None:
+        damage = Damage(text, lost)
         if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
             self.damage.append(damage)
 
@@ -119,6 +122,8 @@ class McapFile:
             mine = located.channel == number if len(numbers) > 1 else slice(None)
             start = located.start[mine]
             self._met[number] = self._met.get(number, 0) + start.shape[0]
+            if number not in self.index.channels:
+                self._note(f"messages on channel {number}, which it does not define, were left out")
             if number in wanted:
                 yield Batch(number, data, start, located.length[mine], located.log_ns[mine])
 

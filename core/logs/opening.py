@@ -81,13 +81,15 @@ def open_messages(paths: Sequence[Path]) -> LogReader:
     damage = [item for path in paths if path.is_dir() for item in folder_files(path)[1]]
     files = [file for path in paths for file in data_files(path)]
     readers: list[tuple[Path, LogReader]] = []
-    try:
-        for file in files:
+    refused: list[LogError] = []
+    for file in files:
+        try:
             readers.append((file, _open_one(file)))
-    except LogError:
-        for _, reader in readers:
-            reader.close()
-        raise
+        except LogError as error:
+            refused.append(error)
+            damage.append(Damage(f"{file.name} could not be read ({error.message})"))
+    if not readers:
+        raise refused[0]
     if len(readers) == 1:
         readers[0][1].damage.extend(damage)
         return readers[0][1]

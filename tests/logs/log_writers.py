@@ -121,7 +121,7 @@ def write_mcap(
     *,
     encoding: str = "cdr",
     compression: str = "zstd",
-    chunk_size: int = 1 << 14,
+    chunk_size: int = 1 << 12,
     chunked: bool = True,
     summary: bool = True,
     message_index: bool = True,
@@ -161,7 +161,7 @@ def write_mcap(
     return path
 
 
-def write_bag(path: Path, messages: Iterable[Said], *, compression: str = "", chunk_size: int = 1 << 14) -> Path:
+def write_bag(path: Path, messages: Iterable[Said], *, compression: str = "", chunk_size: int = 1 << 12) -> Path:
     writer = Bag1Writer(path)
     writer.chunk_threshold = chunk_size
     if compression:

@@ -1,0 +1,45 @@
+"""Damaged and hostile files: each gives the same data, a partial log that says so, or one clear error.
+
+At least 2,000 mutants of every format are read, in a process whose memory is limited and each within a time
+limit (see ``mutant_worker.py``). ``COLLAUDIT_MUTANTS`` asks for so many of each kind, ``COLLAUDIT_MUTANT_SEED``
+for others.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+WORKER = Path(__file__).with_name("mutant_worker.py")
+#: Mutants of each kind: 2,000 or more for each of MCAP, ROS 1 bag, sqlite3 and CSV.
+COUNTS = {
+    "mcap-zstd": 600, "mcap-lz4": 300, "mcap-none": 400, "mcap-plain": 300, "mcap-unchunked": 300, "mcap-ros1": 200,
+    "bag-none": 1000, "bag-lz4": 600, "bag-bz2": 400, "db3": 2000, "csv": 1600, "csv-gz": 400,
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", COUNTS)
+def test_mutants(kind: str, tmp_path: Path) -> None:
+    count = int(os.environ.get("COLLAUDIT_MUTANTS") or COUNTS[kind])
+    seed = os.environ.get("COLLAUDIT_MUTANT_SEED", "1")
+    environment = {**os.environ, "MALLOC_ARENA_MAX": "2", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, str(WORKER), kind, str(count), seed, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=max(300.0, count * 0.5),
+        env=environment,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    result = json.loads(done.stdout.splitlines()[-1])
+    print(kind, result["outcomes"])
+    assert not result["complaints"], "\n".join(result["complaints"])
+    assert sum(result["outcomes"].values()) == count
+    assert result["outcomes"].get("refused", 0) < count

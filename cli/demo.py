@@ -9,12 +9,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.cli.truth import Comparison, ParameterCheck, compare_events, compare_friction, read_truth
-
 if TYPE_CHECKING:
     from collaudit.cli.chain import Progress
     from collaudit.core.evidence import Audit
     from collaudit.core.result import FrictionFile
+    from collaudit.fixtures.compare import CurveCheck, EventCheck
     from collaudit.fixtures.simulate import SimulatedFiles
 
 ROBOT = "paper6"
@@ -28,22 +27,36 @@ class DemoRun:
 
     name: str
     audit: Audit
-    comparison: Comparison
+    events: EventCheck
+
+    @property
+    def right(self) -> bool:
+        """All pushes found and nothing else."""
+        return not self.events.false_alarms and all(push.found is not None for push in self.events.pushes)
 
 
 @dataclass(frozen=True, slots=True)
 class Demo:
-    """What the demonstration found."""
+    """What the demonstration found.
+
+    Attributes:
+        friction: as identified.
+        true_parameters: joint to parameter to true value.
+        curves: fitted curves against the true ones.
+        runs: both polishing runs.
+        report: the page.
+    """
 
     friction: FrictionFile
-    parameters: tuple[ParameterCheck, ...]
+    true_parameters: dict[str, dict[str, float]]
+    curves: tuple[CurveCheck, ...]
     runs: tuple[DemoRun, ...]
     report: Path
 
     @property
     def right(self) -> bool:
         """All pushes found, no false alarm."""
-        return all(run.comparison.right for run in self.runs)
+        return all(run.right for run in self.runs)
 
 
 def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
@@ -80,6 +93,7 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     from collaudit.cli.provenance import make_provenance
     from collaudit.core.audit import fit_logs
     from collaudit.core.config import load_config
+    from collaudit.fixtures.compare import check_events, check_friction, read_truth
     from collaudit.reports.files import write_audit, write_friction
     from collaudit.reports.html import write_html
 
@@ -88,19 +102,20 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     prepared = prepare_log(files["friction"].log, identification)
     friction = fit_logs([prepared], identification.config, make_provenance(identification, None, prepared.robot.sha256))
     write_friction(out / "friction.json", friction)
-    parameters = compare_friction(friction.joints, read_truth(files["friction"].truth))
+    truth = read_truth(files["friction"].truth)
     progress(1, steps)
     runs = []
     for name in _RUNS:
         overrides = {"friction.file": str((out / "friction.json").absolute()), "detect.watch": [WATCHED]}
         audit, used = judge(files[name].log, load_config(files[name].config, overrides))
         write_audit(out / f"run-{name}", audit, used)
-        runs.append(DemoRun(name, audit, compare_events(audit.result, read_truth(files[name].truth))))
+        runs.append(DemoRun(name, audit, check_events(audit, read_truth(files[name].truth))))
         progress(len(runs) + 1, steps)
     report = out / "report.html"
     write_html(report, [run.audit for run in runs])
     progress(steps, steps)
-    return Demo(friction, tuple(parameters), tuple(runs), report)
+    true = {joint: facts["parameters"] for joint, facts in truth["friction"].items()}
+    return Demo(friction, true, check_friction(friction.joints, truth), tuple(runs), report)
 
 
 def demo_text(demo: Demo) -> str:
@@ -115,11 +130,14 @@ def _friction_table(demo: Demo) -> str:
     from collaudit.reports.text import table
 
     rows = []
-    for check in demo.parameters:
-        found = "not identifiable" if check.found is None else f"{check.found:.4g}"
-        interval = "" if check.ci95 is None else " to ".join("open" if b is None else f"{b:.4g}" for b in check.ci95)
-        inside = {True: "yes", False: "no", None: ""}[check.inside]
-        rows.append((check.joint, check.name, f"{check.true:.4g}", found, interval, inside))
+    for curve in demo.curves:
+        fit = demo.friction.joints[curve.joint]
+        for name, true in demo.true_parameters[curve.joint].items():
+            found = f"{fit.parameters[name]:.4g}" if name in fit.parameters else "not identifiable"
+            bounds = fit.ci95.get(name) or ()
+            interval = " to ".join("open" if bound is None else f"{bound:.4g}" for bound in bounds)
+            inside = {True: "yes", False: "no", None: ""}[curve.inside.get(name)]
+            rows.append((curve.joint, name, f"{true:.4g}", found, interval, inside))
     return table(("joint", "parameter", "true", "found", "95 % interval", "truth inside"), rows, numeric=(2, 3))
 
 
@@ -128,14 +146,14 @@ def _push_table(runs: Sequence[DemoRun]) -> str:
 
     rows = []
     for run in runs:
-        for found in run.comparison.pushes:
-            alarm = found.alarm
+        for push in run.events.pushes:
+            alarm = push.found
             rows.append(
                 (
                     run.name,
-                    f"link {found.push.link} at {found.push.onset_s:g} s",
+                    f"link {push.link} at {push.onset_s:g} s",
                     "no" if alarm is None else f"yes, on {alarm.joint}",
-                    "" if found.delay_s is None else f"{1e3 * found.delay_s:.0f} ms",
+                    "" if push.delay_s is None else f"{1e3 * push.delay_s:.0f} ms",
                     "" if alarm is None else f"{alarm.peak_nm:.1f} N·m",
                 )
             )
@@ -146,7 +164,7 @@ def _push_table(runs: Sequence[DemoRun]) -> str:
 def _level(run: DemoRun) -> str:
     stats = run.audit.result.residual[WATCHED]
     level = "unknown" if stats.clean_mean_abs_nm is None else f"{stats.clean_mean_abs_nm:.2f} N·m"
-    alarms = len(run.comparison.false_alarms)
+    alarms = len(run.events.false_alarms)
     return (
         f"Run {run.name}: mean |residual| of {WATCHED} without collision {level} (the paper: about 1 N·m); "
         f"{alarms or 'no'} false alarm{'' if alarms == 1 else 's'}."

@@ -48,7 +48,7 @@ def _draw_curve(axes: Axes, fit: FrictionFit, law: FrictionModel, slowest: float
     """Solid where speeds were measured, dotted below the slowest."""
     speed = np.linspace(slowest, fastest, _SAMPLES)
     below = np.linspace(0, slowest, 40)
-    spread = band(fit, law, speed)
+    spread = band(fit, speed)
     if spread is not None:
         axes.fill_between(speed, *spread, facecolor="#c9dcee", edgecolor="none")
     axes.plot(speed, curve(law, speed), color=CURVE, linewidth=1.4)

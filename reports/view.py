@@ -242,7 +242,7 @@ def _friction(joint: str, fit: FrictionFit, anchor: str) -> FrictionView:
     return FrictionView(
         joint=joint,
         fit=fit,
-        model=MODEL_NAME[fit.model] if fit.model else "not fitted",
+        model=MODEL_NAME.get(fit.model, fit.model) if fit.model else "not fitted",
         plot=plot,
         parameters=tuple(rows.parameter_rows(fit)),
         known=tuple((k.name, significant(k.value), interval(*k.ci95), k.unit) for k in fit.known),

@@ -141,18 +141,18 @@ def test_the_band_is_the_delta_method() -> None:
     law = FrictionModel.of(fit)
     assert law is not None
     speed = np.array([0.05, 0.3])
-    edges = band(fit, law, speed)
+    edges = band(fit, speed)
     assert edges is not None
     (aa, ad), (_, dd) = fit.covariance
     half = 2.5705818366147395 * np.sqrt(aa + 2 * speed * ad + speed**2 * dd)
-    np.testing.assert_allclose(edges[1] - curve(law, speed), half)
-    np.testing.assert_allclose(curve(law, speed) - edges[0], half)
+    np.testing.assert_allclose(edges[1] - curve(law, speed), half, rtol=1e-6)
+    np.testing.assert_allclose(curve(law, speed) - edges[0], half, rtol=1e-6)
     assert curve(law, np.array([0.0]))[0] == pytest.approx(fit.parameters["A_nm"])
 
 
 def test_no_covariance_means_no_band() -> None:
     fit = samples.friction_file().joints["shoulder_lift"]
-    assert band(fit, FrictionModel.of(fit), np.array([0.1])) is None
+    assert band(fit, np.array([0.1])) is None
 
 
 def test_points_without_a_model_are_drawn() -> None:
@@ -195,3 +195,15 @@ def test_marks_stand_on_the_curve() -> None:
     at = _peak_time(trace(audit.signals, 0), event)
     assert event.onset_s < at < event.onset_s + event.duration_s
     assert abs(np.interp(at, audit.signals.time_s, audit.signals.residual_nm[:, 0])) > 8
+
+
+def test_the_band_of_the_exponential_law_is_the_delta_method_too() -> None:
+    fit = samples.friction_file().joints["shoulder_pan"]
+    speed = np.array([0.03, 0.1, 0.5])
+    edges = band(fit, speed)
+    assert edges is not None
+    b, c = fit.parameters["B_nm"], fit.parameters["C_s_per_rad"]
+    decay = np.exp(-c * speed)
+    g = np.stack([np.ones(3), decay, -b * speed * decay, speed], axis=1)
+    half = 3.1824463052842638 * np.sqrt(np.einsum("ni,ij,nj->n", g, np.array(fit.covariance), g))  # t, 8 - 4 - 1
+    np.testing.assert_allclose(edges[1] - edges[0], 2 * half, rtol=1e-5)

@@ -10,6 +10,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.coverage import measure_coverage
+from collaudit.core.detectors.judged import judged_balance
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
@@ -31,6 +32,7 @@ from collaudit.core.result import (
 from collaudit.core.rule import make_rule
 from collaudit.core.series import BoolArray, UniformSeries
 from collaudit.core.signals import Signals, State
+from collaudit.core.threshold import threshold_nm
 from collaudit.core.verdict import decide
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
@@ -56,7 +58,6 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         provenance: versions and hashes.
     """
     series = judged_series(prepared)
-    columns = prepared.columns()
     findings = list(prepared.findings)
     if friction is None:
         fits = fit_joints([prepared], config)
@@ -74,15 +75,10 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
     rule, watch, more = make_rule(series, prepared.phases, config)
     findings += more
     contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
-    residual = compute_residual(
-        series,
-        None if prepared.rigid_nm is None else prepared.rigid_nm[:, columns],
-        None if prepared.contact_nm is None else prepared.contact_nm[:, columns],
-        laws,
-        contradicted,
-        config.detect,
-    )
-    judgement = judge(series, residual, rule, watch, prepared.phases, config)
+    balance = judged_balance(prepared, config.detect)
+    residual = compute_residual(series, balance, laws, contradicted, config.detect)
+    threshold = threshold_nm(series, residual, rule)
+    judgement = judge(series, residual, threshold, rule, watch, prepared.phases, config)
     signals = _signals(series, residual.model_nm, residual.torque_nm, judgement.state, rule.gamma_nm)
     coverage = measure_coverage(series, judgement.state, watch)
     clean = {joint: clean_samples(signals, judgement.collision_times(joint), joint) for joint in series.joint_names}

@@ -62,6 +62,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         bandwidth_hz=bandwidth,
         source=log.source,
         findings=tuple(findings),
+        raw_velocity_rad_s=frozen(raw_velocity),
     )
 
 

@@ -11,6 +11,9 @@ import numpy as np
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, IntArray, Span
 
+#: A threshold: constant, or one a sample.
+Level = float | FloatArray
+
 #: The period of a log is known to about this share: 24 ms at 1.9999998 ms is 12 samples, not 13.
 _PERIOD_SLACK = 1e-3
 
@@ -44,25 +47,25 @@ def persistence_samples(persistence_s: float, period_s: float) -> int:
     return max(1, ceil(persistence_s / period_s - _PERIOD_SLACK))
 
 
-def exceedances(residual: FloatArray, evidence: BoolArray, level: float) -> tuple[IntArray, IntArray]:
+def exceedances(residual: FloatArray, evidence: BoolArray, level: Level) -> tuple[IntArray, IntArray]:
     """Runs (starts, stops) of judged samples with |residual| > level. NaN never exceeds.
 
     Args:
         residual: (n,) N·m.
         evidence: (n,) samples that may count; a gap is False and so breaks a run.
-        level: N·m.
+        level: N·m; one number, or (n,) when it varies.
     """
     with np.errstate(invalid="ignore"):
         return run_bounds(evidence & (np.abs(residual) > level))
 
 
-def collisions(residual: FloatArray, evidence: BoolArray, gamma: float, n: int, merge_samples: int = 0) -> list[Event]:
+def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, merge_samples: int = 0) -> list[Event]:
     """Rule (6) for one joint: runs of at least n samples above gamma.
 
     Args:
         residual: (n,) N·m.
         evidence: (n,) samples that may count.
-        gamma: threshold, N·m.
+        gamma: threshold, N·m; one number, or (n,) when it varies.
         n: persistence, samples.
         merge_samples: collisions closer than this are one event (one push, not several).
     """
@@ -74,7 +77,7 @@ def collisions(residual: FloatArray, evidence: BoolArray, gamma: float, n: int, 
 def near_misses(
     residual: FloatArray,
     evidence: BoolArray,
-    gamma: float,
+    gamma: Level,
     n: int,
     amplitude: float,
     persistence: float,

@@ -13,7 +13,7 @@ from collaudit.core.detection import Event, collisions, near_misses
 from collaudit.core.phases import PHASES, contact_mask
 from collaudit.core.residual import Residual
 from collaudit.core.result import Collision, NearMiss, Phase, RuleFacts
-from collaudit.core.series import UniformSeries
+from collaudit.core.series import FloatArray, UniformSeries
 from collaudit.core.signals import State
 from collaudit.core.watch import Watch
 
@@ -34,12 +34,22 @@ class Judgement:
 def judge(
     series: UniformSeries,
     residual: Residual,
+    threshold_nm: FloatArray,
     rule: RuleFacts,
     watch: Mapping[str, Watch],
     phases: NDArray[np.int8],
     config: Config,
 ) -> Judgement:
-    """Rule (6) on every watched joint where its residual is evidence."""
+    """Rule (6) on every watched joint where its residual is evidence.
+
+    Args:
+        series, residual: of the judged joints.
+        threshold_nm: (n, j) level that counts: gamma, raised by what is uncertain.
+        rule: persistence and nominal thresholds.
+        watch: which joints count.
+        phases: (n,) labels.
+        config: near misses and merging.
+    """
     state = _with_unwatched(residual.state, series.joint_names, watch, phases)
     merge = round(config.detect.merge_ms / 1e3 / series.period_s)
     hits: list[Collision] = []
@@ -49,10 +59,11 @@ def judge(
             continue
         evidence = state[:, j] <= State.FRICTION_INTERVAL
         gamma, x = rule.gamma_nm[joint], residual.torque_nm[:, j]
-        for event in collisions(x, evidence, gamma, rule.n, merge):
+        level = threshold_nm[:, j]
+        for event in collisions(x, evidence, level, rule.n, merge):
             hits.append(_collision(series, joint, event, gamma, phases))
         amplitude, persistence = near_misses(
-            x, evidence, gamma, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
+            x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
         )
         near += [_near_miss(series, joint, e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in amplitude]
         near += [_near_miss(series, joint, e, gamma, "persistence", e.longest / rule.n, phases) for e in persistence]

@@ -122,4 +122,5 @@ def judged_series(prepared: Prepared) -> UniformSeries:
         acceleration_rad_s2=take(series.acceleration_rad_s2),
         effort=None if series.effort is None else take(series.effort),
         saturated=series.saturated[:, columns],
+        raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
     )

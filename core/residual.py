@@ -9,12 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.detectors.balance import Balance
 from collaudit.core.friction.model import FrictionModel
+from collaudit.core.friction_band import FrictionBand, friction_band
+from collaudit.core.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 from collaudit.core.signals import State
 
 #: Friction is trusted this far beyond the fastest speed it was measured at.
 _BEYOND_RANGE = 1.05
+#: Standard errors of the friction level that the threshold carries: 95 %.
+_SIGMAS = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,90 +31,105 @@ class Residual:
             explains; NaN where unknown.
         model_nm: (n, j) rigid-body + friction + contact torque that was compared with.
         state: (n, j) codes of :class:`State`.
+        uncertainty_nm: (n, j) what the friction level may be wrong by (95 %); the threshold is raised by it.
+        levels: friction level by joint, where there is a law and a model.
     """
 
     torque_nm: FloatArray
     model_nm: FloatArray
     state: NDArray[np.int8]
+    uncertainty_nm: FloatArray
+    levels: dict[str, FrictionLevel]
 
 
 def compute_residual(
     series: UniformSeries,
-    rigid_nm: FloatArray | None,
-    contact_nm: FloatArray | None,
+    balance: Balance,
     friction: Mapping[str, FrictionModel],
     contradicted: frozenset[str],
     config: DetectConfig,
 ) -> Residual:
-    """Eq. (5) per joint: tau - tau_s - (M·ddq + C·dq + G + f(dq)).
+    """Take friction off an engine's torque balance: eq. (5) per joint.
 
     While a joint rests, or has travelled less than ``reversal_travel_rad`` since it rested or reversed, its
-    friction can be anything up to breakaway. There the residual is the distance of the unexplained torque
-    from that interval: nonzero is evidence, zero is not a clean bill.
+    friction is only known as an interval (:mod:`friction_band`). There the residual is the distance of the
+    unexplained torque from that interval: nonzero is evidence, zero is not a clean bill. The interval passes
+    the engine's kernel like every other torque.
 
     Args:
-        series: the log on its uniform time base; effort in N·m.
-        rigid_nm: (n, j) rigid-body torque, None without inertials.
-        contact_nm: (n, j) J^T F of the meant tool force, or None without a wrench.
+        series: the judged joints on their uniform time base.
+        balance: their torque balance before friction.
         friction: fitted laws by joint.
         contradicted: joints whose effort contradicts the model (inverted): not judged.
-        config: speed and travel below which friction is an interval.
+        config: speed and travel below which friction is an interval; whether its level is followed.
     """
     n, count = series.position_rad.shape
     state = np.full((n, count), State.JUDGED, dtype=np.int8)
-    torque = np.full((n, count), np.nan)
-    model = np.full((n, count), np.nan)
-    usable = rigid_nm is not None and series.effort is not None and series.effort_unit == "Nm"
+    torque, model = np.full((n, count), np.nan), np.full((n, count), np.nan)
+    uncertainty = np.zeros((n, count))
+    levels: dict[str, FrictionLevel] = {}
+    usable = balance.total_nm is not None
     for j, joint in enumerate(series.joint_names):
         law = friction.get(joint)
         if usable and law is not None:
+            torque[:, j], state[:, j], uncertainty[:, j], levels[joint] = _one_joint(series, j, balance, law, config)
             assert series.effort is not None
-            assert rigid_nm is not None
-            known = rigid_nm[:, j] if contact_nm is None else rigid_nm[:, j] + contact_nm[:, j]
-            torque[:, j], model[:, j], state[:, j] = _one_joint(
-                series, j, series.effort[:, j] - known, known, law, config
-            )
+            model[:, j] = series.effort[:, j] - torque[:, j]
         else:
             state[:, j] = State.NO_MODEL if not usable else State.NO_FRICTION
         if joint in contradicted:
             state[:, j] = State.NO_MODEL
-    _mark(state, torque, series, usable)
-    return Residual(torque, model, state)
+    _mark(state, torque, series, balance)
+    return Residual(torque, model, state, uncertainty, levels)
 
 
 def _one_joint(
-    series: UniformSeries, j: int, unexplained: FloatArray, known: FloatArray, law: FrictionModel, config: DetectConfig
-) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
-    """Residual, model torque and state of one joint with a friction law."""
-    velocity = series.velocity_rad_s[:, j]
-    speed = np.abs(velocity)
-    sliding = law.torque(velocity)
-    slow = config.slow_speed_rad_s or law.speed_range[0]
-    undecided = _undecided(series, j, speed < slow, config.reversal_travel_rad)
-    hold = np.maximum(law.hold, np.abs(sliding))
-    beyond = np.sign(unexplained) * np.maximum(np.abs(unexplained) - hold, 0.0)
-    residual = np.where(undecided, beyond, unexplained - sliding)
+    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig
+) -> tuple[FloatArray, NDArray[np.int8], FloatArray, FrictionLevel]:
+    """Residual, state, uncertainty and friction level of one joint with a friction law."""
+    assert balance.total_nm is not None
+    velocity, total = balance.velocity_rad_s[:, j], balance.total_nm[:, j]
+    band = friction_band(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
+    undecided = _through(balance, series, ~band.steady)
+    too_fast = np.abs(velocity) > _BEYOND_RANGE * law.speed_range[1]
+    sliding = _smoothed(balance, series, band.sliding_nm)
+    known = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
+    level = _level(total - sliding, sliding, known, series, config)
+    residual = total - (1.0 + level.deviation) * sliding
+    beyond = _beyond(total, band, level, balance, series)
     state = np.where(undecided, State.FRICTION_INTERVAL, State.JUDGED).astype(np.int8)
-    state[speed > _BEYOND_RANGE * law.speed_range[1]] = State.TOO_FAST
-    effort = unexplained + known
-    return residual, np.asarray(effort - residual), state
+    state[too_fast] = State.TOO_FAST
+    uncertainty = np.where(undecided, 0.0, _SIGMAS * level.sd * np.abs(sliding))
+    return np.where(undecided, beyond, residual), state, np.nan_to_num(uncertainty), level
 
 
-def _undecided(series: UniformSeries, j: int, slow: BoolArray, travel_rad: float) -> BoolArray:
-    """Samples at rest, and those within a short travel after it (or after the start of a stretch)."""
-    out = slow.copy()
-    for segment in series.segments:
-        position = series.position_rad[segment.slice, j]
-        rest = slow[segment.slice].copy()
-        rest[0] = True
-        step = np.abs(np.diff(position, prepend=position[0]))
-        travelled = np.cumsum(np.nan_to_num(step))
-        last_rest = np.maximum.accumulate(np.where(rest, np.arange(rest.size), 0))
-        out[segment.slice] = rest | (travelled - travelled[last_rest] < travel_rad)
-    return out
+def _level(
+    excess: FloatArray, sliding: FloatArray, known: BoolArray, series: UniformSeries, config: DetectConfig
+) -> FrictionLevel:
+    if config.friction_level == "fixed":
+        return fixed_level(excess.size, config.friction_level_sd)
+    return follow_level(excess, sliding, known, series.period_s, config.friction_level_sd, config.causal)
 
 
-def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, usable: bool) -> None:
+def _beyond(
+    total: FloatArray, band: FrictionBand, level: FrictionLevel, balance: Balance, series: UniformSeries
+) -> FloatArray:
+    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty."""
+    slack = _SIGMAS * level.sd * np.maximum(np.abs(band.low_nm), np.abs(band.high_nm))
+    low = _smoothed(balance, series, (1.0 + level.deviation) * band.low_nm - slack)
+    high = _smoothed(balance, series, (1.0 + level.deviation) * band.high_nm + slack)
+    return np.asarray(np.maximum(total - high, 0.0) + np.minimum(total - low, 0.0))
+
+
+def _smoothed(balance: Balance, series: UniformSeries, x: FloatArray) -> FloatArray:
+    return balance.kernel.apply(x[:, None], series.segments, series.period_s)[:, 0]
+
+
+def _through(balance: Balance, series: UniformSeries, mask: BoolArray) -> BoolArray:
+    return balance.kernel.reach(mask[:, None], series.segments, series.period_s)[:, 0]
+
+
+def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
     """Put the reasons that hold for any joint on top of the others (the larger code wins)."""
     recorded = np.zeros(state.shape[0], dtype=bool)
     for segment in series.segments:
@@ -118,9 +138,10 @@ def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, us
     def raise_to(where: BoolArray, code: State) -> None:
         state[where] = np.maximum(state[where], code)
 
-    raise_to(series.edge[:, None] & np.ones_like(state, dtype=bool), State.EDGE)
-    if usable:
+    everywhere = np.ones_like(state, dtype=bool)
+    raise_to((series.edge | balance.unsettled)[:, None] & everywhere, State.EDGE)
+    if balance.total_nm is not None:
         has_law = state < State.NO_FRICTION
         raise_to(~np.isfinite(torque) & has_law, State.NOT_A_NUMBER)
-    raise_to(np.asarray(series.saturated), State.SATURATED)
-    raise_to(~recorded[:, None] & np.ones_like(state, dtype=bool), State.GAP)
+    raise_to(balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s), State.SATURATED)
+    raise_to(~recorded[:, None] & everywhere, State.GAP)

@@ -135,6 +135,7 @@ class UniformSeries:
         bandwidth_hz: -3 dB frequency of the zero-phase filters.
         source: provenance of the log.
         findings: those of the log and those made here.
+        raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept.
     """
 
     time_s: FloatArray
@@ -152,6 +153,7 @@ class UniformSeries:
     bandwidth_hz: float
     source: LogSource
     findings: tuple[Finding, ...] = ()
+    raw_velocity_rad_s: FloatArray | None = None
 
     def column(self, joint: str) -> int:
         """Index of a joint's column."""

@@ -151,9 +151,23 @@ class SectionsConfig(_Section):
 class FrictionConfig(_Section):
     """Friction identification."""
 
-    model: Literal["auto", "static-lugre", "coulomb-viscous"] = Field(
+    model: Literal[
         "auto",
-        description="auto: static LuGre where its exponential can be told from Coulomb-viscous, else that.",
+        "static-lugre",
+        "coulomb-viscous",
+        "damping-coulomb",
+        "smooth-coulomb-viscous",
+        "asymmetric-coulomb-viscous",
+        "stribeck-tustin",
+        "stribeck-gauss",
+        "rbf",
+    ] = Field(
+        "auto",
+        description="auto: the simplest law that predicts speeds left out of the fit within one standard error of "
+        "the best, and whose parameters the data determine.",
+    )
+    robust: Literal["none", "huber", "bisquare"] = Field(
+        "none", description="How outlying friction points are weighed down; their weights are in friction.json."
     )
     file: Path | None = Field(None, description="friction.json to judge with, relative to this configuration.")
     pair_speed_tolerance: Positive = Field(0.05, description="Speeds within this share count as equal.")
@@ -163,7 +177,20 @@ class FrictionConfig(_Section):
 class DetectConfig(_Section):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
-    detector: Literal["direct"] = Field("direct", description="How the residual is computed.")
+    detector: Literal["direct", "momentum", "filtered", "eso", "energy"] = Field(
+        "direct", description="How the residual is computed (see detectors.md)."
+    )
+    compare: list[Literal["direct", "momentum", "filtered", "eso", "energy"]] = Field(
+        [], description="Further detectors that judge the same log side by side; the verdict is the first one's."
+    )
+    causal: bool = Field(
+        False,
+        description="true: only what a controller had at that instant, with its delay; "
+        "false: the best evidence after the fact.",
+    )
+    observer_gain_per_s: Positive = Field(
+        60.0, description="Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."
+    )
     gamma_nm: Positive | dict[str, Positive] = Field(4.0, description="Threshold, N·m; one number or by joint.")
     persistence_ms: Positive | None = Field(
         None, description="Persistence, ms; rounded up to samples. 25 when neither is given."
@@ -180,6 +207,16 @@ class DetectConfig(_Section):
     reversal_travel_rad: NonNegative = Field(
         0.01,
         description="Travel after a reversal or standstill until friction is steady, rad (m if prismatic).",
+    )
+    friction_level: Literal["followed", "fixed"] = Field(
+        "followed",
+        description="followed: the level of friction against its calibration (warm-up) is tracked over a minute; "
+        "fixed: taken as calibrated.",
+    )
+    friction_level_sd: Annotated[float, Field(gt=0, le=0.5)] = Field(
+        0.1,
+        description="How far friction is expected to be off its calibration (standard deviation, as a share); "
+        "what data do not settle raises the threshold.",
     )
     reversals_per_s: Positive = Field(
         0.5, description="A joint in contact that reverses more often than this is taken as force-controlled."

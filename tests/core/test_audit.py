@@ -127,7 +127,8 @@ def test_a_push_within_breakaway_on_a_standing_joint_is_not_called_clean(frictio
     assert still.effort is not None
     beyond = audit(replace(still, effort=still.effort + push[:, None]), config(), friction).result
     assert beyond.verdict == "fail"
-    assert beyond.collisions[0].peak_nm == pytest.approx(20.0 - 8.0, abs=0.3)
+    # Breakaway is 8 N·m; nothing in this log settles the friction level, so its 95 % (2 x 10 %) is allowed for.
+    assert beyond.collisions[0].peak_nm == pytest.approx(20.0 - 1.2 * 8.0, abs=0.3)
 
 
 def test_a_gap_neither_fires_nor_hides(friction: FrictionFile) -> None:

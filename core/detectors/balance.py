@@ -1,0 +1,107 @@
+"""Torque balance before friction, as an engine sees it: smoothed by its kernel, causal or after the fact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.detectors.engines import Engine, engine_named
+from collaudit.core.detectors.kernel import Kernel
+from collaudit.core.detectors.momentum import momentum_terms
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Balance:
+    """What an engine gives before friction is taken off.
+
+    Attributes:
+        engine, kernel: how it was computed.
+        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque]; None without a model or torque.
+        velocity_rad_s: (n, j) velocity at which friction is to be taken; it has not passed the kernel.
+        unsettled: (n,) samples at the start of a stretch that the kernel still remembers as unknown.
+    """
+
+    engine: Engine
+    kernel: Kernel
+    total_nm: FloatArray | None
+    velocity_rad_s: FloatArray
+    unsettled: BoolArray
+
+
+def kernel_of(config: DetectConfig, bandwidth_hz: float, name: str | None = None) -> Kernel:
+    """The kernel of the configured engine; the causal direct engine has the signal filter as its kernel."""
+    engine = engine_named(name or config.detector)
+    if engine.name == "direct" and config.causal:
+        return engine_named("filtered").make_kernel(2.0 * math.pi * bandwidth_hz, True)
+    return engine.make_kernel(config.observer_gain_per_s, config.causal)
+
+
+def balance_torques(
+    series: UniformSeries,
+    robot: RobotModel,
+    rigid_nm: FloatArray | None,
+    contact_nm: FloatArray | None,
+    config: DetectConfig,
+    name: str | None = None,
+) -> Balance:
+    """Balance of all joints of a series.
+
+    After the fact (``causal = false``) the kernel runs both ways over eq. (5) with the zero-phase acceleration.
+    Causally, signals pass forward filters only: ``direct`` filters position, velocity and effort alike and takes
+    acceleration as the filter's own smoothed derivative; all others need none (:mod:`momentum`).
+
+    Args:
+        series: every joint of the model; effort in N·m.
+        robot: the model.
+        rigid_nm: (n, j) rigid-body torque at the zero-phase motion, None without inertials.
+        contact_nm: (n, j) J^T F of the meant tool force, or None.
+        config: causality and gain.
+        name: engine; the configured one when absent.
+    """
+    engine = engine_named(name or config.detector)
+    kernel = kernel_of(config, series.bandwidth_hz, name)
+    raw = series.raw_velocity_rad_s
+    velocity = series.velocity_rad_s if raw is None or not config.causal else raw
+    total = None
+    if rigid_nm is not None and series.effort is not None and series.effort_unit == "Nm":
+        measured = series.effort if contact_nm is None else series.effort - contact_nm
+        if not config.causal:
+            total = kernel.apply(measured - rigid_nm, series.segments, series.period_s)
+        else:
+            total = _causal(series, robot, measured, velocity, engine, kernel)
+    return Balance(engine, kernel, total, velocity, _unsettled(series, kernel))
+
+
+def _causal(
+    series: UniformSeries,
+    robot: RobotModel,
+    measured: FloatArray,
+    velocity: FloatArray,
+    engine: Engine,
+    kernel: Kernel,
+) -> FloatArray:
+    segments, period = series.segments, series.period_s
+    if engine.needs_acceleration:
+        q = kernel.apply(series.position_rad, segments, period)
+        v = kernel.apply(velocity, segments, period)
+        a = kernel.slope(velocity, segments, period)
+        out: FloatArray = kernel.apply(measured, segments, period) - robot.inverse_dynamics(q, v, a)
+        return out
+    terms = momentum_terms(robot, series.position_rad, velocity)
+    known = kernel.apply(measured + terms.rest_nm, segments, period)
+    return known - kernel.slope(terms.momentum, segments, period)
+
+
+def _unsettled(series: UniformSeries, kernel: Kernel) -> BoolArray:
+    out = np.zeros(series.time_s.size, dtype=bool)
+    count = math.ceil(kernel.settle_s / series.period_s)
+    for span in series.segments:
+        out[span.start : min(span.start + count, span.stop)] = True
+        if not kernel.causal and count:
+            out[max(span.stop - count, span.start) : span.stop] = True
+    return out

@@ -1,0 +1,24 @@
+"""An engine's balance in the judged joints only; the dynamics need all of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.detectors.balance import Balance, balance_torques
+from collaudit.core.prepare import Prepared
+
+
+def judged_balance(prepared: Prepared, config: DetectConfig, name: str | None = None) -> Balance:
+    """Torque balance of a prepared log's judged joints by the configured engine, or the named one."""
+    balance = balance_torques(prepared.series, prepared.robot, prepared.rigid_nm, prepared.contact_nm, config, name)
+    columns = prepared.columns()
+    if len(columns) == len(prepared.series.joint_names):
+        return balance
+    return replace(
+        balance,
+        total_nm=None if balance.total_nm is None else np.ascontiguousarray(balance.total_nm[:, columns]),
+        velocity_rad_s=np.ascontiguousarray(balance.velocity_rad_s[:, columns]),
+    )

@@ -1,0 +1,157 @@
+"""Linear smoothing kernels G(s) with unit gain: exact discretisation, delay, noise gain, use over stretches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.series import BoolArray, FloatArray, Span
+
+#: A sample more than this share of whose kernel weight is missing is missing itself.
+_MISSING_SHARE = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """A low-pass G(s) = numerator / denominator with G(0) = 1, or the identity.
+
+    Attributes:
+        numerator, denominator: coefficients in falling powers of s; ``(1,), (1,)`` is the identity.
+        causal: run forward only, with its delay; else forward and backward, without one.
+    """
+
+    numerator: tuple[float, ...]
+    denominator: tuple[float, ...]
+    causal: bool
+
+    @property
+    def identity(self) -> bool:
+        """Whether the kernel changes nothing."""
+        return len(self.denominator) == 1
+
+    @property
+    def delay_s(self) -> float:
+        """Group delay at zero frequency, s: d1/d0 - n1/n0 of the polynomials; 0 when run both ways."""
+        if self.identity or not self.causal:
+            return 0.0
+        num = self.numerator[-2] / self.numerator[-1] if len(self.numerator) > 1 else 0.0
+        return self.denominator[-2] / self.denominator[-1] - num
+
+    @property
+    def settle_s(self) -> float:
+        """Time after which the start of a stretch weighs less than about 5 %, s."""
+        if self.identity:
+            return 0.0
+        return 3.0 * self.denominator[-2] / self.denominator[-1]
+
+    def noise_gain(self, period_s: float) -> float:
+        """Standard deviation of the output for white noise of one at the input, sampled every ``period_s``."""
+        if self.identity:
+            return 1.0
+        length = max(16, math.ceil(8.0 * self.settle_s / period_s))
+        pulse = np.zeros((2 * length + 1, 1))
+        pulse[length] = 1.0
+        out = self.apply(pulse, [Span(0, len(pulse))], period_s)
+        return float(np.sqrt(np.sum(out**2)))
+
+    def apply(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
+        """Smooth each stretch, starting settled at its first value.
+
+        Args:
+            x: (n, j); NaN inside a stretch is bridged, and is NaN where it weighs more than 5 %.
+            segments: gap-free stretches; outside them the result is NaN.
+            period_s: sample period, s.
+        """
+        if self.identity:
+            return x
+        out = self._run(self._coefficients(self.numerator, period_s), x, segments)
+        missing = ~np.isfinite(x)
+        if any(missing[s.slice].any() for s in segments):
+            out[self.reach(missing, segments, period_s)] = np.nan
+        return out
+
+    def slope(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
+        """The smoothed time derivative s·G(s) x without differentiating: what needs no acceleration.
+
+        Raises:
+            ValueError: the kernel is the identity or not causal, where this is not a filter of its own.
+        """
+        if self.identity or not self.causal:
+            raise ValueError("a smoothed derivative needs a causal kernel that smooths")
+        out = self._run(self._coefficients((*self.numerator, 0.0), period_s), x, segments)
+        missing = ~np.isfinite(x)
+        if any(missing[s.slice].any() for s in segments):
+            out[self.reach(missing, segments, period_s)] = np.nan
+        return out
+
+    def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:
+        """(n, j) samples in whose kernel the marked samples weigh more than 5 %."""
+        if self.identity:
+            return mask
+        weight = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
+        return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
+
+    def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:
+        """Exact for inputs that are straight between samples (first-order hold)."""
+        from scipy.signal import cont2discrete
+
+        b, a, _ = cont2discrete((numerator, self.denominator), period_s, method="foh")
+        return np.atleast_2d(b)[0], np.asarray(a, dtype=np.float64)
+
+    def _run(self, coefficients: tuple[FloatArray, FloatArray], x: FloatArray, segments: Sequence[Span]) -> FloatArray:
+        from scipy.signal import lfilter
+
+        b, a = coefficients
+        out = np.full(x.shape, np.nan)
+        for span in segments:
+            if len(span) == 0:
+                continue
+            part = np.ascontiguousarray(_bridged(x[span.slice]).T)  # filters run fastest along the contiguous axis
+            part = lfilter(b, a, part, axis=-1, zi=_settled(b, a, part[:, 0]))[0]
+            if not self.causal:
+                back = np.ascontiguousarray(part[:, ::-1])
+                part = lfilter(b, a, back, axis=-1, zi=_settled(b, a, back[:, 0]))[0][:, ::-1]
+            out[span.slice] = part.T
+        return out
+
+
+def identity(causal: bool) -> Kernel:
+    """The kernel that changes nothing."""
+    return Kernel((1.0,), (1.0,), causal)
+
+
+def first_order(gain_per_s: float, causal: bool) -> Kernel:
+    """K / (s + K)."""
+    return Kernel((gain_per_s,), (1.0, gain_per_s), causal)
+
+
+def butterworth(omega_per_s: float, causal: bool) -> Kernel:
+    """w² / (s² + sqrt(2) w s + w²)."""
+    return Kernel((omega_per_s**2,), (1.0, math.sqrt(2.0) * omega_per_s, omega_per_s**2), causal)
+
+
+def double_pole(omega_per_s: float, causal: bool) -> Kernel:
+    """w² / (s + w)²."""
+    return Kernel((omega_per_s**2,), (1.0, 2.0 * omega_per_s, omega_per_s**2), causal)
+
+
+def _settled(b: FloatArray, a: FloatArray, first: FloatArray) -> FloatArray:
+    """(j, order) filter states as if the first value had lasted for ever."""
+    from scipy.signal import lfilter_zi
+
+    return np.asarray(first[:, None] * lfilter_zi(b, a)[None, :])
+
+
+def _bridged(part: FloatArray) -> FloatArray:
+    """A stretch (m, j) with missing values filled linearly."""
+    missing = ~np.isfinite(part)
+    if not missing.any():
+        return part
+    filled, k = part.copy(), np.arange(part.shape[0])
+    for column in np.flatnonzero(missing.any(axis=0)):
+        hole = missing[:, column]
+        filled[hole, column] = 0.0 if hole.all() else np.interp(k[hole], k[~hole], part[~hole, column])
+    return filled

@@ -1,0 +1,78 @@
+"""What friction can be: a value while a joint slides, an interval while it rests or its bristles still turn over.
+
+After a reversal friction runs from one breakaway value towards its steady one as the joint travels. How far that
+takes differs between arms and is not in a log, so the friction after a travel d is only known to lie between a
+stiff joint's (steady at once) and a soft one's (eq. (7) integrated over the travel: an exponential in d).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.friction.model import FrictionModel
+from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+
+#: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
+_TRAVEL_CONSTANTS = 5.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionBand:
+    """Friction of one joint over time, N·m.
+
+    Attributes:
+        sliding_nm: (n,) steady friction at the velocity.
+        low_nm, high_nm: (n,) bounds; equal to ``sliding_nm`` where ``steady``.
+        steady: (n,) the joint has slid far enough since it rested, reversed or came into view.
+    """
+
+    sliding_nm: FloatArray
+    low_nm: FloatArray
+    high_nm: FloatArray
+    steady: BoolArray
+
+
+def friction_band(
+    series: UniformSeries, j: int, velocity: FloatArray, law: FrictionModel, slow: float | None, travel_rad: float
+) -> FrictionBand:
+    """Bounds of one joint's friction.
+
+    Args:
+        series: where the joint was.
+        j: its column.
+        velocity: (n,) at which friction is taken.
+        law: the fitted law.
+        slow: below this speed the joint is taken to rest; the slowest fitted speed when None.
+        travel_rad: travel after which friction is steady.
+    """
+    sliding = law.torque(velocity)
+    resting = np.abs(velocity) < (slow or law.speed_range[0])
+    travel = _travel(series, j, velocity, resting)
+    size = np.abs(sliding)
+    hold = np.maximum(law.hold, size)
+    steady = ~resting & (travel >= travel_rad) & np.isfinite(sliding)
+    left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.zeros_like(travel)
+    along_low = np.where(resting, -hold, size - (size + hold) * left)
+    along_high = np.where(resting, hold, size + (hold - size) * left)
+    forward = velocity >= 0
+    low = np.where(forward, along_low, -along_high)
+    high = np.where(forward, along_high, -along_low)
+    return FrictionBand(sliding, np.where(steady, sliding, low), np.where(steady, sliding, high), steady)
+
+
+def _travel(series: UniformSeries, j: int, velocity: FloatArray, resting: BoolArray) -> FloatArray:
+    """(n,) way since the joint last rested or reversed, or since the start of the stretch."""
+    out = np.zeros(velocity.size)
+    for segment in series.segments:
+        if len(segment) == 0:
+            continue
+        position, v = series.position_rad[segment.slice, j], velocity[segment.slice]
+        anew = resting[segment.slice].copy()
+        anew[0] = True
+        anew[1:] |= v[1:] * v[:-1] < 0
+        way = np.cumsum(np.nan_to_num(np.abs(np.diff(position, prepend=position[0]))))
+        last = np.maximum.accumulate(np.where(anew, np.arange(anew.size), 0))
+        out[segment.slice] = way - way[last]
+    return out

@@ -20,6 +20,8 @@ from collaudit.core.series import FloatArray
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig, LogConfig
 
+#: Joint names and their (n, j) columns.
+Block = tuple[tuple[str, ...], FloatArray]
 #: Two files share their time column when their stamps agree within this.
 SAME_TIME_S = 1e-6
 
@@ -88,22 +90,23 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     _check_signals(files)
     time_s: FloatArray | None = None
     start_ns: int | None = None
-    blocks: dict[str, dict[str, FloatArray]] = {quantity: {} for quantity in QUANTITIES}
+    blocks: dict[str, list[Block]] = {quantity: [] for quantity in QUANTITIES}
     wrench: FloatArray | None = None
     findings: list[Finding] = []
     for file in files:
-        own_time, start, unit, block, six = _read_one(file, settings)
+        own_time, start, unit, values = _read_one(file, settings)
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += _time_findings(file, unit, settings)
         else:
             _check_same_time(files[0].path, time_s, file.path, own_time)
-        for quantity, columns in block.items():
-            twice = set(columns) & set(blocks[quantity])
+        wrench = values.pop("wrench", wrench)
+        for quantity, block in values.items():
+            joints = file.assignment.quantities[quantity].joints
+            twice = set(joints) & {name for names, _ in blocks[quantity] for name in names}
             if twice:
                 raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.path))
-            blocks[quantity].update(columns)
-        wrench = six if six is not None else wrench
+            blocks[quantity].append((joints, block))
         findings += _guess_findings(file)
     assert time_s is not None
     names, columns = _aligned(blocks, time_s.shape[0])
@@ -147,22 +150,17 @@ def _check_signals(files: Sequence[CsvFile]) -> None:
         )
 
 
-def _read_one(
-    file: CsvFile, settings: LogConfig
-) -> tuple[FloatArray, int | None, str, dict[str, dict[str, FloatArray]], FloatArray | None]:
+def _read_one(file: CsvFile, settings: LogConfig) -> tuple[FloatArray, int | None, str, dict[str, FloatArray]]:
+    """Time in s, absolute start, the unit of time, and quantity (or ``wrench``) to its columns."""
     assignment = file.assignment
-    wanted = [column for found in assignment.quantities.values() for column in found.columns]
-    wanted += assignment.wrench
-    values, stamps = read_columns(file.path, file.dialect, wanted, assignment.time)
-    if values.shape[0] == 0:
+    groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
+    if assignment.wrench:
+        groups["wrench"] = assignment.wrench
+    values, stamps = read_columns(file.path, file.dialect, groups, assignment.time)
+    if len(stamps) == 0:
         raise LogError("the file holds no rows of data", where=str(file.path))
     time_s, start, unit = stamps_ns(stamps, settings.units.time)
-    out: dict[str, dict[str, FloatArray]] = {}
-    at = 0
-    for quantity, found in assignment.quantities.items():
-        out[quantity] = {joint: values[:, at + k] for k, joint in enumerate(found.joints)}
-        at += len(found.columns)
-    return time_s, start, unit, out, values[:, at:] if assignment.wrench else None
+    return time_s, start, unit, values
 
 
 def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:
@@ -183,16 +181,17 @@ def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatA
         )
 
 
-def _aligned(blocks: dict[str, dict[str, FloatArray]], rows: int) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
+def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
     """One set of joint names for all quantities; a joint without a quantity gets NaN there."""
-    names = tuple(dict.fromkeys(name for quantity in QUANTITIES for name in blocks[quantity]))
+    names = tuple(dict.fromkeys(name for quantity in QUANTITIES for joints, _ in blocks[quantity] for name in joints))
     columns = {}
-    for quantity, block in blocks.items():
-        if block:
+    for quantity, parts in blocks.items():
+        if len(parts) == 1 and parts[0][0] == names:
+            columns[quantity] = parts[0][1]
+        elif parts:
             out = np.full((rows, len(names)), np.nan)
-            for index, name in enumerate(names):
-                if name in block:
-                    out[:, index] = block[name]
+            for joints, values in parts:
+                out[:, [names.index(name) for name in joints]] = values
             columns[quantity] = out
     return names, columns
 

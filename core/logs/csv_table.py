@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,26 +24,30 @@ from collaudit.core.logs.csv_text import (
 from collaudit.core.logs.sniff import compression_of, head_of
 from collaudit.core.series import FloatArray, IntArray
 
-_BLOCK = 4 << 20
+_BLOCK = 1 << 20
 
 
-def read_columns(path: Path, dialect: Dialect, columns: Sequence[int], time: int | None) -> tuple[FloatArray, Any]:
+def read_columns(
+    path: Path, dialect: Dialect, groups: Mapping[str, Sequence[int]], time: int | None
+) -> tuple[dict[str, FloatArray], Any]:
     """Read columns as numbers.
 
     Args:
         path: the file.
         dialect: how it is written.
-        columns: indices of columns of numbers.
+        groups: name to indices of columns of numbers.
         time: index of the time column, or None.
 
     Returns:
-        (n, c) values, and the time column as an Arrow array of int64, float64, decimal or timestamp (None without).
+        Name to (n, c) values, and the time column as an Arrow array of int64, float64, decimal or timestamp
+        (None without).
 
     Raises:
         LogError: naming line and column, for a ragged row or a cell that is not a number.
     """
     import pyarrow as pa
 
+    columns = [index for group in groups.values() for index in group]
     wanted = sorted({*columns, *([time] if time is not None else [])})
     types: dict[str, Any] = {f"c{index}": pa.float64() for index in columns}
     attempts = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
@@ -57,11 +61,21 @@ def read_columns(path: Path, dialect: Dialect, columns: Sequence[int], time: int
             failure = error
     else:
         raise _located(path, dialect, wanted, columns, time, failure)
-    values = np.empty((table.num_rows, len(columns)))
-    for number, index in enumerate(columns):
-        values[:, number] = table.column(f"c{index}").to_numpy()
     stamps = table.column(f"c{time}") if time is not None else None
-    return values, stamps
+    return _matrices(table, groups), stamps
+
+
+def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:
+    """Columns side by side, filled batch by batch while a batch is in the cache."""
+    out = {name: np.empty((table.num_rows, len(indices))) for name, indices in groups.items()}
+    start = 0
+    for batch in table.to_batches():
+        stop = start + batch.num_rows
+        for name, indices in groups.items():
+            for number, index in enumerate(indices):
+                out[name][start:stop, number] = batch.column(f"c{index}").to_numpy(zero_copy_only=False)
+        start = stop
+    return out
 
 
 def _time_types(first: str) -> list[Any]:
@@ -161,7 +175,7 @@ def stamps_ns(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
     if pa.types.is_timestamp(kind):
         ns = stamps.cast(pa.int64()).to_numpy(zero_copy_only=False)
         return _since_first(np.asarray(ns), 1), _first(ns), "iso"
-    numbers = np.asarray(stamps.cast(pa.float64()).to_numpy(), dtype=np.float64)
+    numbers = np.asarray(stamps.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
     size = float(np.nanmax(np.abs(numbers))) if numbers.size and np.isfinite(numbers).any() else 0.0
     used = unit if unit not in ("auto", "iso") else guess_time_unit(size)
     scale = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[used]
@@ -174,7 +188,7 @@ def stamps_ns(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
         return _since_first(np.asarray(stamps.to_numpy(), dtype=np.int64), int(1e9 / scale)), start, used
     if pa.types.is_decimal(kind) and stamps.null_count == 0:
         shifted = pc.subtract(stamps, stamps[0])
-        return np.asarray(shifted.cast(pa.float64()).to_numpy(), dtype=np.float64) / scale, start, used
+        return np.asarray(shifted.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64) / scale, start, used
     return (numbers - numbers[0]) / scale if numbers.size else numbers, start, used
 
 

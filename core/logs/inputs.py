@@ -99,20 +99,16 @@ class _Part:
 
     def __init__(self, file: CsvFile) -> None:
         self.folder = file.path.resolve().parent
-        self.signals = {
-            (quantity, joint) for quantity, found in file.assignment.quantities.items() for joint in found.joints
-        }
         self.quantities = set(file.assignment.quantities)
         self.stamps = _stamp_cells(file)
 
     def joins(self, others: Sequence[_Part]) -> bool:
         """Whether this file is a further part of the log the others make up."""
-        if not self.signals or not self.stamps:
+        if not self.quantities or not self.stamps:
             return False
-        held = set().union(*(other.signals for other in others))
-        partly = self.quantities != {"position", "velocity", "effort"}
+        held = set().union(*(other.quantities for other in others))
         same = all(other.folder == self.folder and other.stamps == self.stamps for other in others)
-        return partly and same and not (self.signals & held)
+        return same and not (self.quantities & held)
 
 
 def _part(path: Path, settings: LogConfig) -> _Part | None:

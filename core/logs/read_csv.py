@@ -40,9 +40,11 @@ def read_csv_log(
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
     picked = [names.index(log) for log in kept.log]
     linear = [joint in set(prismatic) for joint in kept.model]
-    columns = {quantity: np.ascontiguousarray(values[:, picked]) for quantity, values in table.columns.items()}
-    table.columns.clear()
     units, unit_findings = _units(table, settings.units, name)
+    columns = dict(table.columns)
+    table.columns.clear()
+    if picked != list(range(len(names))):
+        columns = {quantity: np.ascontiguousarray(values[:, picked]) for quantity, values in columns.items()}
     to_radians(columns.get("position"), units.position, linear)
     to_radians(columns.get("velocity"), units.velocity or units.position, linear)
     unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)

@@ -1,0 +1,257 @@
+"""CSV: what is recognised, what is converted, and what is refused, by line and column."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import lzma
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import zstandard
+
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.logs import describe, group_inputs, guess_csv_columns, read_log
+
+ROWS = [(0.01 * k, 0.1 * k, -0.2 * k, 1.0 + k, 2.0 - k) for k in range(40)]
+PLAIN = "t,q1,q2,tau1,tau2"
+NM: dict[str, Any] = {"units": {"effort": "Nm", "time": "s"}}
+
+
+def table(header: str = PLAIN, sep: str = ",", decimal: str = ".", rows: Any = ROWS) -> str:
+    cells = (sep.join(f"{x:.6g}".replace(".", decimal) for x in row) for row in rows)
+    return "\n".join([header.replace(",", sep), *cells]) + "\n"
+
+
+def write(path: Path, text: str | bytes) -> Path:
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def read(path: Path, settings: dict[str, Any] | None = None, **extra: Any) -> Any:
+    return read_log((path,), LogConfig.model_validate(settings or {}), **{"robot_joints": None, **extra})
+
+
+def check(log: Any, *, effort: bool = True) -> None:
+    expected = np.array(ROWS)
+    np.testing.assert_allclose(log.time_s, expected[:, 0], atol=1e-9)
+    np.testing.assert_allclose(log.position_rad, expected[:, 1:3], rtol=1e-12)
+    if effort:
+        np.testing.assert_allclose(log.effort, expected[:, 3:5], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        table(),
+        table(sep=";"),
+        table(sep=";", decimal=","),
+        table(sep="\t"),
+        table(sep="\t", decimal=","),
+        table(sep="|"),
+        table().replace(",", "   "),
+        "\ufeff" + table(),
+        "# made by a robot\n# on a Monday\n" + table(),
+        table().replace("t,q1", "# t,q1"),
+        table(header='"t","q1","q2","tau1","tau2"'),
+        table(header=" t , q1 , q2 , tau1 , tau2 "),
+        table().replace("\n", "\r\n"),
+        table().replace("0.03,", "# a remark\n0.03,"),
+        table() + "\n\n",
+        table(header="t,q1 [rad],q2 [rad],tau1 [Nm],tau2 [Nm]"),
+        table(header="Time,actual_q_0,actual_q_1,effort_0,effort_1"),
+        table(header="timestamp,position_joint1,position_joint2,effort_joint1,effort_joint2"),
+        table(header="t,a/position,b/position,a/effort,b/effort"),
+        table(header="t,joint1_pos,joint2_pos,joint1_torque,joint2_torque"),
+    ],
+)
+def test_written_in_many_ways(text: str, tmp_path: Path) -> None:
+    log = read(write(tmp_path / "log.csv", text), NM)
+    check(log)
+    assert log.source.format == "csv"
+    assert [finding.code for finding in log.findings] == ["log-columns-guessed"]
+
+
+@pytest.mark.parametrize(
+    "pack",
+    [gzip.compress, lzma.compress, bz2.compress, zstandard.ZstdCompressor().compress],
+    ids=["gz", "xz", "bz2", "zst"],
+)
+def test_compressed_by_content(pack: Callable[[bytes], bytes], tmp_path: Path) -> None:
+    check(read(write(tmp_path / "log", pack(table().encode())), NM))
+
+
+def test_utf16(tmp_path: Path) -> None:
+    check(read(write(tmp_path / "log.csv", table().encode("utf-16")), NM))
+
+
+def test_headerless_by_number(tmp_path: Path) -> None:
+    text = table().split("\n", 1)[1]
+    settings = {**NM, "csv": {"time": 1, "position": [2, 3], "effort": [4, 5]}}
+    log = read(write(tmp_path / "log.csv", text), settings)
+    check(log)
+    assert log.joint_names == ("joint1", "joint2")
+    assert log.findings == ()
+    robot = read(tmp_path / "log.csv", settings, robot_joints=("shoulder", "elbow"))
+    assert robot.joint_names == ("shoulder", "elbow")
+    assert "robot's joints in its order" in robot.findings[0].text
+    with pytest.raises(LogError, match="no columns of joint positions"):
+        read(tmp_path / "log.csv")
+
+
+def test_columns_by_names_in_any_order(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", table(header="t,Angle B,Angle A,Kraft B,Kraft A"))
+    settings = {**NM, "csv": {"time": "t", "position": ["Angle A", "Angle B"], "effort": ["Kraft A", "Kraft B"]}}
+    log = read(path, settings)
+    np.testing.assert_allclose(log.position_rad[:, ::-1], np.array(ROWS)[:, 1:3])
+    settings["csv"]["effort"] = ["Kraft A", "Kraft C"]
+    with pytest.raises(LogError, match="Kraft C"):
+        read(path, settings)
+
+
+def test_named_joints_are_mapped_by_name(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", table(header="t,pos_elbow,pos_shoulder,eff_elbow,eff_shoulder"))
+    settings = {**NM, "csv": {"time": "t", "position": "pos_{joint}", "effort": "eff_{joint}"}}
+    log = read(path, settings, robot_joints=("shoulder", "elbow", "wrist"))
+    assert log.joint_names == ("shoulder", "elbow")
+    np.testing.assert_allclose(log.position_rad[:, 1], np.array(ROWS)[:, 1])
+    assert [finding.code for finding in log.findings] == ["log-joints-missing"]
+
+
+def test_units_in_headers_and_in_the_configuration(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", table(header="t,q1 [deg],q2 [deg],tau1,tau2"))
+    log = read(path)
+    np.testing.assert_allclose(log.position_rad, np.radians(np.array(ROWS)[:, 1:3]))
+    texts = {finding.text for finding in log.findings if finding.code == "log-units-guessed"}
+    assert any("effort" in text and "N·m" in text for text in texts)
+    assert any("time" in text for text in texts)
+    stated = read(path, {"units": {"position": "rad", "effort": "raw", "time": "s"}})
+    np.testing.assert_allclose(stated.position_rad, np.array(ROWS)[:, 1:3])
+    assert stated.effort_unit == "raw"
+    currents = write(tmp_path / "i.csv", table(header="t,q1,q2,actual_current_0,actual_current_1"))
+    with pytest.raises(ConfigError, match="currents by their names"):
+        read(currents)
+
+
+@pytest.mark.parametrize(
+    ("scale", "unit", "start"),
+    [(1e3, "ms", None), (1e9, "ns", None), (1.0, "s", 1_700_000_000), (1e9, "auto", 1_700_000_000)],
+)
+def test_time_units(scale: float, unit: str, start: int | None, tmp_path: Path) -> None:
+    whole = [(round(((start or 0) + row[0]) * 1e9) if scale == 1e9 else 0, *row[1:]) for row in ROWS]
+    text = PLAIN + "\n"
+    for row, exact in zip(ROWS, whole, strict=True):
+        stamp = str(exact[0]) if scale == 1e9 else f"{((start or 0) + row[0]) * scale:.3f}"
+        text += ",".join([stamp, *(f"{x:.6g}" for x in row[1:])]) + "\n"
+    log = read(write(tmp_path / "log.csv", text), {"units": {"time": unit, "effort": "Nm"}})
+    np.testing.assert_allclose(log.time_s, [row[0] for row in ROWS], atol=1e-6 if scale == 1e9 else 1e-12)
+    assert log.source.start_ns == (start * 10**9 if start else None)
+
+
+def test_iso_times(tmp_path: Path) -> None:
+    text = PLAIN + "\n"
+    for k, row in enumerate(ROWS):
+        text += ",".join([f"2026-03-01T10:00:0{k // 10}.{k % 10}00Z", *(f"{x:.6g}" for x in row[1:])]) + "\n"
+    log = read(write(tmp_path / "log.csv", text), {"units": {"effort": "Nm"}})
+    np.testing.assert_allclose(log.time_s, np.arange(40) * 0.1, atol=1e-12)
+    assert log.source.start_ns == 1772359200000000000
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("0.5,-1,6,-3", "0.5,-1,6", 7, ("4 cells", "5")),
+        ("0.5,-1,6,-3", "0.5,-1,6,-3,9", 7, ("6 cells",)),
+        ("0.5,-1,6,-3", "0.5,OFF,6,-3", 7, ("'q2'", "'OFF'")),
+        ("0.5,-1,6,-3", "0.5,-1,6,1.2.3", 7, ("'tau2'", "'1.2.3'")),
+        ("0.05,0.5", "noon,0.5", 7, ("'t'", "'noon'")),
+    ],
+)
+def test_errors_name_line_and_column(old: str, new: str, line: int, words: tuple[str, ...], tmp_path: Path) -> None:
+    text = table()
+    assert old in text
+    with pytest.raises(LogError) as caught:
+        read(write(tmp_path / "log.csv", text.replace(old, new)))
+    said = caught.value.render()
+    assert f"line {line}" in said
+    for word in words:
+        assert word in said, said
+
+
+def test_empty_cells_are_missing_values(tmp_path: Path) -> None:
+    log = read(write(tmp_path / "log.csv", table().replace("0.5,-1,6,-3", "0.5,,6,NaN")), NM)
+    assert np.isnan(log.position_rad[5, 1])
+    assert np.isnan(log.effort[5, 1])
+    assert np.isnan(log.position_rad).sum() == 1
+
+
+@pytest.mark.parametrize("text", ["", "\n\n", PLAIN + "\n", "# only a remark\n"])
+def test_files_without_rows(text: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError):
+        read(write(tmp_path / "log.csv", text))
+
+
+def test_a_text_called_mcap(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.mcap", "version https://git-lfs.github.com/spec/v1\nsize 12\n")
+    for function in (lambda: read(path), lambda: describe((path,)) and read(path)):
+        with pytest.raises(LogError, match=r"called \.mcap and holds text") as caught:
+            function()
+        assert "LFS" in caught.value.render()
+
+
+def test_thousands_of_columns(tmp_path: Path) -> None:
+    names = ["t", *(f"q{j + 1}" for j in range(7)), *(f"tau{j + 1}" for j in range(7)), *(f"x{j}" for j in range(4000))]
+    rows = [[0.01 * k, *np.arange(len(names) - 1)] for k in range(30)]
+    log = read(write(tmp_path / "log.csv", table(",".join(names), rows=rows)), NM)
+    assert log.joint_names == tuple(f"joint{j + 1}" for j in range(7))
+    np.testing.assert_array_equal(log.position_rad[3], np.arange(7))
+
+
+def test_quantities_over_files_need_one_time_column(tmp_path: Path) -> None:
+    rows = np.array(ROWS)
+    first = write(tmp_path / "a_pos.csv", table("t,a_position,b_position", rows=rows[:, :3]))
+    second = write(tmp_path / "b_eff.csv", table("t,a_effort,b_effort", rows=rows[:, [0, 3, 4]]))
+    other = write(tmp_path / "c_all.csv", table())
+    settings = LogConfig.model_validate(NM)
+    assert group_inputs([first, second, other], settings) == [(first, second), (other,)]
+    check(read_log((second, first), settings, robot_joints=None))
+    shifted = write(tmp_path / "d_eff.csv", table("t,a_effort,b_effort", rows=rows[1:, [0, 3, 4]]))
+    assert group_inputs([first, shifted], settings) == [(first,), (shifted,)]
+    longer = write(tmp_path / "e_eff.csv", table("t,a_effort,b_effort", rows=rows[1:, [0, 3, 4]]))
+    with pytest.raises(LogError, match="do not share their time column"):
+        read_log((first, longer), settings, robot_joints=None)
+
+
+def test_wrench_columns(tmp_path: Path) -> None:
+    names = ["fx", "fy", "fz", "mx", "my", "mz"]
+    rows = np.hstack([np.array(ROWS), np.arange(240).reshape(40, 6)])
+    path = write(tmp_path / "log.csv", table(PLAIN + "," + ",".join(names), rows=rows))
+    log = read(path, {**NM, "csv": {"wrench": names}})
+    check(log)
+    np.testing.assert_array_equal(log.wrench.wrench, np.arange(240).reshape(40, 6))
+
+
+def test_a_guess_can_be_written_down_and_read_without_guessing(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", table(header="zeit;q1;q2;tau1;tau2".replace(";", ","), sep=";", decimal=","))
+    assert guess_csv_columns([path]) is not None
+    path = write(tmp_path / "log.csv", table(sep=";", decimal=","))
+    guess = guess_csv_columns([path])
+    assert guess is not None
+    config, joints = guess
+    assert joints == ("joint1", "joint2")
+    assert (config.position, config.effort, config.delimiter, config.decimal) == ("q{i}", "tau{i}", ";", ",")
+    log = read(path, {**NM, "csv": config.model_dump(exclude_none=True)})
+    check(log)
+    assert log.findings == ()
+
+
+def test_a_bomb_is_refused(tmp_path: Path) -> None:
+    text = (PLAIN + "\n").encode() + b"0,0,0,0,0\n" * 8_000_000
+    path = write(tmp_path / "log.csv.zst", zstandard.ZstdCompressor().compress(text))
+    assert path.stat().st_size < 30_000
+    with pytest.raises(LogError, match="more than its size allows"):
+        read(path, NM)

@@ -38,6 +38,7 @@ class Finding:
 #: Every finding code with what it means; ``docs/findings.md`` is generated from this table.
 CODES: dict[str, str] = {
     "log-partial": "The file is damaged or still being written; only the part before the damage was read.",
+    "log-summary-only": "Only a file's summary was read; gaps and damage inside it were not looked for.",
     "log-time-source": "Which clock was used as the time of a sample (header or log), and why.",
     "log-joints-ignored": "The log has joints that the robot model does not have.",
     "log-joints-missing": "The robot has joints that the log does not have.",

@@ -11,6 +11,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import start_of
+from collaudit.core.logs.describe_mcap import by_summary
 from collaudit.core.logs.opening import data_files, open_messages, partial
 from collaudit.core.logs.read import is_text, log_name, misnamed
 from collaudit.core.logs.read_messages import skipped
@@ -44,6 +45,9 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
             return describe_csvs(paths, settings)
         except LogError as error:
             raise misnamed(paths[0], error) from error
+    summary = by_summary(paths)
+    if summary is not None:
+        return summary
     reader = open_messages(paths)
     try:
         return _messages(paths, reader)
@@ -95,6 +99,11 @@ def rate_and_gap(time_s: FloatArray) -> tuple[float | None, float | None]:
 
 def _info(topic: Topic, log_ns: IntArray) -> TopicInfo:
     rate, gap = rate_and_gap((log_ns - log_ns[:1]).astype(np.float64) / 1e9 if log_ns.size else np.empty(0))
+    return topic_info(topic, int(log_ns.shape[0]), rate, gap)
+
+
+def topic_info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float | None) -> TopicInfo:
+    """One topic with what its decoded messages show."""
     role = topic.profile.role if topic.profile is not None else "other"
     readable = bool(topic.decoders)
     joints = role == "joint_states" and readable
@@ -102,10 +111,10 @@ def _info(topic: Topic, log_ns: IntArray) -> TopicInfo:
         name=topic.name,
         type=topic.type,
         encoding=", ".join(dict.fromkeys(channel.encoding for channel in topic.channels)),
-        count=int(log_ns.shape[0]),
-        rate_hz=rate,
+        count=count,
+        rate_hz=rate_hz,
         joints=all_names([topic.decoded]) if joints else (),
-        largest_gap_s=gap,
+        largest_gap_s=largest_gap_s,
         has_velocity=_holds(topic.decoded, "velocity") if joints else None,
         has_effort=_holds(topic.decoded, "effort") if joints else None,
         role=role,

@@ -12,7 +12,7 @@ import numpy as np
 from collaudit.core.logs.compression import unpack
 from collaudit.core.logs.fileio import RandomFile
 from collaudit.core.logs.mcap_chunk import Located, locate
-from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, MESSAGE_HEAD, SCHEMA, ChunkRef, scan
+from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, MESSAGE_HEAD, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.parallel import ordered_map
 from collaudit.core.logs.records import Batch, Channel, Damage, Progress
 from collaudit.core.series import IntArray
@@ -33,9 +33,9 @@ class _Chunk:
 class McapFile:
     """An MCAP file (see :class:`collaudit.core.logs.records.LogReader`)."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, index: McapIndex | None = None) -> None:
         self.file = RandomFile(path)
-        self.index = scan(self.file)
+        self.index = scan(self.file) if index is None else index
         self.damage = self.index.damage
         self._met: dict[int, int] = {}
         self._summed = any(chunk.crc for chunk in self.index.chunks)

@@ -72,6 +72,7 @@ class McapIndex:
     counts: dict[int, int] = field(default_factory=dict)
     damage: list[Damage] = field(default_factory=list)
     profile: str = ""
+    span_ns: tuple[int, int] | None = None
 
     def record(self, op: int, body: bytes) -> None:
         """Take note of a schema, channel, header or statistics record; a malformed one is damage."""
@@ -104,7 +105,8 @@ class McapIndex:
         self.channels.setdefault(number, (schema, topic, encoding))
 
     def _statistics(self, body: bytes) -> None:
-        (size,) = struct.unpack_from("<I", body, 42)
+        first, last, size = struct.unpack_from("<QQI", body, 26)
+        self.span_ns = (first, last)
         for at in range(46, min(46 + size, len(body) - 9), 10):
             number, count = struct.unpack_from("<HQ", body, at)
             self.counts[number] = count

@@ -12,6 +12,7 @@ import pytest
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, expand_inputs, read_log
+from collaudit.core.logs.describe_mcap import by_summary
 from collaudit.core.logs.opening import open_messages
 
 COUNT = 300
@@ -214,3 +215,20 @@ def test_index_entries_left_out_by_the_writer_lose_no_message(tmp_path: Path) ->
         data[at + 8 : at + size] = data[at : at + 8] * ((size - 8) // 8)
     path.write_bytes(bytes(data))
     assert read_log((path,), LogConfig(), robot_joints=None).time_s.shape == (200,)
+
+
+def test_a_huge_mcap_is_described_by_its_summary(tmp_path: Path) -> None:
+    path = w.write_mcap(tmp_path / "x.mcap", w.motion(COUNT))
+    whole = describe((path,))
+    short = by_summary([path], least_bytes=0)
+    assert short is not None
+    assert [finding.code for finding in short.findings] == ["log-summary-only"]
+    assert (short.start_ns, short.duration_s) == (whole.start_ns, whole.duration_s)
+    for brief, full in zip(short.topics, whole.topics, strict=True):
+        assert (brief.name, brief.count, brief.joints) == (full.name, full.count, full.joints)
+        assert (brief.role, brief.has_effort) == (full.role, full.has_effort)
+        assert brief.rate_hz == pytest.approx(full.rate_hz, rel=0.01)
+        assert brief.largest_gap_s is None
+    assert by_summary([path]) is None
+    bare = w.write_mcap(tmp_path / "y.mcap", w.motion(COUNT), summary=False)
+    assert by_summary([bare], least_bytes=0) is None

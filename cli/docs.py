@@ -48,8 +48,7 @@ def config_page() -> str:
     ]
     tables = [key for key in all_keys() if key.table is not None]
     for key in tables:
-        name = f"[[{key.dotted}]]" if key.array else f"[{key.dotted}]"
-        lines += ["", f"## `{name}`", "", key.info.description or "", ""]
+        lines += ["", f"## `{key.header}`", "", key.info.description or "", ""]
         assert key.table is not None
         rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
         if rows:

@@ -207,7 +207,7 @@ _PLACE = {
 def given_keys(loaded: LoadedConfig, folder: Path) -> Iterator[tuple[str, object]]:
     """Dotted keys that a file or a flag set, with their values; paths are made relative to ``folder``."""
     for key in all_keys():
-        if key.table is not None and not key.array:
+        if key.shape == "table":
             continue
         holder: object = loaded.config
         for name in key.path[:-1]:
@@ -223,4 +223,6 @@ def _plain(value: object, base_dir: Path, folder: Path) -> object:
         return os.path.relpath(base_dir / value, folder)
     if isinstance(value, list | tuple):
         return [_plain(inner, base_dir, folder) for inner in value]
+    if isinstance(value, dict):
+        return {key: _plain(inner, base_dir, folder) for key, inner in value.items()}
     return value

@@ -78,7 +78,7 @@ def robot_options(function: CommandFunction) -> CommandFunction:
 
 def friction_options(function: CommandFunction) -> CommandFunction:
     """The flag that says which friction model is fitted."""
-    words = "Friction model: auto, static-lugre or coulomb-viscous."
+    words = "Friction model: auto, static-lugre, coulomb-viscous, stribeck-gauss … (see docs/identification.md)."
     return _flag("--model", "friction.model", str, "NAME", words)(function)
 
 
@@ -142,7 +142,9 @@ def _watch(text: str) -> str | list[str]:
     return "auto" if text == "auto" else _names(text)
 
 
-def _gamma(text: str) -> float | dict[str, float]:
+def _gamma(text: str) -> float | str | dict[str, float]:
+    if text == "dynamic":
+        return text
     if "=" not in text:
         return _number(text)
     pairs = [part.rpartition("=") for part in text.split(",")]

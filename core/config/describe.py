@@ -25,19 +25,24 @@ class Key:
     Attributes:
         path: its name with the tables it is in; an array of tables stands as its name.
         info: pydantic's field.
-        table: the model, when the key is a table or an array of tables.
-        array: True for an array of tables.
+        table: the model, when the key is a table or holds tables.
+        shape: a ``value``, a ``table``, an ``array`` of tables, or tables ``by-name``.
     """
 
     path: tuple[str, ...]
     info: FieldInfo
     table: type[BaseModel] | None
-    array: bool
+    shape: Literal["value", "table", "array", "by-name"]
 
     @property
     def dotted(self) -> str:
         """The path as in TOML."""
         return ".".join(self.path)
+
+    @property
+    def header(self) -> str:
+        """The table's header as in TOML."""
+        return {"array": f"[[{self.dotted}]]", "by-name": f"[{self.dotted}.NAME]"}.get(self.shape, f"[{self.dotted}]")
 
 
 def keys_of(model: type[BaseModel], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
@@ -57,16 +62,19 @@ def find_key(path: tuple[str | int, ...]) -> Key | None:
     """The key a data path leads to; paths into a key's own value lead to that key. None when there is none."""
     model: type[BaseModel] | None = Config
     found: Key | None = None
-    for name in path:
-        if isinstance(name, int):
+    name_follows = False
+    for part in path:
+        if isinstance(part, int) or name_follows:
+            name_follows = False
             continue
         if model is None:
             break
-        match = [key for key in keys_of(model, found.path if found else ()) if key.path[-1] == name]
+        match = [key for key in keys_of(model, found.path if found else ()) if key.path[-1] == part]
         if not match:
             return None
         found = match[0]
         model = found.table
+        name_follows = found.shape == "by-name"
     return found
 
 
@@ -105,11 +113,14 @@ def toml_key(name: str) -> str:
 def _key(path: tuple[str, ...], info: FieldInfo) -> Key:
     annotation = info.annotation
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return Key(path, info, annotation, array=False)
-    inner = get_args(annotation)
-    if get_origin(annotation) is list and isinstance(inner[0], type) and issubclass(inner[0], BaseModel):
-        return Key(path, info, inner[0], array=True)
-    return Key(path, info, None, array=False)
+        return Key(path, info, annotation, "table")
+    inner = get_args(annotation)[-1:]
+    if inner and isinstance(inner[0], type) and issubclass(inner[0], BaseModel):
+        if get_origin(annotation) is list:
+            return Key(path, info, inner[0], "array")
+        if get_origin(annotation) is dict:
+            return Key(path, info, inner[0], "by-name")
+    return Key(path, info, None, "value")
 
 
 def _type_text(annotation: Any) -> str:

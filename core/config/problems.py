@@ -107,12 +107,11 @@ def _data_path(loc: tuple[str | int, ...], data: object) -> tuple[KeyPath, tuple
 
 
 def _field_depth(path: KeyPath, names: tuple[str, ...]) -> int:
-    """How much of a data path leads to the key of these names (array indices are not in the names)."""
-    seen = 0
-    for depth, part in enumerate(path):
-        seen += isinstance(part, str)
-        if seen == len(names):
-            return depth + 1
+    """How much of a data path leads to the key of these names (array indices and joint names are not in them)."""
+    for depth in range(1, len(path)):
+        key = find_key(path[:depth])
+        if key is not None and key.path == names:
+            return depth
     return len(path)
 
 

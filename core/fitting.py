@@ -44,7 +44,8 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
         robot = next(p.robot for p in prepared if joint in p.judged)
         kind = robot.joint_types[robot.joint_names.index(joint)]
         its_units = FrictionUnits.of(kind, prepared[0].series.effort_unit)
-        fit = fit_friction(sorted(its_points, key=lambda p: p.speed_rad_s), its_units, config.friction.model)
+        ordered = sorted(its_points, key=lambda p: p.speed_rad_s)
+        fit = fit_friction(ordered, its_units, config.friction.model, config.friction.robust)
         fits[joint] = replace(fit, section_count=counts[joint], rejected=dict(rejected[joint].most_common()))
     return fits
 

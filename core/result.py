@@ -11,10 +11,21 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.findings import Finding
+from collaudit.core.result_detection import DetectionFacts
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
-FrictionModelName = Literal["static-lugre", "coulomb-viscous"]
+FrictionModelName = Literal[
+    "static-lugre",
+    "coulomb-viscous",
+    "damping-coulomb",
+    "smooth-coulomb-viscous",
+    "asymmetric-coulomb-viscous",
+    "stribeck-tustin",
+    "stribeck-gauss",
+    "rbf",
+]
+OpenSide = Literal["low", "high", "both"]
 Bounds = tuple[float | None, float | None]
 
 FRICTION_SCHEMA = "collaudit/friction/1"
@@ -33,6 +44,7 @@ class FrictionPoint:
         source: ``pair`` (both directions, eq. 15) or ``model`` (the model's torque was subtracted).
         direction: +1 or -1 for ``model`` points, 0 for pairs.
         others_moving: True when other joints moved in the section.
+        weight: share of its weight the point kept in a robust fit; 1 in an ordinary one.
     """
 
     speed_rad_s: float
@@ -42,6 +54,55 @@ class FrictionPoint:
     source: Literal["pair", "model"]
     direction: int
     others_moving: bool
+    weight: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ModelComparison:
+    """One friction law beside the others, as ``model = "auto"`` compared them.
+
+    Attributes:
+        model: the law.
+        parameters: fitted parameters (effective ones of the data-driven law).
+        rmse_nm: of all points about its curve.
+        held_out_rmse_nm: of points at speeds that were left out of the fit.
+        held_out_score: mean square of the held-out errors, each in its point's standard deviation.
+        held_out_score_se: standard error of that mean over the folds.
+        aicc: corrected Akaike information criterion; only differences mean anything.
+        chosen: whether this law was taken.
+        note: why it was, why not, or why it could not be compared.
+    """
+
+    model: str
+    parameters: float | None
+    rmse_nm: float | None
+    held_out_rmse_nm: float | None
+    held_out_score: float | None
+    held_out_score_se: float | None
+    aicc: float | None
+    chosen: bool
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Identifiability:
+    """What the data say about the parameters of one fit.
+
+    Attributes:
+        singular_values: of the Jacobian at the solution, columns scaled to length one, largest first.
+        condition: largest over smallest; None when the smallest is zero to rounding.
+        correlations: of two parameters' estimates, ``A_nm ~ D_nm_s_per_rad`` to a number in [-1, 1].
+        at_bounds: parameters that stand at the edge of what was searched or allowed.
+        open_sides: parameters whose interval is infinite, and on which side (its bound is null in ``ci95``).
+        motion_needed: what motion would settle what is open.
+    """
+
+    singular_values: tuple[float, ...]
+    condition: float | None
+    correlations: dict[str, float]
+    at_bounds: tuple[str, ...]
+    open_sides: dict[str, OpenSide]
+    motion_needed: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +135,8 @@ class FrictionFit:
         parameters: name to value.
         ci95: name to [low, high], an open side is None; None when there is no interval at all.
         covariance: of the parameters in their order, or None.
-        identifiable: whether every parameter of ``model`` = static LuGre is determined by the data.
+        identifiable: whether every parameter of eq. (11), or of the other law that was fitted, is determined
+            by the data; a straight line never tells B and C.
         not_identifiable: sentences on what is not known, and why.
         known: combinations that are known where single parameters are not.
         n_points, n_pairs: friction points, and how many of them are pairs.
@@ -85,6 +147,11 @@ class FrictionFit:
         reason: why there is no model.
         section_count: constant-velocity sections used.
         rejected: reason to count of rejected stretches.
+        comparison: every law that was compared, when the model was chosen automatically.
+        identifiability: singular values, correlations, open sides, and what motion would settle them.
+        robust: how outlying points were treated: ``none``, ``huber`` or ``bisquare``.
+        r_squared: share of the points' variance that the curve explains.
+        rmse_share: ``rmse_nm`` as a share of the joint's rated torque, when the robot model states one.
     """
 
     model: FrictionModelName | None
@@ -103,6 +170,11 @@ class FrictionFit:
     reason: str | None = None
     section_count: int = 0
     rejected: dict[str, int] = field(default_factory=dict)
+    comparison: tuple[ModelComparison, ...] = ()
+    identifiability: Identifiability | None = None
+    robust: str = "none"
+    r_squared: float | None = None
+    rmse_share: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,3 +393,4 @@ class AuditResult:
     findings: tuple[Finding, ...]
     coverage: Coverage
     provenance: Provenance
+    detection: DetectionFacts | None = None

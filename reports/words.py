@@ -21,11 +21,36 @@ VERDICT_SENTENCE: dict[Verdict, str] = {
 }
 
 MODEL_NAME = {
+    "damping-coulomb": "damping and Coulomb, none negative: f(v) = A + D·v",
+    "smooth-coulomb-viscous": "Coulomb and viscous, smooth at low speed: f(v) = A·tanh(C·v) + D·v",
+    "asymmetric-coulomb-viscous": "Coulomb and viscous by direction: f(v) = Ap + Dp·v forward, Am + Dm·v backward",
+    "stribeck-tustin": "Stribeck (Tustin): f(v) = Fc + (Fs − Fc)·exp(−v/vs) + sigma2·v",
+    "stribeck-gauss": "Stribeck (Gauss): f(v) = Fc + (Fs − Fc)·exp(−(v/vs)²) + sigma2·v",
+    "rbf": "data-driven: f(v) = A + D·v + Gaussian bumps over the logarithm of speed",
     "static-lugre": "static LuGre: f(v) = A + B·exp(−C·v) + D·v",
     "coulomb-viscous": "Coulomb and viscous: f(v) = A + D·v",
 }
 
 _PARAMETER_MEANING = {
+    ("damping-coulomb", "A"): "Coulomb friction",
+    ("damping-coulomb", "D"): "damping",
+    ("smooth-coulomb-viscous", "A"): "Coulomb friction",
+    ("smooth-coulomb-viscous", "C"): "how fast friction rises with speed",
+    ("smooth-coulomb-viscous", "D"): "viscous friction",
+    ("asymmetric-coulomb-viscous", "Ap"): "level forward",
+    ("asymmetric-coulomb-viscous", "Am"): "level backward",
+    ("asymmetric-coulomb-viscous", "Dp"): "slope forward",
+    ("asymmetric-coulomb-viscous", "Dm"): "slope backward",
+    **{
+        (f"stribeck-{kind}", symbol): meaning
+        for kind in ("tustin", "gauss")
+        for symbol, meaning in (
+            ("Fc", "Coulomb friction"),
+            ("Fs", "breakaway friction"),
+            ("vs", "Stribeck speed"),
+            ("sigma2", "viscous friction"),
+        )
+    },
     ("static-lugre", "A"): "Coulomb friction",
     ("static-lugre", "B"): "extra friction near standstill",
     ("static-lugre", "C"): "how fast that extra fades with speed",

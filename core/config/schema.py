@@ -174,6 +174,14 @@ class FrictionConfig(_Section):
     pair_pose_tolerance_rad: Positive = Field(0.05, description="Other joints within this are in the same pose.")
 
 
+class DynamicConfig(_Section):
+    """gamma(t) = base_nm + speed·|v| + acceleration·|a| of one joint."""
+
+    base_nm: Positive = Field(description="Threshold at rest, N·m.")
+    speed_nm_s_per_rad: NonNegative = Field(0.0, description="Growth with speed, N·m·s/rad.")
+    acceleration_nm_s2_per_rad: NonNegative = Field(0.0, description="Growth with acceleration, N·m·s²/rad.")
+
+
 class DetectConfig(_Section):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
@@ -191,7 +199,14 @@ class DetectConfig(_Section):
     observer_gain_per_s: Positive = Field(
         60.0, description="Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."
     )
-    gamma_nm: Positive | dict[str, Positive] = Field(4.0, description="Threshold, N·m; one number or by joint.")
+    gamma_nm: Positive | dict[str, Positive] | Literal["dynamic"] = Field(
+        4.0, description="Threshold, N·m; one number, or by joint, or `dynamic`: see `dynamic`."
+    )
+    dynamic: dict[str, DynamicConfig] = Field(
+        {},
+        description='Thresholds by joint that grow with the motion, for gamma_nm = "dynamic"; every audit proposes '
+        "such a table from its clean samples.",
+    )
     persistence_ms: Positive | None = Field(
         None, description="Persistence, ms; rounded up to samples. 25 when neither is given."
     )
@@ -222,11 +237,16 @@ class DetectConfig(_Section):
         0.5, description="A joint in contact that reverses more often than this is taken as force-controlled."
     )
     reversal_amplitude_rad: Positive = Field(0.02, description="… if its strokes are smaller than this.")
+    controller_alarms_s: list[float] = Field(
+        [], description="The controller's own collision alarms, seconds from the log's first sample, to compare with."
+    )
 
     @model_validator(mode="after")
     def _one_persistence(self) -> DetectConfig:
         if self.persistence_ms is not None and self.n is not None:
             raise ValueError("give either persistence_ms or n, not both")
+        if self.gamma_nm == "dynamic" and not self.dynamic:
+            raise ValueError('gamma_nm = "dynamic" needs [detect.dynamic.JOINT] tables')
         return self
 
 
@@ -240,6 +260,11 @@ class NearMissConfig(_Section):
 class PhasesConfig(_Section):
     """When the tool was meant to do what; seconds from the log's first sample."""
 
+    find: Literal["off", "wrench"] = Field(
+        "off", description="wrench: where no phase is given, find approach, contact and retreat from the measured force."
+    )
+    contact_force_n: Positive = Field(3.0, description="Force that tells contact from free motion, N.")
+    contact_min_s: Positive = Field(0.5, description="Contacts and separations shorter than this are not phases, s.")
     approach: list[Interval] = Field([], description="No contact yet (t1).")
     contact: list[Interval] = Field([], description="Force-controlled contact (t2).")
     retreat: list[Interval] = Field([], description="No contact any more (t3).")

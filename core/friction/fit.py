@@ -4,70 +4,146 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from collaudit.core.friction import least_squares as ls
+from collaudit.core.friction.candidates import Candidate, fit_linear_law, fit_rate_law, line_fit
+from collaudit.core.friction.compare import choose, compare
+from collaudit.core.friction.identifiability import identifiability
+from collaudit.core.friction.laws import LAWS, RBF
+from collaudit.core.friction.quality import point_arrays, robust_weights, with_scatter
+from collaudit.core.friction.rbf import fit_rbf
 from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result import Bounds, FrictionFit, FrictionPoint, KnownCombination
+from collaudit.core.result import (
+    Bounds,
+    FrictionFit,
+    FrictionModelName,
+    FrictionPoint,
+    KnownCombination,
+    ModelComparison,
+)
 from collaudit.core.series import FloatArray
 
-_LEVEL = 0.975
-_SIGNIFICANT = 0.01
 _MIN_SPEED_RATIO = 1.5
+_MIN_RBF_POINTS = 8
+#: Not compared: it is static LuGre under other names.
+_SAME_CURVE = ("stribeck-tustin",)
 
 
-@dataclass(frozen=True, slots=True)
-class _Quality:
-    """Error scale and t quantile that turn unscaled variances into intervals."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Job:
+    """Points of one joint on their way to a fit."""
 
-    scale: float
-    t: float
-
-    @property
-    def allowance(self) -> float:
-        return self.scale * self.t**2
+    empty: FrictionFit
+    data: ls.Points
+    units: FrictionUnits
 
 
 def fit_friction(
     points: Sequence[FrictionPoint],
     units: FrictionUnits,
     model: str = "auto",
+    robust: str = "none",
 ) -> FrictionFit:
-    """Fit eq. (11) to friction points, or the simpler model the data support.
+    """Fit a friction law to points.
 
     Args:
         points: (speed, friction) points of one joint.
         units: names and units of the parameters.
-        model: ``auto`` falls back to Coulomb-viscous where the exponential cannot be told apart over the
-            measured speeds; ``static-lugre`` and ``coulomb-viscous`` insist.
+        model: a law of :mod:`laws`, or ``auto``: the simplest that predicts speeds left out within one standard
+            error of the best, and whose parameters the data determine.
+        robust: ``none``, ``huber`` or ``bisquare``: what is done about outlying points.
 
     Returns:
         Parameters with 95 % intervals, or a fit without a model and the reason.
     """
-    empty = _empty(points, units)
-    reason = _too_little(points, units)
+    empty = replace(_empty(points, units), robust=robust)
+    reason = _too_little(points, units) or _not_directional(points, model)
     if reason is not None:
         return replace(empty, reason=reason)
-    data = _with_scatter(_arrays(points))
-    simple = ls.fit_coulomb_viscous(data)
+    raw = point_arrays(tuple(points))
+    weight = robust_weights(raw, robust)
+    kept = tuple(replace(p, weight=float(w)) for p, w in zip(points, weight, strict=True))
+    data = with_scatter(raw, weight)
+    job = _Job(replace(empty, points=kept), data, units)
+    fit = _automatic(job) if model == "auto" else _insisted(job, model)
+    return replace(fit, r_squared=_r_squared(fit, data))
+
+
+def _insisted(job: _Job, model: str) -> FrictionFit:
+    """The law that was asked for, whatever the data say of it."""
     if model == "coulomb-viscous":
-        return _coulomb_viscous(
-            empty, data, simple, units, ("The model was chosen in the configuration.",), (None, None)
+        line = fit_linear_law(job.data, LAWS[model])
+        return _line(job, line, ("The model was chosen in the configuration.",), None)
+    found = _candidate(job, model)
+    if isinstance(found, str):
+        line = fit_linear_law(job.data, LAWS["coulomb-viscous"])
+        return _line(job, line, (found,), None)
+    return _law_fit(job, found)
+
+
+def _automatic(job: _Job) -> FrictionFit:
+    """Compare all laws; fall back to the straight line where nothing richer is determined."""
+    line = fit_linear_law(job.data, LAWS["coulomb-viscous"])
+    fitted: list[Candidate] = []
+    refused: list[ModelComparison] = []
+    for name in (*LAWS, RBF):
+        if name in _SAME_CURVE:
+            continue
+        found = line if name == line.model else _candidate(job, name)
+        if isinstance(found, Candidate):
+            fitted.append(found)
+        else:
+            refused.append(ModelComparison(name, None, None, None, None, None, None, False, found))
+    ridge = fit_rbf(job.data)[1] if any(c.model == RBF for c in fitted) else None
+    taken, rows = choose(compare(job.data, fitted, ridge), [not c.reasons for c in fitted])
+    lugre = next((c for c in fitted if c.model == "static-lugre"), None)
+    if taken is not None:
+        chosen = fitted[taken]
+    else:  # nothing could be held out: the exponential where the F test proves it, else the line
+        chosen = lugre if lugre is not None and not lugre.reasons else line
+        why = "taken by the F test against Coulomb + viscous; too few speeds to leave any out"
+        rows = [replace(r, chosen=True, note=why) if r.model == chosen.model else r for r in rows]
+    is_line = chosen.model == line.model
+    fit = _line(job, line, _why_a_line(job, lugre), lugre) if is_line else _law_fit(job, chosen)
+    return replace(fit, comparison=(*rows, *refused))
+
+
+def _why_a_line(job: _Job, lugre: Candidate | None) -> tuple[str, ...]:
+    if lugre is None:
+        free = 5 + (job.data.offset is not None)
+        return (
+            f"{job.data.n} points are too few to tell an exponential from a straight line "
+            f"(at least {free} are needed).",
         )
-    free = 4 + (data.offset is not None)
+    if lugre.reasons:
+        return lugre.reasons
+    return (
+        "Coulomb + viscous friction predicts the speeds left out of the fit within one standard error of the best "
+        "law: B and C are not needed.",
+    )
+
+
+def _candidate(job: _Job, name: str) -> Candidate | str:
+    """A fitted law, or why it cannot be fitted."""
+    data = job.data
+    if name == RBF:
+        if data.n < _MIN_RBF_POINTS:
+            return f"{data.n} points are too few (at least {_MIN_RBF_POINTS} are needed)"
+        return fit_rbf(data)[0]
+    law = LAWS[name]
+    if law.directional and (min(_sides(data.direction)) < 3 or np.any(data.direction == 0)):
+        return "the points are pairs of directions, which average both; it needs points of each direction"
+    free = len(law.symbols) + (data.offset is not None and not law.directional)
     if data.n < free + 1:
-        why = (
-            f"{data.n} points are too few to tell an exponential from a straight line (at least {free + 1} are needed)."
-        )
-        return _coulomb_viscous(empty, data, simple, units, (why,), (None, None))
-    prof = ls.profile(data)
-    quality = _quality(float(prof.sum_squares[prof.best]), data.n - free)
-    c_interval = ls.interval_of_c(prof, quality.allowance)
-    reasons = _why_not_identifiable(data, prof, simple, quality, c_interval, units)
-    if reasons and model == "auto":
-        return _coulomb_viscous(empty, data, simple, units, reasons, c_interval)
-    return _static_lugre(empty, data, prof, quality, c_interval, units, reasons)
+        return f"{data.n} points are too few (at least {free + 1} are needed)"
+    return fit_rate_law(data, law, line_fit(data), job.units) if law.has_rate else fit_linear_law(data, law)
+
+
+def _sides(direction: FloatArray) -> tuple[int, int]:
+    return int(np.count_nonzero(direction > 0)), int(np.count_nonzero(direction < 0))
 
 
 def _empty(points: Sequence[FrictionPoint], units: FrictionUnits) -> FrictionFit:
@@ -103,115 +179,29 @@ def _too_little(points: Sequence[FrictionPoint], units: FrictionUnits) -> str | 
     return None
 
 
-def _arrays(points: Sequence[FrictionPoint]) -> ls.Points:
-    """Points as arrays; a standard error below a third of the median is not believed (blocks are few)."""
-    se = np.array([p.se_nm for p in points])
-    friction = np.array([p.friction_nm for p in points])
-    floor = max(float(np.median(se)) / 3.0, 1e-6 * float(np.max(np.abs(friction))), 1e-12)
-    direction = np.array([p.direction for p in points], dtype=float)
-    both = np.count_nonzero(direction > 0) >= 2 and np.count_nonzero(direction < 0) >= 2
-    offset = direction if both and len(points) >= 6 else None
-    return ls.Points(np.array([p.speed_rad_s for p in points]), friction, np.maximum(se, floor), offset)
+def _not_directional(points: Sequence[FrictionPoint], model: str) -> str | None:
+    """Why a law with parameters of its own for each direction cannot be fitted, or None."""
+    if model not in LAWS or not LAWS[model].directional:
+        return None
+    ahead, back = _sides(np.array([p.direction for p in points]))
+    if min(ahead, back) >= 3 and ahead + back == len(points):
+        return None
+    return (
+        f"{model} needs at least 3 points of each direction that rest on a model's torque; there are {ahead} forward "
+        f"and {back} backward"
+    )
 
 
-def _with_scatter(data: ls.Points) -> ls.Points:
-    """Add a common variance to all points where they scatter more than their standard errors say.
-
-    The variance is the one that brings chi-square down to its degrees of freedom (Paule and Mandel, J. Res.
-    Natl. Bur. Stand. 87, 1982), so that a point with a lucky small error cannot pull the curve to itself.
-    """
-    free = 4 + (data.offset is not None)
-    c = 0.0
-    if data.n > free:
-        prof = ls.profile(data)
-        c = float(prof.c[prof.best])
-
-    def excess(variance: float) -> float:
-        wider = replace(data, sd=np.sqrt(data.sd**2 + variance))
-        if c > 0.0:
-            return ls.fit_at(wider, c).sum_squares - (data.n - free)
-        return ls.fit_coulomb_viscous(wider).sum_squares - max(1, data.n - free + 2)
-
-    top = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
-    if excess(0.0) <= 0 or excess(top) >= 0:
-        return data
-    from scipy.optimize import brentq
-
-    variance = float(brentq(excess, 0.0, top, xtol=1e-12 * top))
-    return replace(data, sd=np.sqrt(data.sd**2 + variance))
-
-
-def _quality(sum_squares: float, freedom: int) -> _Quality:
-    """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio)."""
-    from scipy.stats import t
-
-    return _Quality(max(1.0, sum_squares / freedom), float(t.ppf(_LEVEL, freedom)))
-
-
-def _why_not_identifiable(
-    data: ls.Points,
-    prof: ls.Profile,
-    simple: ls.LinearFit,
-    quality: _Quality,
-    c_interval: Bounds,
-    units: FrictionUnits,
-) -> tuple[str, ...]:
-    """Sentences on why the exponential cannot be told from Coulomb + viscous; empty when it can."""
-    from scipy.stats import f
-
-    slowest, fastest = float(data.speed.min()), float(data.speed.max())
-    span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
-    freedom = data.n - 4 - (data.offset is not None)
-    gain = (simple.sum_squares - float(prof.sum_squares[prof.best])) / 2.0 / quality.scale
-    p_value = float(f.sf(gain, 2, freedom))
-    low, high = c_interval
-    straight = f"C may be so small that exp(-C·v) is a straight line {span}; faster motion would settle it"
-    gone = f"C may be so large that exp(-C·v) is gone at {slowest:.3g} {units.speed}; slower motion would settle it"
-    open_sides = [text for text, side in ((straight, low), (gone, high)) if side is None]
-    if p_value > _SIGNIFICANT:
-        reasons = [
-            f"Coulomb + viscous friction explains the points {span} as well (F test p = {p_value:.2g}): "
-            "B and C are not determined"
-        ]
-        return ("; ".join(reasons + open_sides) + ".",)
-    return tuple(f"{text}. B and C are not determined." for text in open_sides)
-
-
-def _bounds(value: float, variance: float, quality: _Quality) -> Bounds:
-    half = quality.t * float(np.sqrt(quality.scale * variance))
-    return value - half, value + half
-
-
-def _coulomb_viscous(
-    empty: FrictionFit,
-    data: ls.Points,
-    simple: ls.LinearFit,
-    units: FrictionUnits,
-    reasons: tuple[str, ...],
-    c_interval: Bounds,
-) -> FrictionFit:
+def _line(job: _Job, line: Candidate, reasons: tuple[str, ...], lugre: Candidate | None) -> FrictionFit:
     """Coulomb + viscous parameters, and what they mean for eq. (11)."""
-    freedom = max(1, data.n - simple.estimate.size)
-    quality = _quality(simple.sum_squares, freedom)
-    a, d = float(simple.estimate[0]), float(simple.estimate[1])
-    ci = [_bounds(v, float(simple.covariance[k, k]), quality) for k, v in enumerate((a, d))]
-    names = _combinations(c_interval)
+    names = _combinations(lugre.c_interval if lugre is not None else (None, None))
+    units = (job.units.effort, job.units.viscous)
     known = tuple(
-        KnownCombination(name, value, interval, unit)
-        for name, value, interval, unit in zip(names, (a, d), ci, (units.effort, units.viscous), strict=True)
+        KnownCombination(name, line.values[symbol], line.ci95[symbol] or (None, None), unit)
+        for name, symbol, unit in zip(names, ("A", "D"), units, strict=True)
     )
-    keys = (units.key("A"), units.key("D"))
-    return replace(
-        empty,
-        model="coulomb-viscous",
-        parameters=dict(zip(keys, (a, d), strict=True)),
-        ci95=dict(zip(keys, ci, strict=True)),
-        covariance=_covariance(simple.covariance[:2, :2], quality),
-        identifiable=False,
-        not_identifiable=reasons,
-        known=known,
-        rmse_nm=_rmse(data, a + d * data.speed),
-    )
+    open_lugre = lugre if lugre is not None and lugre.reasons else None
+    return replace(_assembled(job, line, open_lugre), not_identifiable=reasons, known=known)
 
 
 def _combinations(c_interval: Bounds) -> tuple[str, str]:
@@ -226,50 +216,47 @@ def _combinations(c_interval: Bounds) -> tuple[str, str]:
     return "A + B (A alone if C is large)", "D - B·C (D alone if C is large)"
 
 
-def _static_lugre(
-    empty: FrictionFit,
-    data: ls.Points,
-    prof: ls.Profile,
-    quality: _Quality,
-    c_interval: Bounds,
-    units: FrictionUnits,
-    reasons: tuple[str, ...],
-) -> FrictionFit:
-    a, b, d = (float(x) for x in prof.estimate[prof.best, :3])
-    c = float(prof.c[prof.best])
-    keys = tuple(units.key(p) for p in "ABCD")
-    intervals: list[Bounds | None] = [
-        ls.interval_of_linear(prof, 0, quality.allowance),
-        ls.interval_of_linear(prof, 1, quality.allowance),
-        c_interval,
-        ls.interval_of_linear(prof, 2, quality.allowance),
-    ]
-    notes = list(reasons)
-    if not reasons and intervals[1] is not None and (intervals[1][1] or 0.0) < 0:
+def _law_fit(job: _Job, found: Candidate) -> FrictionFit:
+    """Any other law, with the reservations that go with it."""
+    notes = list(found.reasons)
+    identifiable = not found.reasons and found.model not in (RBF, "damping-coulomb")
+    if found.model == "static-lugre" and identifiable:
+        bounds = found.ci95["B"]
+        if bounds is not None and (bounds[1] or 0.0) < 0:
+            notes.append(
+                "B is negative: friction rises towards a level instead of falling from breakaway; "
+                "A is not a Coulomb level."
+            )
+    if found.model == "asymmetric-coulomb-viscous":
         notes.append(
-            "B is negative: friction rises towards a level instead of falling from breakaway; A is not a Coulomb level."
+            "A constant error of the model's torque or of the effort's zero raises Ap and lowers Am by as much: "
+            "only their mean is free of it."
         )
+    if found.model == RBF:
+        notes.append("The weights of a data-driven law are held small on purpose: only the curve means anything.")
+    if found.at_bounds and found.model == "damping-coulomb":
+        notes.append(f"{' and '.join(found.at_bounds)} would be negative; held at zero.")
+    return replace(_assembled(job, found, None), identifiable=identifiable, not_identifiable=tuple(notes))
+
+
+def _assembled(job: _Job, found: Candidate, richer: Candidate | None) -> FrictionFit:
+    key = job.units.key
     covariance = None
-    if not reasons:
-        jac = ls.jacobian(data, prof.estimate[prof.best], c)
-        covariance = _covariance(ls.solve(jac).covariance[:4, :4], quality)
-    else:  # an open profile has no finite covariance, and its A, B, D have no closed interval either
-        intervals = [None, None, c_interval, None]
+    if found.covariance is not None:
+        covariance = tuple(tuple(float(x) for x in row) for row in found.covariance)
     return replace(
-        empty,
-        model="static-lugre",
-        parameters=dict(zip(keys, (a, b, c, d), strict=True)),
-        ci95=dict(zip(keys, intervals, strict=True)),
+        job.empty,
+        model=cast("FrictionModelName", found.model),
+        parameters={key(s): v for s, v in found.values.items()},
+        ci95={key(s): b for s, b in found.ci95.items()},
         covariance=covariance,
-        identifiable=not reasons,
-        not_identifiable=tuple(notes),
-        rmse_nm=_rmse(data, a + b * np.exp(-c * data.speed) + d * data.speed),
+        rmse_nm=float(np.sqrt(np.mean((job.data.friction - found.predicted) ** 2))),
+        identifiability=identifiability(job.data, found, richer, job.units),
     )
 
 
-def _covariance(unscaled: FloatArray, quality: _Quality) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(float(x) for x in row) for row in quality.scale * unscaled)
-
-
-def _rmse(data: ls.Points, curve: FloatArray) -> float:
-    return float(np.sqrt(np.mean((data.friction - curve) ** 2)))
+def _r_squared(fit: FrictionFit, data: ls.Points) -> float | None:
+    spread = float(np.mean((data.friction - data.friction.mean()) ** 2))
+    if fit.rmse_nm is None or spread <= 0:
+        return None
+    return 1.0 - fit.rmse_nm**2 / spread

@@ -1,6 +1,6 @@
-"""Weighted least squares of f(v) = A + B·exp(-C·v) + D·v, separated: C by search, A, B, D linear.
+"""Weighted least squares of friction laws such as A + B·exp(-C·v) + D·v, separated: C by search, the rest linear.
 
-For fixed C the model is linear in A, B, D (and a nuisance offset between the directions), so the sum of
+For fixed C a law is linear in A, B, D (and a nuisance offset between the directions), so the sum of
 squares is a function of C alone (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973).
 Everything uncertain about the fit is read from that one curve: the interval of C by its level set, those
 of A, B, D by profiling over C (Bates and Watts, Nonlinear Regression Analysis, 1988, ch. 6).
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.series import FloatArray
+from collaudit.core.friction.laws import LAWS, Law
+from collaudit.core.series import FloatArray, IntArray
 
 _COARSE = 161
 _DENSE = 121
@@ -28,12 +29,14 @@ class Points:
         friction: (n,) friction.
         sd: (n,) standard deviation of each.
         offset: (n,) column of the nuisance offset (+1/-1 by direction of model points, 0 for pairs), or None.
+        direction: (n,) +1 or -1 of model points, 0 for pairs.
     """
 
     speed: FloatArray
     friction: FloatArray
     sd: FloatArray
     offset: FloatArray | None
+    direction: FloatArray
 
     @property
     def n(self) -> int:
@@ -44,6 +47,18 @@ class Points:
         """(n, k) weighted design matrix of the given columns, with the offset last."""
         parts = [*shape] if self.offset is None else [*shape, self.offset]
         return np.asarray(np.stack(parts, axis=-1) / self.sd[:, None])
+
+    def design(self, law: Law, c: float = 0.0) -> FloatArray:
+        """(n, k) weighted design matrix of a law at a rate; directional laws carry the offset themselves."""
+        shape = law.shape(self.speed, self.direction, c)
+        if law.directional:
+            return np.asarray(np.stack(shape, axis=-1) / self.sd[:, None])
+        return self.columns(*shape)
+
+    def take(self, rows: IntArray) -> Points:
+        """Only these rows."""
+        offset = None if self.offset is None else self.offset[rows]
+        return Points(self.speed[rows], self.friction[rows], self.sd[rows], offset, self.direction[rows])
 
     @property
     def target(self) -> FloatArray:
@@ -68,14 +83,14 @@ class Profile:
         c: (m,) grid of C, ascending, the best one among them.
         sum_squares: (m,) best sum of squares at each C.
         estimate: (m, k) A, B, D (and offset) at each C.
-        variance: (m, k) their unscaled variances at each C.
+        covariance: (m, k, k) their unscaled covariance at each C.
         best: index of the minimum.
     """
 
     c: FloatArray
     sum_squares: FloatArray
     estimate: FloatArray
-    variance: FloatArray
+    covariance: FloatArray
     best: int
 
 
@@ -93,14 +108,12 @@ def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
 
 def fit_coulomb_viscous(points: Points) -> LinearFit:
     """A + D·v (and the offset)."""
-    one = np.ones(points.n)
-    return solve(points.columns(one, points.speed), points.target)
+    return solve(points.design(LAWS["coulomb-viscous"]), points.target)
 
 
-def fit_at(points: Points, c: float) -> LinearFit:
-    """A, B, D (and the offset) at a fixed C."""
-    one = np.ones(points.n)
-    return solve(points.columns(one, np.exp(-c * points.speed), points.speed), points.target)
+def fit_at(points: Points, law: Law, c: float) -> LinearFit:
+    """The linear coefficients of a law (and the offset) at a fixed C."""
+    return solve(points.design(law, c), points.target)
 
 
 def search_range(points: Points) -> tuple[float, float]:
@@ -108,37 +121,75 @@ def search_range(points: Points) -> tuple[float, float]:
     return 0.03 / float(points.speed.max()), 12.0 / float(points.speed.min())
 
 
-def profile(points: Points) -> Profile:
-    """Fit A, B, D along a logarithmic grid of C, dense around the best.
+def profile(points: Points, law: Law) -> Profile:
+    """Fit the linear coefficients along a logarithmic grid of C, dense around the best.
 
     A well determined C has an interval far narrower than one step of the coarse grid, and every interval
     is read off this profile: the dense part spans about four standard errors to either side.
     """
     low, high = search_range(points)
-    grid = np.geomspace(low, high, _COARSE)
-    sums = np.array([fit_at(points, float(c)).sum_squares for c in grid])
-    k = int(np.argmin(sums))
-    best = _refine(points, float(grid[max(k - 1, 0)]), float(grid[min(k + 1, _COARSE - 1)]))
-    near = _near(points, best, low, high)
-    grid = np.unique(np.concatenate([grid, near, [best]]))
-    fits = [fit_at(points, float(c)) for c in grid]
-    sums = np.array([f.sum_squares for f in fits])
-    return Profile(
-        grid,
-        sums,
-        np.array([f.estimate for f in fits]),
-        np.array([np.diag(f.covariance) for f in fits]),
-        int(np.argmin(sums)),
+    best = best_rate(points, law)
+    near = _near(points, law, best, low, high)
+    grid = np.unique(np.concatenate([np.geomspace(low, high, _COARSE), near, [best]]))
+    estimate, covariance, sums = _solve_all(points, law, grid)
+    return Profile(grid, sums, estimate, covariance, int(np.argmin(sums)))
+
+
+def best_rate(points: Points, law: Law) -> float:
+    """The C of least squares, by a grid and a bounded search about its minimum."""
+    from scipy.optimize import minimize_scalar
+
+    grid = np.geomspace(*search_range(points), _COARSE)
+    k = int(np.argmin(_solve_all(points, law, grid)[2]))
+    found = minimize_scalar(
+        lambda x: fit_at(points, law, float(np.exp(x))).sum_squares,
+        bounds=(np.log(grid[max(k - 1, 0)]), np.log(grid[min(k + 1, _COARSE - 1)])),
+        method="bounded",
+        options={"xatol": 1e-9},
     )
+    return float(np.exp(found.x))
 
 
-def _near(points: Points, best: float, low: float, high: float) -> FloatArray:
+def quick_rate(points: Points, law: Law) -> float:
+    """The C of least squares on a grid, a parabola through the three lowest; for many fits in a row."""
+    grid = np.geomspace(*search_range(points), _COARSE)
+    sums = _solve_all(points, law, grid)[2]
+    k = int(np.argmin(sums))
+    if k in (0, _COARSE - 1):
+        return float(grid[k])
+    below, here, above = sums[k - 1 : k + 2]
+    bend = below - 2.0 * here + above
+    shift = 0.5 * (below - above) / bend if bend > 0 else 0.0
+    return float(grid[k] * (grid[1] / grid[0]) ** shift)
+
+
+def _solve_all(points: Points, law: Law, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Estimates (m, k), unscaled covariances (m, k, k) and sums of squares (m,) at every rate, all at once."""
+    design = np.stack([points.design(law, float(c)) for c in grid])
+    target = points.target
+    scale = np.linalg.norm(design, axis=1)
+    scale[scale == 0] = 1.0
+    q, r = np.linalg.qr(design / scale[:, None, :])
+    diagonal = np.abs(np.diagonal(r, axis1=1, axis2=2))
+    flat = diagonal < 1e-13
+    if flat.any():  # a column that is gone in rounding: kept solvable, its variance is then beyond all bounds
+        index = np.arange(r.shape[1])
+        r[:, index, index] = np.where(flat, 1e-13, r[:, index, index])
+    inverse = np.linalg.inv(r)
+    projected = np.einsum("mnk,n->mk", q, target)
+    estimate = np.einsum("mij,mj->mi", inverse, projected) / scale
+    covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
+    rest = target - np.einsum("mnk,mk->mn", design, estimate)
+    return estimate, covariance, np.einsum("mn,mn->m", rest, rest)
+
+
+def _near(points: Points, law: Law, best: float, low: float, high: float) -> FloatArray:
     """Dense grid about the best C, as wide as its standard error (linearised) asks."""
-    fit = fit_at(points, best)
-    jac = jacobian(points, fit.estimate, best)
+    fit = fit_at(points, law, best)
+    jac = jacobian(points, law, fit.estimate, best)
     scale = max(1.0, fit.sum_squares / max(1, points.n - jac.shape[1]))
     try:
-        se = float(np.sqrt(scale * solve(jac).covariance[2, 2]))
+        se = float(np.sqrt(scale * solve(jac).covariance[-1, -1]))
     except np.linalg.LinAlgError:  # no exponential at all: C has no standard error, the coarse grid is enough
         return np.empty(0)
     if not np.isfinite(se) or se > best:
@@ -147,23 +198,12 @@ def _near(points: Points, best: float, low: float, high: float) -> FloatArray:
     return np.clip(best + reach, low, high)
 
 
-def _refine(points: Points, low: float, high: float) -> float:
-    from scipy.optimize import minimize_scalar
-
-    found = minimize_scalar(
-        lambda x: fit_at(points, float(np.exp(x))).sum_squares,
-        bounds=(np.log(low), np.log(high)),
-        method="bounded",
-        options={"xatol": 1e-9},
-    )
-    return float(np.exp(found.x))
-
-
-def jacobian(points: Points, a_b_d: FloatArray, c: float) -> FloatArray:
-    """(n, 4 or 5) weighted derivatives of the model by A, B, C, D (and the offset)."""
-    decay = np.exp(-c * points.speed)
-    one = np.ones(points.n)
-    return points.columns(one, decay, -a_b_d[1] * points.speed * decay, points.speed)
+def jacobian(points: Points, law: Law, estimate: FloatArray, c: float) -> FloatArray:
+    """(n, k + 1) weighted derivatives of the model by its linear coefficients (offset included), then by C."""
+    step = 1e-5 * c
+    up, down = points.design(law, c + step) @ estimate, points.design(law, c - step) @ estimate
+    by_rate = (up - down) / (2.0 * step)
+    return np.column_stack([points.design(law, c), by_rate])
 
 
 def interval_of_c(prof: Profile, allowance: float) -> tuple[float | None, float | None]:
@@ -183,13 +223,19 @@ def _crossing(prof: Profile, a: int, b: int, level: float) -> float:
     return float(np.exp(np.log(prof.c[a]) + share * (np.log(prof.c[b]) - np.log(prof.c[a]))))
 
 
-def interval_of_linear(prof: Profile, column: int, allowance: float) -> tuple[float, float]:
-    """Profile interval of A (0), B (1) or D (2): every value some C reaches within ``allowance``.
+def interval_of_linear(prof: Profile, weights: FloatArray, allowance: float) -> tuple[float, float]:
+    """Profile interval of a combination of linear coefficients: every value some C reaches within ``allowance``.
 
     At a fixed C the sum of squares rises by (x - x̂(C))² / V(C); the interval is the union over C.
+
+    Args:
+        prof: the profile.
+        weights: (k,) of the combination; one 1 and zeros for a single coefficient.
+        allowance: rise of the sum of squares that is allowed.
     """
     spare = prof.sum_squares[prof.best] + allowance - prof.sum_squares
     inside = spare >= 0
-    half = np.sqrt(spare[inside] * prof.variance[inside, column])
-    centre = prof.estimate[inside, column]
+    variance = np.einsum("i,mij,j->m", weights, prof.covariance[inside], weights)
+    half = np.sqrt(spare[inside] * variance)
+    centre = prof.estimate[inside] @ weights
     return float(np.min(centre - half)), float(np.max(centre + half))

@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.friction.laws import law_curve
 from collaudit.core.result import FrictionFit
 from collaudit.core.series import FloatArray
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where the data cannot tell.
 UNKNOWN_BREAKAWAY = 1.5
+_STANDSTILL = 1e-9
+#: Laws whose value towards zero speed is breakaway, once their parameters are determined.
+_WITH_BREAKAWAY = ("static-lugre", "stribeck-tustin", "stribeck-gauss")
 
 
 @dataclass(frozen=True, slots=True)
 class FrictionModel:
-    """f(v) = sgn(v)·(A + B·exp(-C·|v|) + D·|v|), eq. (11) with its odd extension.
+    """f(v) = sgn(v)·curve(|v|) of any law in :mod:`laws`.
 
     Attributes:
-        a, b, c, d: parameters in the units of the fit; b = c = 0 for Coulomb-viscous.
+        name: of the law.
+        values: parameters by symbol, in the units of the fit.
         speed_range: slowest and fastest speed measured.
         breakaway_known: whether friction towards zero speed is determined.
     """
 
-    a: float
-    b: float
-    c: float
-    d: float
+    name: str
+    values: Mapping[str, float]
     speed_range: tuple[float, float]
     breakaway_known: bool
 
@@ -35,26 +39,21 @@ class FrictionModel:
         """The law of a fit, or None when there is none."""
         if fit.model is None or fit.speed_range_rad_s is None:
             return None
-        values = {key[0]: value for key, value in fit.parameters.items()}
-        return cls(
-            values["A"],
-            values.get("B", 0.0),
-            values.get("C", 0.0),
-            values["D"],
-            fit.speed_range_rad_s,
-            fit.identifiable,
-        )
+        values = {key.partition("_")[0]: value for key, value in fit.parameters.items()}
+        return cls(fit.model, values, fit.speed_range_rad_s, fit.identifiable and fit.model in _WITH_BREAKAWAY)
 
     def torque(self, velocity: FloatArray) -> FloatArray:
         """Friction at each velocity (any shape), zero at zero velocity."""
-        speed = np.abs(velocity)
-        return np.asarray(np.sign(velocity) * (self.a + self.b * np.exp(-self.c * speed) + self.d * speed))
+        direction = np.sign(velocity)
+        speed = np.maximum(np.abs(velocity), _STANDSTILL)
+        return np.asarray(direction * law_curve(self.name, self.values, speed, direction))
 
     @property
     def hold(self) -> float:
         """Largest friction of a joint at rest or presliding: breakaway, or a stated factor above the slowest."""
         slow = self.speed_range[0]
-        at_slow = abs(self.a + self.b * float(np.exp(-self.c * slow)) + self.d * slow)
+        ends = np.array([_STANDSTILL, slow, -_STANDSTILL, -slow])
+        towards_zero, at_slow = np.max(np.abs(self.torque(ends)).reshape(2, 2), axis=0)
         if self.breakaway_known:
-            return max(abs(self.a + self.b), at_slow)
-        return UNKNOWN_BREAKAWAY * at_slow
+            return float(max(towards_zero, at_slow))
+        return UNKNOWN_BREAKAWAY * float(at_slow)

@@ -37,10 +37,13 @@ class FrictionUnits:
         """Unit of D."""
         return f"{self.effort}·s/{self.length}"
 
-    def key(self, parameter: str) -> str:
-        """Key of A, B, C or D in friction.json."""
-        if parameter == "C":
+    def key(self, symbol: str) -> str:
+        """Key of a parameter in friction.json: its symbol and its unit."""
+        first = symbol.rstrip("0123456789")
+        if symbol == "C":
             return f"C_s_per_{self.length}"
-        if parameter == "D":
-            return f"D_{self.suffix}_s_per_{self.length}"
-        return f"{parameter}_{self.suffix}"
+        if symbol in ("D", "Dp", "Dm", "sigma2"):
+            return f"{symbol}_{self.suffix}_s_per_{self.length}"
+        if first in ("vs", "v"):
+            return f"{symbol}_{self.length}_per_s"
+        return symbol if symbol == "w" else f"{symbol}_{self.suffix}"

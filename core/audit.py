@@ -10,15 +10,14 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.coverage import measure_coverage
-from collaudit.core.detectors.judged import judged_balance
+from collaudit.core.detection_facts import detection_facts, detection_findings
+from collaudit.core.evaluate import Grounds, evaluate
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
-from collaudit.core.judge import judge
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
 from collaudit.core.recommend import CleanResidual, recommend_rule
-from collaudit.core.residual import compute_residual
 from collaudit.core.result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -32,7 +31,6 @@ from collaudit.core.result import (
 from collaudit.core.rule import make_rule
 from collaudit.core.series import BoolArray, UniformSeries
 from collaudit.core.signals import Signals, State
-from collaudit.core.threshold import threshold_nm
 from collaudit.core.verdict import decide
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
@@ -75,15 +73,15 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
     rule, watch, more = make_rule(series, prepared.phases, config)
     findings += more
     contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
-    balance = judged_balance(prepared, config.detect)
-    residual = compute_residual(series, balance, laws, contradicted, config.detect)
-    threshold = threshold_nm(series, residual, rule)
-    judgement = judge(series, residual, threshold, rule, watch, prepared.phases, config)
+    grounds = Grounds(laws, contradicted, rule, watch)
+    found = evaluate(prepared, grounds, config)
+    residual, judgement = found.residual, found.judgement
     signals = _signals(series, residual.model_nm, residual.torque_nm, judgement.state, rule.gamma_nm)
     coverage = measure_coverage(series, judgement.state, watch)
     clean = {joint: clean_samples(signals, judgement.collision_times(joint), joint) for joint in series.joint_names}
     stats = {joint: _stats(signals, joint, clean[joint], series.period_s) for joint in series.joint_names}
     findings += _level_findings(stats, rule.gamma_nm) + scatter_findings(fits, rule.gamma_nm)
+    findings += detection_findings(series, found, grounds)
     verdict, reasons = decide(config.policy, judgement.collisions, judgement.near_misses, coverage, findings)
     recommended = {
         joint: recommend_rule([_clean_residual(signals, joint, clean[joint], series.period_s)], rule.persistence_s)
@@ -105,6 +103,7 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
+        detection=detection_facts(prepared, found, grounds, config, clean),
     )
     return Audit(result, signals)
 

@@ -80,6 +80,10 @@ CODES: dict[str, str] = {
     "joint-not-watched": "A joint's residual was not judged in a phase, and why.",
     "coverage-low": "A large part of the motion could not be judged.",
     "recommend-little-data": "A recommendation rests on little data.",
+    "friction-level": "Friction was off its calibration; its level was followed, or could not be.",
+    "event-cut": "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
+    "hidden-at-rest": "A standing joint hides external torque up to about its breakaway friction.",
     "phases-unknown": "No phases were given; the whole log is one free phase.",
+    "phases-found": "Phases were found from the wrench, not configured.",
     "force-outside-contact": "Force was commanded outside the contact phase (eq. 1).",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,8 @@ def judge(
     watch: Mapping[str, Watch],
     phases: NDArray[np.int8],
     config: Config,
+    *,
+    scalar: bool = False,
 ) -> Judgement:
     """Rule (6) on every watched joint where its residual is evidence.
 
@@ -49,14 +51,18 @@ def judge(
         watch: which joints count.
         phases: (n,) labels.
         config: near misses and merging.
+        scalar: every column holds one residual of the whole arm: judged once, at the lowest watched threshold,
+            and named after the joint that moves fastest at onset.
     """
     state = _with_unwatched(residual.state, series.joint_names, watch, phases)
     merge = round(config.detect.merge_ms / 1e3 / series.period_s)
+    carriers = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
+    if scalar:
+        carriers = sorted(carriers, key=lambda j: rule.gamma_nm[series.joint_names[j]])[:1]
     hits: list[Collision] = []
     near: list[NearMiss] = []
-    for j, joint in enumerate(series.joint_names):
-        if not watch[joint].watched or joint not in rule.gamma_nm:
-            continue
+    for j in carriers:
+        joint = series.joint_names[j]
         evidence = state[:, j] <= State.FRICTION_INTERVAL
         gamma, x = rule.gamma_nm[joint], residual.torque_nm[:, j]
         level = threshold_nm[:, j]
@@ -67,6 +73,9 @@ def judge(
         )
         near += [_near_miss(series, joint, e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in amplitude]
         near += [_near_miss(series, joint, e, gamma, "persistence", e.longest / rule.n, phases) for e in persistence]
+    if scalar:
+        hits = [replace(c, joint=_fastest(series, c.onset_s)) for c in hits]
+        near = [replace(c, joint=_fastest(series, c.onset_s)) for c in near]
     return Judgement(
         tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
         tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
@@ -85,6 +94,11 @@ def _with_unwatched(
         elif not watch[joint].in_contact:
             out[contact, j] = np.maximum(out[contact, j], State.NOT_WATCHED)
     return out
+
+
+def _fastest(series: UniformSeries, time_s: float) -> str:
+    k = min(int(np.searchsorted(series.time_s, time_s)), series.time_s.size - 1)
+    return series.joint_names[int(np.nanargmax(np.abs(series.velocity_rad_s[k])))]
 
 
 def _phase(phases: NDArray[np.int8], sample: int) -> Phase:

@@ -19,7 +19,7 @@ from collaudit.core.signals import State
 #: Friction is trusted this far beyond the fastest speed it was measured at.
 _BEYOND_RANGE = 1.05
 #: Standard errors of the friction level that the threshold carries: 95 %.
-_SIGMAS = 2.0
+SIGMAS = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,7 @@ def _one_joint(
     beyond = _beyond(total, band, level, balance, series)
     state = np.where(undecided, State.FRICTION_INTERVAL, State.JUDGED).astype(np.int8)
     state[too_fast] = State.TOO_FAST
-    uncertainty = np.where(undecided, 0.0, _SIGMAS * level.sd * np.abs(sliding))
+    uncertainty = np.where(undecided, 0.0, SIGMAS * level.sd * np.abs(sliding))
     return np.where(undecided, beyond, residual), state, np.nan_to_num(uncertainty), level
 
 
@@ -115,7 +115,7 @@ def _beyond(
     total: FloatArray, band: FrictionBand, level: FrictionLevel, balance: Balance, series: UniformSeries
 ) -> FloatArray:
     """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty."""
-    slack = _SIGMAS * level.sd * np.maximum(np.abs(band.low_nm), np.abs(band.high_nm))
+    slack = SIGMAS * level.sd * np.maximum(np.abs(band.low_nm), np.abs(band.high_nm))
     low = _smoothed(balance, series, (1.0 + level.deviation) * band.low_nm - slack)
     high = _smoothed(balance, series, (1.0 + level.deviation) * band.high_nm + slack)
     return np.asarray(np.maximum(total - high, 0.0) + np.minimum(total - low, 0.0))

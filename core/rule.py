@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.config.schema import Config
+from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.detection import persistence_samples
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
@@ -27,7 +27,7 @@ def make_rule(
     """
     detect = config.detect
     watch = choose_watched(series, contact_mask(phases), detect)
-    gamma = _gamma(series.joint_names, detect.gamma_nm)
+    gamma = _gamma(series.joint_names, nominal_gamma(detect))
     for joint in series.joint_names:
         if joint not in gamma and watch[joint].watched:
             watch[joint] = Watch(False, False, "no gamma_nm is configured for it")
@@ -45,6 +45,13 @@ def make_rule(
         near_miss_persistence=config.near_miss.persistence,
     )
     return rule, watch, _findings(rule, watch, series.period_s)
+
+
+def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
+    """The constant thresholds, or the dynamic ones at rest, N·m."""
+    if detect.gamma_nm == "dynamic":
+        return {joint: law.base_nm for joint, law in detect.dynamic.items()}
+    return detect.gamma_nm
 
 
 def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dict[str, float]:

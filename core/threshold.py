@@ -1,15 +1,88 @@
-"""The level a residual has to exceed: gamma, raised by what is uncertain about friction."""
+"""The level a residual has to exceed: gamma, constant or dynamic, raised by what is uncertain about friction.
+
+Dynamic: gamma(t) = g0 + g1 |v| + g2 |a|, learnt from clean data by quantile regression in its simplest form. The
+errors of a model grow with speed (friction, Coriolis terms) and acceleration (inertia), so a constant that is safe
+while moving fast is blind while moving slowly.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.detectors.balance import Balance
 from collaudit.core.residual import Residual
 from collaudit.core.result import RuleFacts
-from collaudit.core.series import FloatArray, UniformSeries
+from collaudit.core.result_detection import DynamicThreshold
+from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+
+_MARGIN = 1.3
+_LEAST_SAMPLES = 1000
+#: The base is never taken below this share of the mean residual: a joint at rest is noisy too.
+_LEAST_BASE = 0.2
 
 
-def threshold_nm(series: UniformSeries, residual: Residual, rule: RuleFacts) -> FloatArray:
-    """(n, j) constant gamma of each joint plus the residual's own uncertainty, N·m; NaN without a gamma."""
+def threshold_nm(
+    series: UniformSeries, balance: Balance, residual: Residual, rule: RuleFacts, config: DetectConfig
+) -> FloatArray:
+    """(n, j) threshold of each joint plus the residual's own uncertainty, N·m; NaN without one.
+
+    Args:
+        series: the judged joints.
+        balance: with the velocity the detector used, and its kernel: the threshold passes it as well.
+        residual: whose uncertainty is added.
+        rule: constant thresholds.
+        config: dynamic coefficients, if any.
+    """
     gamma = np.array([rule.gamma_nm.get(joint, np.nan) for joint in series.joint_names])
-    return np.asarray(gamma[None, :] + residual.uncertainty_nm)
+    level = np.repeat(gamma[None, :], series.time_s.size, axis=0)
+    if config.gamma_nm == "dynamic":
+        for j, joint in enumerate(series.joint_names):
+            law = config.dynamic.get(joint)
+            if law is not None:
+                moving = dynamic_level(
+                    DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
+                    balance.velocity_rad_s[:, j],
+                    series.acceleration_rad_s2[:, j],
+                )
+                level[:, j] = balance.kernel.apply(moving[:, None], series.segments, series.period_s)[:, 0]
+    return np.asarray(level + residual.uncertainty_nm)
+
+
+def dynamic_level(law: DynamicThreshold, velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
+    """base + speed·|v| + acceleration·|a|, N·m, for (n,) motions."""
+    return np.asarray(
+        law.base_nm + law.speed_nm_s_per_rad * np.abs(velocity) + law.acceleration_nm_s2_per_rad * np.abs(acceleration)
+    )
+
+
+def learn_dynamic(
+    residual: FloatArray, velocity: FloatArray, acceleration: FloatArray, clean: BoolArray, n: int
+) -> DynamicThreshold | None:
+    """Learn one joint's dynamic threshold from clean data.
+
+    The shape is the non-negative least-squares fit of |residual| on (1, |v|, |a|); it is scaled to 1.3 times what
+    the largest residual that lasted n samples asks for, so that rule (6) never fires on the data it was learnt from.
+
+    Args:
+        residual, velocity, acceleration: (n,) of one joint.
+        clean: (n,) judged samples away from collisions.
+        n: persistence, samples.
+
+    Returns:
+        None with fewer than 1,000 clean samples.
+    """
+    from scipy.ndimage import minimum_filter1d
+    from scipy.optimize import nnls
+
+    use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
+    if np.count_nonzero(use) < _LEAST_SAMPLES:
+        return None
+    size = np.where(use, np.abs(residual), 0.0)
+    columns = np.stack([np.ones_like(size), np.abs(velocity), np.abs(acceleration)], axis=1)[use]
+    shape, _ = nnls(columns, size[use])
+    shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size[use])))
+    lasting = minimum_filter1d(size, n, mode="constant")[use]
+    scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
+    base, speed, turn = (float(scale * x) for x in shape)
+    return DynamicThreshold(base, speed, turn)

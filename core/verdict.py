@@ -9,7 +9,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.result import Collision, Coverage, JointCoverage, NearMiss, Verdict
 
 #: Findings that put alarms of their joint in doubt.
-_DOUBTS = frozenset({"friction-scatter", "residual-level", "effort-gain"})
+_DOUBTS = frozenset({"friction-scatter", "residual-level", "effort-gain", "friction-level"})
 
 
 def decide(
@@ -51,7 +51,9 @@ def _broken(
         reasons.append(
             f"{_count(len(collisions), 'collision')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
         )
-        doubtful = sorted({f.joint for f in findings if f.code in _DOUBTS and f.joint in joints})
+        doubtful = sorted(
+            {f.joint for f in findings if f.code in _DOUBTS and f.severity == "warning" and f.joint in joints}
+        )
         if doubtful:
             reasons.append(
                 f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "

@@ -74,7 +74,7 @@ def balance_torques(
             total = kernel.apply(measured - rigid_nm, series.segments, series.period_s)
         else:
             total = _causal(series, robot, measured, velocity, engine, kernel)
-    return Balance(engine, kernel, total, velocity, _unsettled(series, kernel))
+    return Balance(engine, kernel, total, velocity, start_mask(series, kernel))
 
 
 def _causal(
@@ -97,7 +97,8 @@ def _causal(
     return known - kernel.slope(terms.momentum, segments, period)
 
 
-def _unsettled(series: UniformSeries, kernel: Kernel) -> BoolArray:
+def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:
+    """(n,) samples within the kernel's memory of the start of a stretch (and of its end, when run both ways)."""
     out = np.zeros(series.time_s.size, dtype=bool)
     count = math.ceil(kernel.settle_s / series.period_s)
     for span in series.segments:

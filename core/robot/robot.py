@@ -139,6 +139,23 @@ class RobotModel:
         com = pose[0] @ np.array(self.tool.com_m) + pose[1]
         return np.hstack([weight, np.cross(com, weight)])
 
+    def link_of(self, joint: str) -> str | None:
+        """A frame of the link that a joint moves, or None without a description."""
+        if self.bodies is None:
+            return None
+        frames = [f for f in self.bodies.frame_names if f != joint and self.bodies.frame_joint(f) == joint]
+        return frames[0] if frames else None
+
+    def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
+        """(3, 3) axes of a frame in the base at one position (j,).
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: there is no robot description.
+        """
+        position = self._expand(q[None, :])
+        chain = self._chain(frame)
+        return np.stack([chain_gravity(chain, position, axis)[0] for axis in np.eye(3)])
+
     def _chain(self, frame: str) -> Chain:
         if self.bodies is None:
             raise NotJudgedError(

@@ -1,0 +1,100 @@
+"""Meant, accidental or undecided: what speaks for each, and no verdict where little does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.evaluate import Evaluation
+from collaudit.core.phases import PHASES
+from collaudit.core.prepare import Prepared, judged_series
+from collaudit.core.result import Collision
+from collaudit.core.result_detection import ContactForce, ContactKind
+from collaudit.core.series import FloatArray
+
+#: Contacts that rise faster than this are blows, slower than that are leaning on.
+_FAST_RISE_S, _SLOW_RISE_S = 0.1, 0.4
+#: Share of a contact's torque variation above 5 Hz that speaks for a blow.
+_HIGH_SHARE, _HIGH_HZ = 0.3, 5.0
+_ALIGNED = 0.8
+_SAFE_SCORE = 2
+
+
+def classify(
+    prepared: Prepared,
+    found: Evaluation,
+    group: Sequence[Collision],
+    force: ContactForce | None,
+    config: Config,
+) -> tuple[ContactKind, tuple[str, ...]]:
+    """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
+
+    Phase outside contact counts twice: there no force is meant at all.
+
+    Returns:
+        accidental or meant with a lead of two votes, else undecided; and the evidence in words.
+    """
+    series = judged_series(prepared)
+    main = max(group, key=lambda c: abs(c.peak_nm) / c.gamma_nm)
+    j = series.column(main.joint)
+    a, b = (int(k) for k in np.searchsorted(series.time_s, [main.onset_s, main.onset_s + main.duration_s]))
+    votes: list[tuple[int, str]] = []
+    phase = PHASES[int(prepared.phases[a])]
+    known = bool((prepared.phases > 0).any())
+    if known and phase == "contact":
+        votes.append((-1, "it began in the contact phase, in which force is meant"))
+    elif known:
+        votes.append((2, f"it began in the {phase} phase, in which no force is meant"))
+    votes += _shape_votes(found.residual.torque_nm[:, j], a, b, series.period_s)
+    if known and phase == "contact" and force is not None:
+        votes += _direction_vote(prepared, force, a, config)
+    score = sum(v for v, _ in votes)
+    kind: ContactKind = "accidental" if score >= _SAFE_SCORE else "meant" if score <= -_SAFE_SCORE else "undecided"
+    return kind, tuple(text for _, text in votes)
+
+
+def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[tuple[int, str]]:
+    before = max(0, a - round(0.3 / period_s))
+    part = np.abs(np.nan_to_num(residual[before : max(b, a + 2)]))
+    top = int(np.argmax(part))
+    start = top - int(np.argmax(part[top::-1] < 0.1 * part[top])) if (part[: top + 1] < 0.1 * part[top]).any() else 0
+    rise = (top - start) * period_s
+    votes = []
+    if rise <= _FAST_RISE_S:
+        votes.append((1, f"it rose to its peak within {1e3 * rise:.0f} ms"))
+    elif rise >= _SLOW_RISE_S:
+        votes.append((-1, f"it took {1e3 * rise:.0f} ms to its peak"))
+    share = _high_share(residual[max(0, a - round(0.1 / period_s)) : b + round(0.1 / period_s)], period_s)
+    if share is not None:
+        text = f"{100 * share:.0f} % of its variation lies above {_HIGH_HZ:g} Hz"
+        votes.append((1 if share > _HIGH_SHARE else 0, text))
+    return votes
+
+
+def _high_share(x: FloatArray, period_s: float) -> float | None:
+    """Share of the spectrum's power above 5 Hz, mean taken out."""
+    x = x[np.isfinite(x)]
+    if x.size < 16:
+        return None
+    power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(x.size))) ** 2
+    high = np.fft.rfftfreq(x.size, period_s) > _HIGH_HZ
+    total = float(power[1:].sum())
+    return float(power[high].sum()) / total if total > 0 else None
+
+
+def _direction_vote(prepared: Prepared, force: ContactForce, sample: int, config: Config) -> list[tuple[int, str]]:
+    """Whether the external force runs along the force the tool is meant to feel."""
+    frame, wrench = config.log.wrench_frame, prepared.series.wrench
+    if frame is None or wrench is None or not np.isfinite(wrench[sample]).all():
+        return []
+    rotation = prepared.robot.frame_rotation(prepared.series.position_rad[sample], frame)
+    meant = -config.log.wrench_sign * rotation @ wrench[sample, :3]
+    size = float(np.linalg.norm(meant)) * force.size_n
+    if size == 0.0:
+        return []
+    cosine = float(meant @ np.array(force.force_n)) / size
+    if cosine > _ALIGNED:
+        return [(-1, f"it acts along the meant tool force (cosine {cosine:.2f})")]
+    return [(1, f"it does not act along the meant tool force (cosine {cosine:.2f})")]

@@ -1,0 +1,138 @@
+"""What stands behind an audit's events: delay, friction levels, detectors side by side, and findings on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.evaluate import Evaluation, Grounds, delay_facts, detector_facts, evaluate
+from collaudit.core.findings import Finding
+from collaudit.core.flags import compare_flags
+from collaudit.core.friction_level import LARGEST
+from collaudit.core.incidents import find_incidents
+from collaudit.core.prepare import Prepared, judged_series
+from collaudit.core.result_detection import DetectionFacts, LevelFacts
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import BoolArray, UniformSeries
+from collaudit.core.signals import State
+from collaudit.core.threshold import learn_dynamic
+
+#: A level this far from the calibration is worth saying.
+_NOTABLE_LEVEL = 0.05
+_LISTED_CUTS = 50
+
+
+def detection_facts(
+    prepared: Prepared, found: Evaluation, grounds: Grounds, config: Config, clean: Mapping[str, BoolArray]
+) -> DetectionFacts:
+    """Everything about the detection that the events alone do not tell.
+
+    Args:
+        prepared: the log.
+        found: the configured detector's evaluation.
+        grounds: what all detectors share.
+        config: which others judge side by side.
+        clean: (n,) clean samples by joint.
+    """
+    series = judged_series(prepared)
+    others = {}
+    for name in dict.fromkeys(config.detect.compare):
+        other = evaluate(prepared, grounds, config, name)
+        others[name] = detector_facts(other, grounds.rule, series.joint_names, series.period_s)
+    incidents = find_incidents(prepared, found, config)
+    return DetectionFacts(
+        causal=config.detect.causal,
+        equation=found.balance.engine.equation,
+        delay=delay_facts(found.balance, grounds.rule, series.period_s),
+        friction_level=_levels(found, config.detect.friction_level == "followed"),
+        dynamic={
+            joint: learn_dynamic(
+                found.residual.torque_nm[:, j],
+                series.velocity_rad_s[:, j],
+                series.acceleration_rad_s2[:, j],
+                clean[joint],
+                grounds.rule.n,
+            )
+            for j, joint in enumerate(series.joint_names)
+            if grounds.watch[joint].watched
+        },
+        incidents=incidents,
+        detectors=others,
+        flags=compare_flags(config.detect.controller_alarms_s, incidents),
+    )
+
+
+def _levels(found: Evaluation, followed: bool) -> dict[str, LevelFacts]:
+    out = {}
+    for joint, level in found.residual.levels.items():
+        d = 1.0 + level.deviation
+        out[joint] = LevelFacts(
+            float(d.min()), float(np.median(d)), float(d.max()), float(np.median(level.sd)), followed
+        )
+    return out
+
+
+def detection_findings(series: UniformSeries, found: Evaluation, grounds: Grounds) -> list[Finding]:
+    """Friction off its calibration, torque hidden at rest, and events cut off by stretches that are not judged."""
+    findings = []
+    for joint, level in _levels(found, True).items():
+        span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
+        if span >= LARGEST - 1e-6:
+            text = (
+                f"The friction of joint '{joint}' is {100 * LARGEST:.0f} % or more off its calibration: it needs to be "
+                "fitted anew, its alarms are in doubt."
+            )
+            findings.append(Finding("friction-level", "warning", text, joint=joint))
+        elif span > max(_NOTABLE_LEVEL, 2.0 * level.sd):
+            text = (
+                f"The friction of joint '{joint}' ran at {level.lowest:.3g} to {level.highest:.3g} of its calibration "
+                f"(standard error {level.sd:.2g}); the residual follows it."
+            )
+            findings.append(Finding("friction-level", "info", text, joint=joint))
+    for j, joint in enumerate(series.joint_names):
+        if grounds.watch[joint].watched and joint in grounds.rule.gamma_nm:
+            findings += _cut_events(series, found, j, joint, grounds.rule.n)
+            findings += _hidden(series, found, grounds, j, joint)
+    return findings
+
+
+def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n: int) -> list[Finding]:
+    """Exceedances that end in an unjudged stretch and would have been events had it gone on."""
+    state = found.judgement.state[:, j]
+    with np.errstate(invalid="ignore"):
+        above = np.abs(found.residual.torque_nm[:, j]) > found.threshold_nm[:, j]
+    above &= state <= State.FRICTION_INTERVAL
+    blind = (state == State.SATURATED) | (state == State.NOT_A_NUMBER) | (state == State.GAP) | (state == State.EDGE)
+    starts, stops = run_bounds(above | blind)
+    length = np.concatenate(([0], np.cumsum(above)))
+    out = []
+    fired = [c.onset_s for c in found.judgement.collisions if c.joint == joint]
+    for a, b in zip(starts, stops, strict=True):
+        count = int(length[b] - length[a])
+        if count == 0 or count == b - a or b - a < n:
+            continue
+        first, last = float(series.time_s[a]), float(series.time_s[b - 1])
+        if any(first - series.period_s <= t <= last for t in fired):
+            continue
+        text = (
+            f"The residual of joint '{joint}' was above its threshold for {count} samples next to a stretch that is "
+            f"not judged ({first:.4g} to {last:.4g} s): a collision may have been cut off."
+        )
+        out.append(Finding("event-cut", "warning", text, joint=joint, start_s=first, end_s=last))
+    return out[:_LISTED_CUTS]
+
+
+def _hidden(series: UniformSeries, found: Evaluation, grounds: Grounds, j: int, joint: str) -> list[Finding]:
+    """How long and how much a joint at rest or presliding hid."""
+    seconds = float(np.count_nonzero(found.judgement.state[:, j] == State.FRICTION_INTERVAL)) * series.period_s
+    law = grounds.laws.get(joint)
+    if law is None or seconds == 0.0:
+        return []
+    text = (
+        f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
+        f"{2.0 * law.hold + grounds.rule.gamma_nm[joint]:.3g} N·m (twice its breakaway friction and the threshold) can "
+        "go unseen. Not observable, not clean."
+    )
+    return [Finding("hidden-at-rest", "info", text, joint=joint)]

@@ -1,0 +1,35 @@
+"""The controller's own collision alarms against the audit's: agreed, missed, spurious, early or late."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from collaudit.core.result_detection import FlagComparison, Incident
+
+#: An alarm belongs to an incident from this long before its onset to this long after its end.
+_BEFORE_S, _AFTER_S = 0.1, 0.5
+
+
+def compare_flags(flags_s: Sequence[float], incidents: Sequence[Incident]) -> tuple[FlagComparison, ...]:
+    """Match each controller alarm with the incident it falls into.
+
+    A second alarm within one incident is part of it. Without any flags nothing is compared: a log that has no
+    such signal has not missed anything.
+
+    Args:
+        flags_s: times of the controller's alarms, s.
+        incidents: ours, in time order.
+    """
+    if not flags_s:
+        return ()
+    out: list[FlagComparison] = []
+    left = list(incidents)
+    for flag in sorted(flags_s):
+        its = next((i for i in incidents if i.onset_s - _BEFORE_S <= flag <= i.end_s + _AFTER_S), None)
+        if its is None:
+            out.append(FlagComparison(flag, None, "spurious", None))
+        elif its in left:
+            left.remove(its)
+            out.append(FlagComparison(flag, its.detected_s, "agreed", flag - its.detected_s))
+    out += [FlagComparison(None, i.detected_s, "missed", None) for i in left]
+    return tuple(sorted(out, key=lambda f: f.flag_s if f.flag_s is not None else f.detected_s or 0.0))

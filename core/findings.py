@@ -43,6 +43,7 @@ CODES: dict[str, str] = {
     "log-joints-ignored": "The log has joints that the robot model does not have.",
     "log-joints-missing": "The robot has joints that the log does not have.",
     "log-joints-merged": "Joints came from several publishers or files and were merged by name.",
+    "log-joints-numbered": "Messages number the joints and do not name them; the robot's order was taken.",
     "log-message-skipped": "Messages were left out because they could not be decoded.",
     "log-velocity-derived": "The log has no usable velocity; it was derived from position.",
     "log-velocity-disagrees": "The logged velocity is not the derivative of the logged position.",

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from collaudit.core.logs.extract import Plan, make_plan
+from collaudit.core.logs.generic import generic_decoder
 from collaudit.core.logs.layout import LayoutError, walk
 from collaudit.core.logs.profiles import Profile
 from collaudit.core.logs.records import Batch, ByteArray, Channel, gather
@@ -34,13 +35,13 @@ class ChannelDecoder:
     Attributes:
         channel: what is decoded.
         profile: which of its fields are meant.
-        kind: the message's wire type.
+        kind: the message's wire type, None where messages have no fixed layout.
         out: where the columns go; shared by the channels of one topic.
     """
 
     channel: Channel
     profile: Profile
-    kind: Struct
+    kind: Struct | None
     out: Decoded
     max_plans: int = MAX_PLANS
     _plans: dict[int, list[Plan]] = field(default_factory=dict)
@@ -49,11 +50,15 @@ class ChannelDecoder:
 
     @classmethod
     def of(cls, channel: Channel, profile: Profile, out: Decoded) -> ChannelDecoder:
-        """A decoder for a channel.
+        """A decoder for a channel; JSON and protobuf have no layouts and go message by message.
 
         Raises:
             SchemaError: the channel's definition cannot be understood.
         """
+        if channel.encoding not in ("cdr", "ros1"):
+            decoder = cls(channel, profile, None, out, max_plans=0)
+            decoder._generic = generic_decoder(channel, profile)
+            return decoder
         kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema)
         return cls(channel, profile, kind, out)
 
@@ -87,7 +92,7 @@ class ChannelDecoder:
 
     def _new_layouts(self, batch: Batch, rows: ByteArray, picked: IntArray, order: IntArray) -> None:
         while picked.shape[0]:
-            if self._count >= self.max_plans:
+            if self.kind is None or self._count >= self.max_plans:
                 self._one_by_one(batch, picked, order)
                 return
             data = rows[0].tobytes()
@@ -113,8 +118,6 @@ class ChannelDecoder:
 
     def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
         if self._generic is None:
-            from collaudit.core.logs.generic import generic_decoder
-
             self._generic = generic_decoder(self.channel, self.profile)
         for index in picked.tolist():
             try:

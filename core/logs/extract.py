@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.layout import Chars, Layout, LayoutError, Numbers, Path
+from collaudit.core.logs.layout import Layout, LayoutError, Numbers, Path
 from collaudit.core.logs.profiles import Profile
 from collaudit.core.logs.records import ByteArray
 from collaudit.core.logs.tables import GroupKey
@@ -99,42 +99,73 @@ def _guards(ranges: list[tuple[int, int]], data: bytes) -> tuple[Guard, ...]:
     return tuple(out)
 
 
-def _key(path: str) -> Path:
+@dataclass(slots=True)
+class _Finder:
+    """Finds the fields of paths in one message; ``bound`` collects strings that must stay as they are."""
+
+    layout: Layout
+    data: bytes
+    bound: list[tuple[int, int]]
+
+    def numbers(self, path: str) -> tuple[Numbers, ...]:
+        """The runs of numbers of the first alternative the type has; none when it has none of them."""
+        for alternative in path.split("|"):
+            parts = [self._one(single) for single in alternative.split(",")]
+            if all(part is not None for part in parts):
+                return tuple(run for part in parts for run in part or ())
+        return ()
+
+    def _one(self, path: str) -> tuple[Numbers, ...] | None:
+        if "[*]" not in path:
+            found = self.layout.numbers.get(key_of(path))
+            return None if found is None else (found,)
+        head, tail = path.split("[*]", 1)
+        base = key_of(head)
+        if base not in self.layout.lengths:
+            return None
+        items = [(*base, index) for index in range(self.layout.lengths[base])]
+        if tail.startswith("{"):
+            return tuple(self._chosen(item, tail) for item in items) if items else ()
+        parts = [self.layout.numbers.get((*item, *key_of(tail.lstrip(".")))) for item in items]
+        return tuple(part for part in parts if part is not None)
+
+    def _chosen(self, item: Path, choice: str) -> Numbers:
+        """The one of an item's values whose key is as asked."""
+        keys, values, wanted = choice_of(choice)
+        texts = [self.text((*item, keys, k)) for k in range(self.layout.lengths.get((*item, keys), 0))]
+        run = self.layout.numbers.get((*item, values))
+        if run is None or wanted not in texts or texts.index(wanted) >= run.count:
+            return Numbers(0, "<f8", 0)
+        return Numbers(run.offset + texts.index(wanted) * int(run.code[2:]), run.code, 1)
+
+    def text(self, path: Path) -> str:
+        """A string of the message, which from now on binds the layout."""
+        chars = self.layout.texts[path]
+        self.bound.append((chars.offset, chars.offset + chars.size))
+        try:
+            return self.data[chars.offset : chars.offset + chars.size].decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise LayoutError("a joint name is not UTF-8") from error
+
+    def names(self, path: str) -> tuple[str, ...]:
+        """The strings at a path."""
+        head, _, tail = path.partition("[*]")
+        base, rest = key_of(head), key_of(tail.lstrip("."))
+        if base not in self.layout.lengths:
+            raise LayoutError(f"its type has no field {path}")
+        return tuple(self.text((*base, index, *rest)) for index in range(self.layout.lengths[base]))
+
+
+def key_of(path: str) -> Path:
+    """A dotted path as a layout names it."""
     return tuple(path.split(".")) if path else ()
 
 
-def _find(layout: Layout, path: str) -> tuple[Numbers, ...] | None:
-    """The runs of numbers at a dotted path, ``[*]`` standing for every item; None when the type lacks it."""
-    if "[*]" not in path:
-        found = layout.numbers.get(_key(path))
-        return None if found is None else (found,)
-    head, tail = path.split("[*]", 1)
-    base = _key(head)
-    if base not in layout.lengths:
-        return None
-    rest = _key(tail.lstrip("."))
-    parts = [layout.numbers.get((*base, index, *rest)) for index in range(layout.lengths[base])]
-    return tuple(part for part in parts if part is not None)
-
-
-def _names(layout: Layout, path: str, data: bytes) -> tuple[tuple[str, ...], list[Chars]]:
-    head, _, tail = path.partition("[*]")
-    base, rest = _key(head), _key(tail.lstrip("."))
-    if base not in layout.lengths:
-        raise LayoutError(f"its type has no field {path}")
-    chars = [layout.texts[(*base, index, *rest)] for index in range(layout.lengths[base])]
-    try:
-        names = tuple(data[c.offset : c.offset + c.size].decode("utf-8") for c in chars)
-    except UnicodeDecodeError as error:
-        raise LayoutError("a joint name is not UTF-8") from error
-    return names, chars
-
-
-def _stamp(layout: Layout, path: str | None) -> tuple[Numbers, Numbers] | None:
-    if path is None:
-        return None
-    seconds, rest = (layout.numbers.get(_key(f"{path}.{part}")) for part in ("sec", "nanosec"))
-    return (seconds, rest) if seconds is not None and rest is not None else None
+def choice_of(choice: str) -> tuple[str, str, str]:
+    """Keys, values and the wanted key of ``{keys:values=wanted}``."""
+    fields, wanted = choice.strip("{}").split("=")
+    keys, values = fields.split(":")
+    return keys, values, wanted
 
 
 def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
@@ -148,29 +179,27 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
     Raises:
         LayoutError: the message does not hold what the profile needs, or holds it inconsistently.
     """
-    names: tuple[str, ...] = ()
-    ranges = list(layout.guards)
-    if profile.names is not None:
-        names, chars = _names(layout, profile.names, data)
-        ranges += [(c.offset, c.offset + c.size) for c in chars]
-    if profile.role == "wrench":
-        columns = {"wrench": tuple(part for path in profile.wrench for part in _find(layout, path) or ())}
-    else:
-        found = {name: _find(layout, path) for name, path in profile.quantities().items()}
-        columns = {name: parts for name, parts in found.items() if parts}
+    finder = _Finder(layout, data, list(layout.guards))
+    named = finder.names(profile.names) if profile.names is not None else ()
+    columns = {name: finder.numbers(path) for name, path in profile.quantities().items()}
     columns = {name: parts for name, parts in columns.items() if _count(parts)}
-    check_counts(profile, names, {name: _count(parts) for name, parts in columns.items()})
-    stamp = _stamp(layout, profile.stamp)
-    key = GroupKey(names, tuple((name, _count(parts)) for name, parts in columns.items()), stamp is not None)
-    return Plan(layout.size, key, _guards(ranges, data), stamp, columns)
+    counts = {name: _count(parts) for name, parts in columns.items()}
+    names = check_counts(profile, named, counts)
+    stamp = finder.numbers(profile.stamp) if profile.stamp is not None else ()
+    pair = (stamp[0], stamp[1]) if len(stamp) == 2 and stamp[0].count == stamp[1].count == 1 else None
+    key = GroupKey(names, tuple(counts.items()), pair is not None)
+    return Plan(layout.size, key, _guards(finder.bound, data), pair, columns)
 
 
 def _count(parts: tuple[Numbers, ...]) -> int:
     return sum(part.count for part in parts)
 
 
-def check_counts(profile: Profile, names: tuple[str, ...], counts: dict[str, int]) -> None:
+def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:
     """Refuse messages whose arrays do not fit their names.
+
+    Returns:
+        The joint names, those the profile implies where the message has none.
 
     Raises:
         LayoutError: no names, a name twice, arrays of other lengths than the names, or nothing usable at all.
@@ -178,14 +207,16 @@ def check_counts(profile: Profile, names: tuple[str, ...], counts: dict[str, int
     if profile.role == "wrench":
         if counts.get("wrench") != 6:
             raise LayoutError(f"it has {counts.get('wrench', 0)} of the six numbers of a wrench")
-        return
+        return ()
+    names = named if profile.names is not None else profile.implied_names(max(counts.values(), default=0))
+    if not names:
+        raise LayoutError("it names no joints")
     if len(set(names)) != len(names):
         twice = sorted({name for name in names if names.count(name) > 1})
         raise LayoutError(f"it names the joint {twice[0]!r} twice")
-    if profile.names is not None and not names:
-        raise LayoutError("it names no joints")
     for quantity, count in counts.items():
-        if names and count != len(names):
+        if count != len(names):
             raise LayoutError(f"it has {len(names)} joint names and {count} values of {quantity}")
     if not counts:
         raise LayoutError("it holds no position, velocity or effort")
+    return names

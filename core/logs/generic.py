@@ -1,25 +1,25 @@
-"""The generic decoder: one message at a time through rosbags, as the fallback and as the reference in tests."""
+"""The generic decoder: one message at a time, as the fallback, as the reference in tests, and for JSON and protobuf."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from collaudit.core.logs.extract import NS, check_counts
+from collaudit.core.logs.extract import NS, check_counts, choice_of
 from collaudit.core.logs.layout import LayoutError
 from collaudit.core.logs.profiles import Profile
 from collaudit.core.logs.records import Channel
-from collaudit.core.logs.schema import typesdict_of
+from collaudit.core.logs.schema import SchemaError, typesdict_of
 from collaudit.core.logs.tables import GroupKey
 from collaudit.core.series import FloatArray, IntArray
 
 Columns = dict[str, IntArray | FloatArray]
+Deserializer = Callable[[bytes], Any]
 
 
-def _deserializer(channel: Channel) -> Callable[[bytes], Any]:
+def _ros(channel: Channel) -> Deserializer:
     from rosbags.serde import SerdeError
     from rosbags.typesys import Stores, get_typestore
 
@@ -36,54 +36,137 @@ def _deserializer(channel: Channel) -> Callable[[bytes], Any]:
     return deserialize
 
 
+def _json(channel: Channel) -> Deserializer:
+    import json
+
+    def deserialize(data: bytes) -> Any:
+        try:
+            return json.loads(data)
+        except (ValueError, RecursionError) as error:
+            raise LayoutError(f"it is not JSON: {error}") from error
+
+    return deserialize
+
+
+def _protobuf(channel: Channel) -> Deserializer:
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+    from google.protobuf.message import DecodeError
+
+    try:
+        files = descriptor_pb2.FileDescriptorSet.FromString(channel.schema)
+        pool = descriptor_pool.DescriptorPool()
+        for file in files.file:
+            pool.Add(file)
+        kind = message_factory.GetMessageClass(pool.FindMessageTypeByName(channel.type))
+    except (DecodeError, TypeError, KeyError) as error:
+        raise SchemaError(f"the protobuf definition of {channel.type} cannot be understood: {error}") from error
+
+    def deserialize(data: bytes) -> Any:
+        try:
+            return kind.FromString(data)
+        except DecodeError as error:
+            raise LayoutError(f"it is not a {channel.type}: {error}") from error
+
+    return deserialize
+
+
+_DESERIALIZERS = {"cdr": _ros, "ros1": _ros, "json": _json, "protobuf": _protobuf}
+
+
+def _field(message: Any, path: str) -> Any:
+    """A field by its dotted path; None where the message leaves it out."""
+    for name in path.split(".") if path else ():
+        if isinstance(message, dict):
+            message = message.get(name)
+        elif hasattr(message, "HasField") and _left_out(message, name):
+            return None
+        else:
+            message = getattr(message, name)
+        if message is None:
+            return None
+    return message
+
+
+def _left_out(message: Any, name: str) -> bool:
+    """Whether an optional protobuf field is not set."""
+    field = message.DESCRIPTOR.fields_by_name.get(name)
+    if field is None:
+        raise AttributeError(name)
+    return bool(field.has_presence and not message.HasField(name))
+
+
 def _values(message: Any, path: str) -> FloatArray:
-    if "[*]" in path:
-        head, tail = path.split("[*]", 1)
-        get = attrgetter(tail.lstrip("."))
-        parts = [np.atleast_1d(get(item)) for item in attrgetter(head)(message)]
-        return np.concatenate([*parts, np.empty(0)]).astype(np.float64)
-    return np.atleast_1d(np.asarray(attrgetter(path)(message))).astype(np.float64)
+    for alternative in path.split("|"):
+        try:
+            parts = [_one(message, single) for single in alternative.split(",")]
+        except AttributeError:
+            continue
+        if all(part is not None for part in parts):
+            return np.concatenate([part for part in parts if part is not None])
+    return np.empty(0)
+
+
+def _one(message: Any, path: str) -> FloatArray | None:
+    if "[*]" not in path:
+        value = _field(message, path)
+        return None if value is None else np.atleast_1d(np.asarray(value)).astype(np.float64)
+    head, tail = path.split("[*]", 1)
+    items = _field(message, head) or ()
+    if tail.startswith("{"):
+        return np.array([value for item in items for value in _chosen(item, tail)], dtype=np.float64)
+    values = [_field(item, tail.lstrip(".")) for item in items]
+    if all(value is None for value in values):
+        return np.empty(0)
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def _chosen(item: Any, choice: str) -> tuple[float, ...]:
+    keys, values, wanted = choice_of(choice)
+    names, numbers = list(_field(item, keys)), _field(item, values)
+    if wanted not in names or names.index(wanted) >= len(numbers):
+        return ()
+    return (float(numbers[names.index(wanted)]),)
 
 
 def _names(message: Any, path: str) -> tuple[str, ...]:
     head, _, tail = path.partition("[*]")
-    items = attrgetter(head)(message)
-    return tuple(items) if not tail else tuple(attrgetter(tail.lstrip("."))(item) for item in items)
+    names = tuple(_field(item, tail.lstrip(".")) for item in _field(message, head) or ())
+    if not all(isinstance(name, str) for name in names):
+        raise LayoutError("a joint name is no text")
+    return names
 
 
 def _stamp(message: Any, path: str) -> int | None:
-    try:
-        stamp = attrgetter(path)(message)
-        return int(stamp.sec) * NS + int(stamp.nanosec)
-    except AttributeError:
-        return None
-
-
-def _columns(message: Any, profile: Profile) -> tuple[tuple[str, ...], Columns]:
-    names = _names(message, profile.names) if profile.names is not None else ()
-    if profile.role == "wrench":
-        found = {"wrench": np.concatenate([_values(message, path) for path in profile.wrench])}
-    else:
-        found = {name: _values(message, path) for name, path in profile.quantities().items()}
-    return names, {name: values for name, values in found.items() if values.size}
+    for alternative in path.split("|"):
+        try:
+            parts = [_field(message, single) for single in alternative.split(",")]
+        except AttributeError:
+            continue
+        if all(isinstance(part, int) for part in parts) and len(parts) == 2:
+            return int(parts[0]) * NS + int(parts[1])
+    return None
 
 
 def generic_decoder(channel: Channel, profile: Profile) -> Callable[[bytes], tuple[GroupKey, Columns]]:
     """A function from one message's bytes to its key and its columns of one row.
 
     The function raises :class:`LayoutError` for a message that cannot be used.
+
+    Raises:
+        SchemaError: the channel's definition cannot be understood.
     """
-    deserialize = _deserializer(channel)
+    deserialize = _DESERIALIZERS[channel.encoding](channel)
 
     def decode(data: bytes) -> tuple[GroupKey, Columns]:
         message = deserialize(data)
         try:
-            names, found = _columns(message, profile)
-        except AttributeError as error:
-            raise LayoutError(f"its type lacks a field: {error}") from error
-        counts = {name: values.size for name, values in found.items()}
-        check_counts(profile, names, counts)
-        columns: Columns = {name: values[None, :] for name, values in found.items()}
+            named = _names(message, profile.names) if profile.names is not None else ()
+            found = {name: _values(message, path) for name, path in profile.quantities().items()}
+        except (AttributeError, TypeError, ValueError) as error:
+            raise LayoutError(f"a field is not what its type says: {error}") from error
+        counts = {name: values.size for name, values in found.items() if values.size}
+        names = check_counts(profile, named, counts)
+        columns: Columns = {name: found[name][None, :] for name in counts}
         stamp = _stamp(message, profile.stamp) if profile.stamp is not None else None
         if stamp is not None:
             columns["stamp_ns"] = np.array([stamp], dtype=np.int64)

@@ -74,9 +74,14 @@ def _publisher(groups: list[Group], wanted: set[str]) -> Publisher:
         stamp_ns = stamp_ns[sort] if stamp_ns is not None else None
         columns = {quantity: values[sort] for quantity, values in columns.items()}
     publisher = Publisher(names, log_ns, stamp_ns, columns)
-    if len({group.key.names for group in groups if set(group.key.names) & wanted != set(names)}):
-        _fill(publisher)
+    if len(groups) > 1 and len({_holds(group, names) for group in groups}) > 1:
+        _fill(publisher, groups, rows, sort)
     return publisher
+
+
+def _holds(group: Group, names: tuple[str, ...]) -> tuple[tuple[str, ...], bool]:
+    """Which of the joints a group names, and whether with positions."""
+    return tuple(name for name in names if name in group.key.names), "position" in dict(group.key.present)
 
 
 def _integers(groups: Sequence[Group], name: str) -> IntArray:
@@ -99,14 +104,26 @@ def _stack(groups: Sequence[Group], rows: Sequence[int], quantity: str, names: t
     return out
 
 
-def _fill(publisher: Publisher) -> None:
-    """Fill rows in which other messages of the same publisher did not name a joint."""
-    log_s = seconds_since(publisher.log_ns, int(publisher.log_ns[0]))
-    for values in publisher.columns.values():
-        for column in values.T:
-            known = np.isfinite(column)
-            if known.any() and not known.all():
-                column[~known] = interpolate(log_s[~known], log_s[known], column[known, None])[:, 0]
+def _fill(publisher: Publisher, groups: Sequence[Group], rows: Sequence[int], sort: IntArray | None) -> None:
+    """Fill what other messages of the same publisher hold; rows without positions then have served their purpose.
+
+    A value that a message did give, even if it is not a number, is never replaced.
+    """
+    stamps = publisher.stamp_ns if publisher.stamp_ns is not None else publisher.log_ns
+    time_s = seconds_since(stamps, int(stamps[0]))
+    origin = np.repeat(np.arange(len(groups)), rows)
+    origin = origin if sort is None else origin[sort]
+    for quantity, values in publisher.columns.items():
+        for index, name in enumerate(publisher.names):
+            given = np.array([name in g.key.names and quantity in dict(g.key.present) for g in groups])[origin]
+            if given.any() and not given.all():
+                column = values[:, index]
+                column[~given] = interpolate(time_s[~given], time_s[given], column[given, None])[:, 0]
+    placed = np.array(["position" in dict(group.key.present) for group in groups])[origin]
+    if placed.any() and not placed.all():
+        publisher.log_ns = publisher.log_ns[placed]
+        publisher.stamp_ns = publisher.stamp_ns[placed] if publisher.stamp_ns is not None else None
+        publisher.columns = {quantity: values[placed] for quantity, values in publisher.columns.items()}
 
 
 def seconds_since(stamps_ns: IntArray, origin_ns: int) -> FloatArray:

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import start_of
 from collaudit.core.logs.csv_log import CsvTable, read_csvs
 from collaudit.core.logs.naming import map_names, model_name
 from collaudit.core.logs.opening import Hashing
-from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians
+from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.series import FloatArray, JointLog, LogSource, WrenchSeries, frozen
 
 if TYPE_CHECKING:
@@ -99,13 +98,7 @@ def _units(table: CsvTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfi
         if effort in _NEWTON_METRES:
             update["effort"] = "Nm"
         elif effort in _AMPERES:
-            if not stated.torque_constant_nm_per_a:
-                raise ConfigError(
-                    "the effort columns are currents by their names, and their unit is not stated",
-                    where=where,
-                    expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
-                    hint='effort = "raw" fits friction in the log\'s own unit',
-                )
+            stated = with_currents(stated, where)
             update["effort"] = "A"
         else:
             text = "The unit of the effort columns is not stated; it was taken as N·m."

@@ -11,13 +11,13 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import Clock, choose_clock, start_of, steadiness
-from collaudit.core.logs.naming import NameMap, listed, map_names
+from collaudit.core.logs.naming import NameMap, listed, map_names, matches
 from collaudit.core.logs.opening import Hashing, open_messages, partial
 from collaudit.core.logs.publishers import Publisher, interpolate, publishers_of, seconds_since
 from collaudit.core.logs.records import LogReader, Progress
 from collaudit.core.logs.tables import QUANTITIES, all_names
-from collaudit.core.logs.topics import Topic, choose_joint_states, decode, topics_of
-from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians
+from collaudit.core.logs.topics import Topic, choose_joint_states, companions, decode, topics_of
+from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.wrench import read_wrench
 from collaudit.core.series import FloatArray, IntArray, JointLog, LogSource, frozen
 
@@ -40,14 +40,17 @@ def read_message_log(
         topics = topics_of(reader)
         joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
         wrench = _wrench_topic(topics, settings.wrench)
-        decode(reader, [joints, wrench] if wrench is not None and wrench is not joints else [joints], progress)
+        wanted = [joints, *companions(topics, joints)]
+        decode(reader, [*wanted, wrench] if wrench is not None and wrench not in wanted else wanted, progress)
         findings = [*partial(reader.damage, name), *skipped(joints), *(skipped(wrench) if wrench else ())]
     finally:
         reader.close()
     where = f"{name}, {joints.name}"
     if not joints.decoded.groups:
         raise _empty(joints, reader, where)
-    names = map_names(all_names([joints.decoded]), settings.joint_names, robot_joints, where)
+    mapping, numbered = _mapping(joints, settings, robot_joints)
+    findings += numbered
+    names = map_names(all_names([joints.decoded]), mapping, robot_joints, where)
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
@@ -61,7 +64,10 @@ def read_message_log(
     linear = [joint in set(prismatic) for joint in names.model]
     to_radians(columns.get("position"), settings.units.position, linear)
     to_radians(columns.get("velocity"), settings.units.velocity or settings.units.position, linear)
-    unit = scale_effort(columns.get("effort"), names.model, names.log, settings.units, where)
+    units = settings.units
+    if joints.profile is not None and joints.profile.effort_unit == "A" and "effort" in columns:
+        units = with_currents(units, where)
+    unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
     if "position" not in columns:
         raise LogError("the joint states hold no positions", where=where)
     if "effort" not in columns:
@@ -78,6 +84,21 @@ def read_message_log(
         source=LogSource(name, hashing.result(), reader.format, start_of(origin), clock, joints.name),
         findings=tuple(findings),
     )
+
+
+def _mapping(topic: Topic, settings: LogConfig, robot: Sequence[str] | None) -> tuple[dict[str, str], list[Finding]]:
+    """Log name to model name; joints that a type only numbers are the robot's in its order, and that is said."""
+    mapping = dict(settings.joint_names)
+    names = all_names([topic.decoded])
+    if topic.profile is None or not topic.profile.fixed_names or robot is None:
+        return mapping, []
+    if matches(names, mapping, robot) or len(names) > len(robot):
+        return mapping, []
+    mapping.update(zip(names, robot, strict=False))
+    text = (
+        f"Its type numbers the joints; they were taken as the robot's in its order: {', '.join(robot[: len(names)])}."
+    )
+    return mapping, [Finding("log-joints-numbered", "warning", text, where=topic.name)]
 
 
 def _wrench_topic(topics: Sequence[Topic], wanted: str | None) -> Topic | None:

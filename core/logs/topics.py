@@ -15,7 +15,7 @@ from collaudit.core.logs.tables import Decoded, all_names
 
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
-ENCODINGS = ("cdr", "ros1")
+ENCODINGS = ("cdr", "ros1", "json", "protobuf")
 
 
 @dataclass(slots=True, eq=False)
@@ -132,7 +132,7 @@ def choose_joint_states(
     """
     if wanted is not None:
         return _configured(topics, wanted, where)
-    candidates = [topic for topic in topics if topic.decoders and _is_joints(topic)]
+    candidates = [topic for topic in topics if topic.decoders and _is_joints(topic) and _has_position(topic)]
     if not candidates:
         raise _none(topics, where)
     if len(candidates) == 1:
@@ -140,6 +140,9 @@ def choose_joint_states(
     names = peek_names(reader, candidates)
     scores = {topic.name: matches(names[topic.name], mapping, robot) for topic in candidates}
     best = max(scores.values())
+    unnamed = [topic for topic in candidates if topic.profile is not None and topic.profile.fixed_names]
+    if best == 0 and len(unnamed) == 1:
+        return unnamed[0]
     if best == 0:
         raise LogError(
             "none of the log's topics has joints of the robot",
@@ -159,6 +162,29 @@ def choose_joint_states(
             hint=f'choose one: [log] joint_states = "{chosen[0].name}"',
         )
     return chosen[0]
+
+
+def _has_position(topic: Topic) -> bool:
+    return topic.profile is not None and topic.profile.position is not None
+
+
+def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
+    """Sibling topics with the other quantities, of types that hold one quantity each; they decode into the chosen one."""
+    family = chosen.profile.family if chosen.profile is not None else ""
+    found = [
+        topic
+        for topic in topics
+        if family
+        and topic is not chosen
+        and topic.profile is not None
+        and topic.profile.family == family
+        and topic.name.rsplit("/", 1)[0] == chosen.name.rsplit("/", 1)[0]
+    ]
+    for topic in found:
+        topic.decoded = chosen.decoded
+        for decoder in topic.decoders.values():
+            decoder.out = chosen.decoded
+    return found
 
 
 def _is_joints(topic: Topic) -> bool:

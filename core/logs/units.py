@@ -34,11 +34,29 @@ def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:
                     f"[log.units] {key} names the joint {name!r}, which neither the log nor the robot has",
                     expected=f"one of {listed(known)}",
                 )
-    if settings.torque_constant_nm_per_a and settings.effort == "Nm":
+    if settings.torque_constant_nm_per_a and settings.effort == "Nm" and "effort" in settings.model_fields_set:
         raise ConfigError(
             "[log.units] torque_constant_nm_per_a is given, and effort is stated to be in N·m",
             hint='set effort = "A" when the log holds currents, or take the constants out',
         )
+
+
+def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
+    """Units for efforts that are currents by what the log says of them, where the configuration says nothing.
+
+    Raises:
+        ConfigError: there are no torque constants.
+    """
+    if "effort" in settings.model_fields_set:
+        return settings
+    if not settings.torque_constant_nm_per_a:
+        raise ConfigError(
+            "the efforts are currents by their names, and their unit is not stated",
+            where=where,
+            expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
+            hint='effort = "raw" fits friction in the log\'s own unit',
+        )
+    return settings.model_copy(update={"effort": "A"})
 
 
 def _for(table: Mapping[str, float], model: str, log: str) -> float | None:

@@ -169,7 +169,7 @@ def _has_position(topic: Topic) -> bool:
 
 
 def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
-    """Sibling topics with the other quantities, of types that hold one quantity each; they decode into the chosen one."""
+    """Sibling topics of types that hold one quantity each; they decode into the chosen topic."""
     family = chosen.profile.family if chosen.profile is not None else ""
     found = [
         topic

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -11,7 +11,7 @@ import click
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options
 from collaudit.cli.words import bytes_text, note, print_findings, progress
-from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
 
 if TYPE_CHECKING:
     from collaudit.cli.chain import LogFiles
@@ -46,45 +46,68 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
     from collaudit.core.logs import describe
 
     loaded = load_settings()
-    summaries: list[tuple[LogSummary, tuple[Finding, ...]]] = []
+    looks = []
     for files in find_logs(logs, loaded):
         summary = describe(files, loaded.config.log)
-        seen = set(summary.findings)
-        checked = tuple(finding for finding in _audit_findings(files, loaded) if finding not in seen)
-        summaries.append((summary, (*summary.findings, *checked)))
+        error, checked = _audit_findings(files, loaded)
+        known = set(summary.findings)
+        findings = (*summary.findings, *(finding for finding in checked if finding not in known))
+        looks.append(_Look(summary, findings, error))
     if as_json:
-        click.echo(_json(summaries))
+        click.echo(_json(looks))
     else:
-        for summary, findings in summaries:
-            click.echo(_text(summary))
-            print_findings(findings)
-    obstacles = [(summary.name, text) for summary, findings in summaries if (text := _obstacle(summary, findings))]
+        for look in looks:
+            click.echo(_text(look.summary))
+            print_findings(look.findings)
+    obstacles = [(look.summary.name, text) for look in looks if (text := look.obstacle())]
     for name, text in obstacles:
         note(f"{name}: cannot be judged as it is: {text}")
     return EXIT_NOT_JUDGED if obstacles else EXIT_PASS
 
 
-def _obstacle(summary: LogSummary, findings: tuple[Finding, ...]) -> str | None:
-    """Why nothing in the log could be judged; None when it could."""
-    if not any(topic.role == "joint_states" and topic.readable for topic in summary.topics):
-        return "no joint states were found in it"
-    errors = sorted({finding.code for finding in findings if finding.severity == "error"})
-    return f"see {', '.join(errors)} above" if errors else None
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What was seen of one log, and why it could not be read as an audit would (None: it could, or no robot)."""
+
+    summary: LogSummary
+    findings: tuple[Finding, ...]
+    error: CollauditError | None
+
+    def obstacle(self) -> str | None:
+        """Why nothing in the log could be judged; None when it could."""
+        if self.error is not None:
+            return self.error.render()
+        if not any(topic.role == "joint_states" and topic.readable for topic in self.summary.topics):
+            return "no joint states were found in it"
+        errors = sorted({finding.code for finding in self.findings if finding.severity == "error"})
+        return f"see {', '.join(errors)} above" if errors else None
 
 
-def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
-    """What reading the log with its robot shows; nothing without a robot."""
+def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
+    """What reading the log with its robot shows; nothing without a robot.
+
+    Raises:
+        CollauditError: the robot or the settings cannot be used at all.
+    """
     from collaudit.cli.chain import prepare_log
 
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
-        return ()
-    with progress("reading") as report:
-        return prepare_log(files, loaded, report).findings
+        return None, ()
+    try:
+        with progress("reading") as report:
+            return None, prepare_log(files, loaded, report).findings
+    except (LogError, NotJudgedError) as error:
+        return error, ()
 
 
-def _json(summaries: list[tuple[LogSummary, tuple[Finding, ...]]]) -> str:
+def _json(looks: list[_Look]) -> str:
     logs = [
-        {**asdict(summary), "findings": [asdict(finding) for finding in findings]} for summary, findings in summaries
+        {
+            **asdict(look.summary),
+            "findings": [asdict(finding) for finding in look.findings],
+            "error": None if look.error is None else look.error.render(),
+        }
+        for look in looks
     ]
     return json.dumps({"schema": INSPECT_SCHEMA, "logs": logs}, indent=2, ensure_ascii=False)
 

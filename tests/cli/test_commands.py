@@ -182,6 +182,17 @@ def test_inspect(arm, collaudit) -> None:
     assert content["logs"][0]["csv_columns"][:2] == ["t", "q1"]
 
 
+def test_inspect_shows_a_log_whose_joints_the_robot_does_not_have(arm, collaudit, tmp_path: Path) -> None:
+    config, log = tmp_path / "c.toml", tmp_path / "other.csv"
+    config.write_text(arm.config.read_text().replace("{i}", "_{joint}"))
+    _, rows = arm.clean.read_text().split("\n", 1)
+    log.write_text("t,q_hip,q_knee,dq_hip,dq_knee,tau_hip,tau_knee\n" + rows)
+    outcome = collaudit("inspect", log, "-c", config)
+    assert outcome.code == 3
+    assert "hip, knee" in outcome.out
+    assert "expected: joint1, joint2" in outcome.err
+
+
 def test_inspect_shows_an_inverted_effort(arm, collaudit, tmp_path: Path) -> None:
     log = tmp_path / "inverted.csv"
     header, *rows = arm.clean.read_text().splitlines()

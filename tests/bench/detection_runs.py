@@ -1,0 +1,149 @@
+"""Known-truth logs judged by every detector: the measurements behind docs/detectors.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from collaudit.cli.chain import prepare_log
+from collaudit.cli.provenance import make_provenance
+from collaudit.core.audit import fit_logs
+from collaudit.core.config import load_config
+from collaudit.core.config.schema import Config
+from collaudit.core.evaluate import Evaluation, Grounds, evaluate
+from collaudit.core.fitting import friction_laws
+from collaudit.core.prepare import Prepared, judged_series
+from collaudit.core.result import FrictionFile
+from collaudit.core.rule import make_rule
+from collaudit.core.scoring import Alarm, Evidence, Score, score
+from collaudit.core.truth_events import read_events
+from collaudit.fixtures import simulate as simulation
+from collaudit.fixtures.robots import FixtureRobot, robot_named
+from collaudit.reports.files import read_friction, write_friction
+
+#: Pushes count when their true torque exceeds 1.3 gamma for longer than n.
+FACTOR = 1.3
+
+
+def soft(robot: FixtureRobot, times: float = 5.0) -> FixtureRobot:
+    """The same arm with bristles that travel further before they slip."""
+    softer = tuple(replace(f, bristle_nm_per_rad=f.bristle_nm_per_rad / times) for f in robot.friction)
+    return replace(robot, friction=softer)
+
+
+def simulated(folder: Path, robot: str, scenario: str, seed: int, duration_s: float | None = None) -> Path:
+    """The log of a scenario, simulated unless it is there; ``robot`` may end in ``-soft``."""
+    path = folder / robot / f"{scenario}-{seed}.mcap"
+    if not path.with_suffix(".truth.json").exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        base = robot.removesuffix("-soft")
+        arm = robot_named(base)
+        original = simulation.robot_named
+        simulation.robot_named = lambda _: soft(arm) if robot.endswith("-soft") else arm
+        try:
+            simulation.simulate_to(scenario, base, seed, "mcap", path, duration_s=duration_s)
+        finally:
+            simulation.robot_named = original
+    return path
+
+
+def friction_of(folder: Path, robot: str) -> FrictionFile:
+    """Friction fitted once from the identification run of the robot (never of its soft twin)."""
+    robot = robot.removesuffix("-soft")
+    file = folder / robot / "friction-1.json"
+    if not file.exists():
+        log = simulated(folder, robot, "friction", 1)
+        loaded = load_config(log.with_suffix(".toml"))
+        prepared = prepare_log((log,), loaded)
+        write_friction(file, fit_logs([prepared], loaded.config, make_provenance(loaded, None, None)))
+    return read_friction(file)
+
+
+def off_calibration(friction: FrictionFile, share: float) -> FrictionFile:
+    """A calibration against which the arm's friction is off by ``share`` (-0.15: the arm has 15 % less)."""
+    joints = {
+        name: replace(
+            fit, parameters={k: v if k.startswith("C") else v / (1 + share) for k, v in fit.parameters.items()}
+        )
+        for name, fit in friction.joints.items()
+    }
+    return replace(friction, joints=joints)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A log ready to be judged by any detector."""
+
+    prepared: Prepared
+    grounds: Grounds
+    config: Config
+    truth: Path
+
+    def judged(self, name: str, causal: bool) -> Evaluation:
+        detect = self.config.detect.model_copy(update={"causal": causal})
+        return evaluate(self.prepared, self.grounds, self.config.model_copy(update={"detect": detect}), name)
+
+    def score(self, name: str, causal: bool, watch: Sequence[str] | None = None) -> list[Score]:
+        """Scores, all joints combined first."""
+        found = self.judged(name, causal)
+        series = judged_series(self.prepared)
+        rule = self.grounds.rule
+        events = read_events(self.truth, series.joint_names, FACTOR, (rule.n + 1) * series.period_s)
+        if watch is not None:
+            events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
+        alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.judgement.collisions]
+        ratio = found.residual.torque_nm / found.threshold_nm
+        evidence = Evidence(series.time_s, ratio, found.judgement.state, series.joint_names, rule.n)
+        return score(events, alarms, evidence)
+
+
+def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None) -> Bench:
+    """Read and prepare a simulated log."""
+    overrides: dict[str, object] = {} if watch is None else {"detect.watch": list(watch)}
+    loaded = load_config(log.with_suffix(".toml"), overrides)
+    prepared = prepare_log((log,), loaded)
+    series = judged_series(prepared)
+    laws, _ = friction_laws(friction.joints, series)
+    rule, watched, _ = make_rule(series, prepared.phases, loaded.config)
+    contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
+    return Bench(prepared, Grounds(laws, contradicted, rule, watched), loaded.config, log.with_suffix(".truth.json"))
+
+
+@dataclass(frozen=True)
+class Total:
+    """Scores of several logs added up."""
+
+    events: int
+    found: int
+    not_observable: int
+    alarms: int
+    false_alarms: int
+    judged_h: float
+    delay_ms: tuple[float, ...]
+    auc: float
+
+    @property
+    def recall(self) -> float:
+        return self.found / max(1, self.events - self.not_observable)
+
+    @property
+    def precision(self) -> float:
+        return 1.0 - self.false_alarms / max(1, self.alarms)
+
+
+def add_up(scores: Sequence[Score]) -> Total:
+    """Totals over logs; the mean of the areas under the curve."""
+    aucs = [s.auc for s in scores if s.auc is not None]
+    return Total(
+        events=sum(s.events for s in scores),
+        found=sum(s.found for s in scores),
+        not_observable=sum(s.not_observable for s in scores),
+        alarms=sum(s.alarms for s in scores),
+        false_alarms=sum(s.false_alarms for s in scores),
+        judged_h=sum(s.judged_h for s in scores),
+        delay_ms=tuple(1e3 * d for s in scores for d in s.delay_s),
+        auc=float(np.mean(aucs)) if aucs else float("nan"),
+    )

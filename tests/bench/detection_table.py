@@ -1,0 +1,112 @@
+"""Writes the tables of docs/detectors.md from simulated logs: ``python detection_table.py LOGS [DOCS]``.
+
+LOGS is a folder for the simulated logs (made when they are not there; some hours of arm time, about a tenth of that on
+one core). DOCS is the page whose tables, between ``<!-- name -->`` and ``<!-- /name -->``, are replaced.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from detection_runs import Total, add_up, bench, friction_of, off_calibration, simulated
+
+from collaudit.core.detectors import ENGINES
+from collaudit.core.scoring import Score
+
+SEEDS = range(1, 21)
+HITS = {"paper6": SEEDS, "seven": range(1, 4)}
+#: (robot, scenario, seed, seconds): an hour each of fast motion and of stop-and-go, on stiff and soft joints.
+HOURS = [
+    (robot, scenario, seed, seconds)
+    for robot, parts in (
+        ("paper6", ((1, 600.0), (2, 1000.0), (3, 1000.0), (4, 1000.0))),
+        ("paper6-soft", ((1, 300.0), (2, 1100.0), (3, 1100.0), (4, 1100.0))),
+        ("seven", ((1, 300.0), (2, 1000.0), (3, 1000.0))),
+    )
+    for scenario in ("free-clean", "stop-go")
+    for seed, seconds in parts
+]
+OFF = {"as calibrated": 0.0, "15 % below": -0.15, "10 % above": 0.10}
+RUNS = (("after the fact", False), ("causal", True))
+
+
+def pushes(logs: Path) -> Iterator[str]:
+    """Recall, precision, delay of every detector: free-hits on all joints, polishing on the watched ones."""
+    yield "| scenario | detector | mode | recall | hidden | precision | delay ms: median (5–95 %) | AUC |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for title, robot, scenario in (
+        ("free-hits, paper6", "paper6", "free-hits"),
+        ("free-hits, seven", "seven", "free-hits"),
+        ("run A", "paper6", "polish-const"),
+        ("run B", "paper6", "polish-sine"),
+    ):
+        friction = friction_of(logs, robot)
+        watch = None if scenario == "free-hits" else ["joint1"]
+        scores: dict[tuple[str, str], list[Score]] = defaultdict(list)
+        for seed in HITS[robot]:
+            made = bench(simulated(logs, robot, scenario, seed), friction, watch)
+            for name in ENGINES:
+                for mode, causal in RUNS:
+                    scores[name, mode].append(made.score(name, causal, watch)[0])
+        for (name, mode), its in scores.items():
+            yield _row(title, name, mode, add_up(its))
+
+
+def _row(title: str, name: str, mode: str, total: Total) -> str:
+    delay = "–"
+    if total.delay_ms:
+        low, middle, high = np.percentile(total.delay_ms, [5, 50, 95])
+        delay = f"{middle:.0f} ({low:.0f}–{high:.0f})"
+    seen = total.events - total.not_observable
+    return (
+        f"| {title} | {name} | {mode} | {100 * total.recall:.1f} % ({total.found}/{seen}) | {total.not_observable} | "
+        f"{100 * total.precision:.1f} % ({total.false_alarms} false) | {delay} | {total.auc:.4f} |"
+    )
+
+
+def hours(logs: Path) -> Iterator[str]:
+    """False alarms in clean motion, by detector and by how friction is off its calibration."""
+    yield "| motion | friction | hours | " + " | ".join(f"{n}, {m}" for n in ENGINES for m, _ in RUNS) + " |"
+    yield "|---|---|---|" + "---|" * (len(ENGINES) * len(RUNS))
+    false: dict[tuple[str, str], dict[tuple[str, str], int]] = defaultdict(lambda: defaultdict(int))
+    time_h: dict[tuple[str, str], float] = defaultdict(float)
+    for robot, scenario, seed, seconds in HOURS:
+        log = simulated(logs, robot, scenario, seed, seconds)
+        for state, share in OFF.items():
+            made = bench(log, off_calibration(friction_of(logs, robot), share))
+            key = (f"{scenario}, {robot.replace('-', ', ')}", state)
+            time_h[key] += float(made.prepared.series.time_s[-1]) / 3600.0
+            for name in ENGINES:
+                for mode, causal in RUNS:
+                    false[key][name, mode] += len(made.judged(name, causal).judgement.collisions)
+    for key, counts in false.items():
+        cells = " | ".join(str(counts[n, m]) for n in ENGINES for m, _ in RUNS)
+        yield f"| {key[0]} | {key[1]} | {time_h[key]:.2f} | {cells} |"
+
+
+def replace_table(page: Path, name: str, lines: list[str]) -> None:
+    """Put lines between a page's markers."""
+    text = page.read_text(encoding="utf-8")
+    before, rest = text.split(f"<!-- {name} -->\n", 1)
+    _, after = rest.split(f"<!-- /{name} -->", 1)
+    body = "\n".join(lines)
+    page.write_text(f"{before}<!-- {name} -->\n{body}\n<!-- /{name} -->{after}", encoding="utf-8")
+
+
+def main(arguments: list[str]) -> None:
+    logs = Path(arguments[0])
+    for name, table in (("pushes", pushes), ("hours", hours)):
+        lines = []
+        for line in table(logs):
+            print(line, flush=True)
+            lines.append(line)
+        if len(arguments) > 1:
+            replace_table(Path(arguments[1]), name, lines)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

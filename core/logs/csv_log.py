@@ -86,7 +86,7 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     Raises:
         LogError: no time or position column, files whose time columns differ, or a cell that is no number.
     """
-    files = open_csvs([*paths, *_also(paths, settings.csv)], settings.csv)
+    files = open_csvs([*paths, *also_files(paths, settings.csv)], settings.csv)
     _check_signals(files)
     time_s: FloatArray | None = None
     start_ns: int | None = None
@@ -114,7 +114,7 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     return CsvTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings)
 
 
-def _also(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
+def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
     """The further files of the configuration, beside the log when relative."""
     out = []
     for extra in settings.also:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.logs.layout import Layout, LayoutError, Numbers, Path
-from collaudit.core.logs.profiles import Profile
+from collaudit.core.logs.profiles import LABEL, Profile
 from collaudit.core.logs.records import ByteArray
 from collaudit.core.logs.tables import GroupKey
 from collaudit.core.series import BoolArray, FloatArray, IntArray
@@ -208,6 +208,7 @@ def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int
         if counts.get("wrench") != 6:
             raise LayoutError(f"it has {counts.get('wrench', 0)} of the six numbers of a wrench")
         return ()
+    counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(LABEL)}
     names = named if profile.names is not None else profile.implied_names(max(counts.values(), default=0))
     if not names:
         raise LayoutError("it names no joints")

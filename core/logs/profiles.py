@@ -13,6 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+#: Stands before the name of a label where quantities are named.
+LABEL = "label:"
 Role = Literal["joint_states", "wrench"]
 
 
@@ -51,11 +53,12 @@ class Profile:
     family: str = ""
 
     def quantities(self) -> dict[str, str]:
-        """Quantity to field path, of those the profile has."""
+        """Quantity (labels with their mark in front) to field path, of those the profile has."""
         pairs = (
             ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
         )  # fmt: skip
-        return {key: path for key, path in pairs if path is not None}
+        flags = {f"{LABEL}{name}": path for name, path in self.labels}
+        return {key: path for key, path in pairs if path is not None} | flags
 
     def implied_names(self, count: int) -> tuple[str, ...]:
         """Joint names of ``count`` values where the message has none."""

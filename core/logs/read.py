@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.errors import LogError
-from collaudit.core.logs.opening import Hashing
+from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.logs.opening import Hashing, sha256_of
 from collaudit.core.logs.sniff import sniff
 from collaudit.core.series import JointLog
 
@@ -46,6 +46,7 @@ def read_log(
     robot_joints: Sequence[str] | None,
     progress: Callable[[int, int], None] | None = None,
     prismatic: Sequence[str] = (),
+    cache: Path | None = None,
 ) -> JointLog:
     """Read one log.
 
@@ -55,6 +56,8 @@ def read_log(
         robot_joints: the robot's joints in model order; None keeps all of the log's.
         progress: called with (bytes done, bytes in all).
         prismatic: the robot's prismatic joints, whose values are never angles.
+        cache: folder that keeps decoded logs; the next reading of the same bytes with the same settings is then
+            only a hash and a load. None keeps nothing.
 
     Returns:
         Joint signals in SI units in the robot's joint order, stamps as recorded.
@@ -66,6 +69,38 @@ def read_log(
     for path in paths:
         if not path.exists():
             raise LogError("there is no such file or folder", where=str(path))
+    if cache is None:
+        return _read(paths, settings, robot_joints, prismatic, progress)
+    from collaudit.core.logs.cache import cache_key, load, store
+
+    names = [path.name for path in paths]
+    key = cache_key(sha256_of([*paths, *_also(paths, settings)]), names, settings, robot_joints, prismatic)
+    found = load(cache, key)
+    if found is None:
+        found = _read(paths, settings, robot_joints, prismatic, progress)
+        try:
+            store(cache, key, found)
+        except OSError as error:
+            raise ConfigError(f"the cache cannot be written: {error.strerror}", where=str(cache)) from error
+    return found
+
+
+def _also(paths: Sequence[Path], settings: LogConfig) -> list[Path]:
+    """The further CSV files of the configuration, on which the result depends too."""
+    if not settings.csv.also or not all(is_text(path) for path in paths):
+        return []
+    from collaudit.core.logs.csv_log import also_files
+
+    return also_files(paths, settings.csv)
+
+
+def _read(
+    paths: tuple[Path, ...],
+    settings: LogConfig,
+    robot_joints: Sequence[str] | None,
+    prismatic: Sequence[str],
+    progress: Callable[[int, int], None] | None,
+) -> JointLog:
     texts = [is_text(path) for path in paths]
     hashing = Hashing(paths)
     try:

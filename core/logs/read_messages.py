@@ -11,6 +11,8 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import Clock, choose_clock, start_of, steadiness
+from collaudit.core.logs.clock_checks import compare_clocks
+from collaudit.core.logs.labels import flags_of, label_findings
 from collaudit.core.logs.naming import NameMap, listed, map_names, matches
 from collaudit.core.logs.opening import Hashing, open_messages, partial
 from collaudit.core.logs.publishers import Publisher, interpolate, publishers_of, seconds_since
@@ -52,10 +54,13 @@ def read_message_log(
     findings += numbered
     names = map_names(all_names([joints.decoded]), mapping, robot_joints, where)
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
+    flags = flags_of(joints.decoded)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
     clock, said = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
     stamps = _stamps(base, clock)
+    findings += label_findings(flags, clock, int(stamps[0]), joints.name)
+    findings += compare_clocks(base.stamp_ns, base.log_ns, joints.name)
     origin = int(stamps[0])
     columns = _columns(publishers, names, clock, origin)
     findings += [said, *names.findings, *_merged(publishers, joints.name)]

@@ -143,7 +143,7 @@ def test_franka_state_numbers_its_joints(store: Any, tmp_path: Path) -> None:
     def make(k: int) -> Any:
         return store.types[kind](
             header=header(store, k), cartesian_contact=six, q=position[k], q_d=seven, dq=speed[k], tau_J=effort[k],
-            joint_collision=seven, joint_contact=seven, robot_mode=2,
+            joint_collision=seven, joint_contact=np.eye(7)[2] * (10 <= k < 20), robot_mode=2,
         )  # fmt: skip
 
     path = write(tmp_path / "x.mcap", store, kind, make)
@@ -152,6 +152,9 @@ def test_franka_state_numbers_its_joints(store: Any, tmp_path: Path) -> None:
     log = read(path, robot=robot)
     check(log, robot)
     assert "log-joints-numbered" in {finding.code for finding in log.findings}
+    (label,) = [finding for finding in log.findings if finding.code == "log-label"]
+    assert (label.joint, label.start_s, label.end_s) == ("panda_joint3", 0.02, 0.038)
+    assert "contact" in label.text
     assert "franka-state" in describe((path,)).topics[0].note
 
 

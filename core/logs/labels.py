@@ -1,0 +1,81 @@
+"""A controller's own flags (contact, collision), as findings with their place and joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.findings import Finding
+from collaudit.core.logs.clock import Clock
+from collaudit.core.logs.profiles import LABEL
+from collaudit.core.logs.publishers import seconds_since
+from collaudit.core.logs.tables import Decoded
+from collaudit.core.series import BoolArray, IntArray
+
+#: Flags that come and go more often than this are counted, not listed.
+LISTED = 100
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flags:
+    """One label of one kind of message.
+
+    Attributes:
+        label: its name.
+        joints: joint of each column; empty when the flag belongs to the whole arm.
+        log_ns: (n,) recording times.
+        stamp_ns: (n,) header stamps, or None.
+        raised: (n, m) True while it holds.
+    """
+
+    label: str
+    joints: tuple[str, ...]
+    log_ns: IntArray
+    stamp_ns: IntArray | None
+    raised: BoolArray
+
+
+def flags_of(decoded: Decoded) -> list[Flags]:
+    """The flags of a topic that were ever raised; to be asked before its groups are used up."""
+    out = []
+    for group in decoded.groups.values():
+        for name in (key for key in group.pieces if key.startswith(LABEL)):
+            raised = np.concatenate([piece != 0 for piece in group.pieces[name]])
+            if not raised.any():
+                continue
+            log_ns = np.concatenate(group.pieces["log_ns"]).astype(np.int64)
+            stamps = group.pieces.get("stamp_ns")
+            stamp_ns = np.concatenate(stamps).astype(np.int64) if stamps else None
+            joints = group.key.names if raised.shape[1] == len(group.key.names) else ()
+            out.append(Flags(name.removeprefix(LABEL), joints, log_ns, stamp_ns, raised))
+    return out
+
+
+def label_findings(flags: list[Flags], clock: Clock, origin_ns: int, topic: str) -> list[Finding]:
+    """One finding for each time a flag was up.
+
+    Args:
+        flags: of the topic.
+        clock: the clock of its samples.
+        origin_ns: time zero of that clock.
+        topic: for the findings.
+    """
+    findings = []
+    for flag in flags:
+        stamps = flag.stamp_ns if clock == "header" and flag.stamp_ns is not None else flag.log_ns
+        time_s = seconds_since(stamps, origin_ns)
+        columns: list[tuple[str | None, BoolArray]] = [
+            (joint, flag.raised[:, k]) for k, joint in enumerate(flag.joints)
+        ]
+        for joint, raised in columns or [(None, np.asarray(flag.raised.any(axis=1)))]:
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], raised, [False]]).astype(np.int8)))
+            for start, stop in edges.reshape(-1, 2).tolist():
+                first, last = float(time_s[start]), float(time_s[stop - 1])
+                of = f" of {joint}" if joint else ""
+                text = f"The controller itself flags {flag.label}{of} from {first:.4g} s to {last:.4g} s."
+                findings.append(Finding("log-label", "info", text, topic, joint, first, last))
+    if len(findings) > LISTED:
+        text = f"The controller itself raises flags {len(findings) - LISTED} more times."
+        findings = [*findings[:LISTED], Finding("log-label", "info", text, topic)]
+    return findings

@@ -31,7 +31,7 @@ def classify(
 ) -> tuple[ContactKind, tuple[str, ...]]:
     """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
 
-    Phase outside contact counts twice: there no force is meant at all.
+    Phase outside contact counts twice, for there no force is meant at all; so does a direction across the meant force.
 
     Returns:
         accidental or meant with a lead of two votes, else undecided; and the evidence in words.
@@ -58,14 +58,15 @@ def classify(
 def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[tuple[int, str]]:
     before = max(0, a - round(0.3 / period_s))
     part = np.abs(np.nan_to_num(residual[before : max(b, a + 2)]))
-    top = int(np.argmax(part))
-    start = top - int(np.argmax(part[top::-1] < 0.1 * part[top])) if (part[: top + 1] < 0.1 * part[top]).any() else 0
-    rise = (top - start) * period_s
+    peak = float(part.max())
+    high = int(np.argmax(part >= 0.9 * peak))
+    low = part[: high + 1] < 0.1 * peak
+    rise = (high - int(np.flatnonzero(low)[-1]) if low.any() else high) * period_s
     votes = []
     if rise <= _FAST_RISE_S:
-        votes.append((1, f"it rose to its peak within {1e3 * rise:.0f} ms"))
+        votes.append((1, f"it rose from 10 to 90 % of its peak in {1e3 * rise:.0f} ms"))
     elif rise >= _SLOW_RISE_S:
-        votes.append((-1, f"it took {1e3 * rise:.0f} ms to its peak"))
+        votes.append((-1, f"it took {1e3 * rise:.0f} ms to rise to 90 % of its peak"))
     share = _high_share(residual[max(0, a - round(0.1 / period_s)) : b + round(0.1 / period_s)], period_s)
     if share is not None:
         text = f"{100 * share:.0f} % of its variation lies above {_HIGH_HZ:g} Hz"
@@ -97,4 +98,4 @@ def _direction_vote(prepared: Prepared, force: ContactForce, sample: int, config
     cosine = float(meant @ np.array(force.force_n)) / size
     if cosine > _ALIGNED:
         return [(-1, f"it acts along the meant tool force (cosine {cosine:.2f})")]
-    return [(1, f"it does not act along the meant tool force (cosine {cosine:.2f})")]
+    return [(2, f"it does not act along the meant tool force (cosine {cosine:.2f})")]

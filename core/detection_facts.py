@@ -18,6 +18,7 @@ from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, UniformSeries
 from collaudit.core.signals import State
 from collaudit.core.threshold import learn_dynamic
+from collaudit.core.watch import control_modes
 
 #: A level this far from the calibration is worth saying.
 _NOTABLE_LEVEL = 0.05
@@ -61,6 +62,7 @@ def detection_facts(
         incidents=incidents,
         detectors=others,
         flags=compare_flags(config.detect.controller_alarms_s, incidents),
+        control=control_modes(series, prepared.phases, config.detect),
     )
 
 

@@ -8,7 +8,13 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.findings import Finding
 from collaudit.core.result import Phase, PhaseSpan
+from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray
+
+#: Force is smoothed over this before it is compared.
+_SMOOTH_S = 0.05
+#: Approach and retreat that are found rather than stated last this long.
+_BESIDE_S = 2.0
 
 PHASES: tuple[Phase, ...] = ("free", "approach", "contact", "retreat")
 
@@ -39,24 +45,77 @@ def contact_mask(labels: NDArray[np.int8]) -> BoolArray:
     return np.asarray(labels == PHASES.index("contact"))
 
 
-def phase_findings(config: PhasesConfig) -> list[Finding]:
-    """Whether phases are known at all, and whether force was commanded outside contact (eq. 1)."""
-    if not (config.approach or config.contact or config.retreat):
-        return [
-            Finding(
-                "phases-unknown",
-                "info",
-                "No phases are configured ([phases]); the whole log is judged as free motion.",
+def configured(config: PhasesConfig) -> bool:
+    """Whether any phase is stated."""
+    return bool(config.approach or config.contact or config.retreat)
+
+
+def find_phases(force_n: FloatArray, period_s: float, config: PhasesConfig) -> NDArray[np.int8]:
+    """Contact from the measured force, with approach and retreat as the two seconds before and after it.
+
+    Args:
+        force_n: (n,) size of the tool's force, its offset removed; NaN where unknown.
+        period_s: sample period, s.
+        config: force that tells contact, and how long a contact lasts at least.
+    """
+    width = max(1, round(_SMOOTH_S / period_s))
+    known = np.nan_to_num(force_n)
+    smooth = np.convolve(known, np.ones(width) / width, mode="same")
+    touching = _without_short(smooth > config.contact_force_n, config.contact_min_s, period_s)
+    labels = np.zeros(force_n.size, dtype=np.int8)
+    beside = round(_BESIDE_S / period_s)
+    starts, stops = run_bounds(touching)
+    for a, b in zip(starts, stops, strict=True):
+        before, after = labels[max(0, a - beside) : a], labels[b : b + beside]
+        before[before == 0] = PHASES.index("approach")
+        after[after == 0] = PHASES.index("retreat")
+    labels[touching] = PHASES.index("contact")
+    return labels
+
+
+def _without_short(mask: BoolArray, least_s: float, period_s: float) -> BoolArray:
+    """Close separations, then drop contacts, shorter than ``least_s``."""
+    least, out = round(least_s / period_s), mask.copy()
+    starts, stops = run_bounds(~out)
+    for a, b in zip(starts, stops, strict=True):
+        if b - a < least and a > 0 and b < out.size:
+            out[a:b] = True
+    starts, stops = run_bounds(out)
+    for a, b in zip(starts, stops, strict=True):
+        if b - a < least:
+            out[a:b] = False
+    return out
+
+
+def phase_findings(time_s: FloatArray, labels: NDArray[np.int8], config: PhasesConfig) -> list[Finding]:
+    """Whether phases are known at all, and when force was commanded outside contact (eq. 1).
+
+    Args:
+        time_s: (n,) s.
+        labels: (n,) phases, configured or found.
+        config: what was configured; ``force_control`` is t_c of eq. (1).
+    """
+    findings = []
+    if not configured(config):
+        if not labels.any():
+            text = "No phases are configured ([phases]); the whole log is judged as free motion."
+            findings.append(Finding("phases-unknown", "info", text))
+        else:
+            count = run_bounds(contact_mask(labels))[0].size
+            text = (
+                f"{count} contact phase{'' if count == 1 else 's'} found where the tool's force exceeds "
+                f"{config.contact_force_n:g} N; approach and retreat are the {_BESIDE_S:g} s before and after."
             )
-        ]
-    return [
-        Finding(
-            "force-outside-contact",
-            "warning",
-            f"Force was commanded from {start:.6g} to {end:.6g} s, not wholly within a contact phase (eq. 1).",
-            start_s=start,
-            end_s=end,
-        )
-        for start, end in config.force_control
-        if not any(a <= start and end <= b for a, b in config.contact)
-    ]
+            findings.append(Finding("phases-found", "info", text))
+    if not labels.any():
+        return findings
+    for start, end in config.force_control:
+        outside = (time_s >= start) & (time_s < end) & ~contact_mask(labels)
+        for a, b in zip(*run_bounds(outside), strict=True):
+            first, last = float(time_s[a]), float(time_s[b - 1])
+            text = (
+                f"Force was commanded from {start:.6g} to {end:.6g} s; from {first:.6g} to {last:.6g} s of that the "
+                "tool was not in its contact phase (eq. 1)."
+            )
+            findings.append(Finding("force-outside-contact", "warning", text, start_s=first, end_s=last))
+    return findings

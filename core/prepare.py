@@ -12,10 +12,10 @@ from collaudit.core.config.schema import Config
 from collaudit.core.effort_check import EffortGain, effort_findings, effort_gains
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
-from collaudit.core.phases import label_phases, phase_findings
+from collaudit.core.phases import configured, find_phases, label_phases, phase_findings
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray, JointLog, UniformSeries
-from collaudit.core.wrench import contact_torque
+from collaudit.core.wrench import contact_torque, tool_force
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +56,9 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
     """
     series = condition(_in_model_order(log, robot), config.conditioning)
     judged = _judged(config, series.joint_names)
-    findings = [*series.findings, *robot.findings, *phase_findings(config.phases)]
-    labels = label_phases(series.time_s, config.phases)
+    findings = [*series.findings, *robot.findings]
+    labels = _phases(series, robot, config)
+    findings += phase_findings(series.time_s, labels, config.phases)
     rigid = None
     gains: tuple[EffortGain, ...] = ()
     if robot.has_inertials:
@@ -69,6 +70,17 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
         gains = tuple(g for g in effort_gains(series, expected) if g.joint in judged)
         findings += effort_findings(gains, judged, series.effort_unit)
     return Prepared(series, robot, rigid, contact, judged, labels, gains, tuple(findings))
+
+
+def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> NDArray[np.int8]:
+    """Phases as configured; found from the wrench when that is asked for and none are."""
+    labels = label_phases(series.time_s, config.phases)
+    if configured(config.phases) or config.phases.find == "off":
+        return labels
+    force, _ = tool_force(series, robot, labels, config)
+    if force is None:
+        return labels
+    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s, config.phases)
 
 
 def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:

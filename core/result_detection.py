@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
+Mode = Literal["position", "force", "standing"]
 ContactKind = Literal["meant", "accidental", "undecided"]
 
 
@@ -154,6 +155,21 @@ class FlagComparison:
 
 
 @dataclass(frozen=True, slots=True)
+class ControlMode:
+    """How a joint was controlled in a phase.
+
+    Attributes:
+        mode: position, force (it gives way to the force: many reversals over small strokes), or standing.
+        reversals_per_s: reversals a second.
+        stroke_rad: median way between them, rad (m if prismatic).
+    """
+
+    mode: Mode
+    reversals_per_s: float
+    stroke_rad: float
+
+
+@dataclass(frozen=True, slots=True)
 class DetectionFacts:
     """What stands behind the events of an audit.
 
@@ -165,6 +181,7 @@ class DetectionFacts:
         dynamic: thresholds that would follow the motion, learnt from this log's clean samples, by joint.
         incidents: alarms grouped into contacts, with link, force and kind.
         detectors: other detectors on the same log.
+        control: by joint and phase, how the joint was controlled.
         flags: the controller's own alarms compared with ours; empty when none were given.
     """
 
@@ -176,3 +193,4 @@ class DetectionFacts:
     incidents: tuple[Incident, ...]
     detectors: dict[str, DetectorFacts]
     flags: tuple[FlagComparison, ...]
+    control: dict[str, dict[str, ControlMode]] = field(default_factory=dict)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.errors import ConfigError
+from collaudit.core.phases import PHASES
+from collaudit.core.result_detection import ControlMode, Mode
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 
 #: Strokes shorter than this are encoder noise of a standing joint, rad.
 _NOISE_STROKE = 2e-4
+#: A joint that stays within this in a phase stands, rad.
+_STANDING_TRAVEL = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +60,44 @@ def choose_watched(series: UniformSeries, contact: BoolArray, config: DetectConf
             out[joint] = Watch(
                 True, True, "position-controlled throughout" if contact.any() else "every joint is watched"
             )
+    return _lumped(out, series.joint_names)
+
+
+def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watch]:
+    """The paper's reduction: runs of force-controlled joints become one body seen by the joint inside of it."""
+    forced = [not choice[joint].in_contact for joint in joints]
+    starts, stops = run_bounds(np.array(forced))
+    for a, b in zip(starts, stops, strict=True):
+        names = f"{joints[a]} to {joints[b - 1]}" if b - a > 1 else joints[a]
+        if a == 0:
+            text = f"no position-controlled joint lies inside of {names}: in contact, pushes there cannot be seen"
+        else:
+            watcher, inner = joints[a - 1], choice[joints[a - 1]]
+            text = f"in contact the links of {names} count as one body, and {watcher}, position-controlled, watches it"
+            choice[watcher] = replace(inner, why=f"{inner.why}; in contact it also watches the links of {names}")
+        for joint in joints[a:b]:
+            choice[joint] = replace(choice[joint], why=f"{choice[joint].why}; {text}")
+    return choice
+
+
+def control_modes(
+    series: UniformSeries, phases: NDArray[np.int8], config: DetectConfig
+) -> dict[str, dict[str, ControlMode]]:
+    """How each joint was controlled in each phase that occurs: by position, by force, or standing."""
+    out: dict[str, dict[str, ControlMode]] = {}
+    for j, joint in enumerate(series.joint_names):
+        out[joint] = {}
+        for code, phase in enumerate(PHASES):
+            mask = np.asarray(phases == code)
+            if not mask.any():
+                continue
+            q, v = series.position_rad[:, j], series.velocity_rad_s[:, j]
+            rate, stroke = _reversals(q, v, mask, series.period_s)
+            known = q[mask & np.isfinite(q)]
+            travel = float(np.ptp(known)) if known.size else 0.0
+            forced = rate > config.reversals_per_s and stroke < config.reversal_amplitude_rad
+            mode: Mode = "standing" if travel < _STANDING_TRAVEL else "force" if forced else "position"
+            out[joint][phase] = ControlMode(mode, float(rate), stroke)
     return out
 
 

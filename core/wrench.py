@@ -18,10 +18,7 @@ _BIAS_S = 1.0
 def contact_torque(
     series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
 ) -> tuple[FloatArray | None, list[Finding]]:
-    """Joint torque of the force that the tool is meant to exert.
-
-    The sensor reads ``sign · (F - W) + bias`` with F what the robot does to the environment, W the
-    tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``.
+    """Joint torque of the force that the tool is meant to exert, eq. (2).
 
     Returns:
         (n, j) N·m, or None without a wrench; and findings on how its offset was found.
@@ -29,8 +26,38 @@ def contact_torque(
     Raises:
         ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
     """
+    force, findings = tool_force(series, robot, phases, config)
+    if force is None:
+        return None, findings
+    return robot.wrench_torque(series.position_rad, force, _frame(robot, config)), findings
+
+
+def tool_force(
+    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
+) -> tuple[FloatArray | None, list[Finding]]:
+    """What the tool does to the environment, in the sensor's frame.
+
+    The sensor reads ``sign · (F - W) + bias`` with F what the robot does to the environment, W the
+    tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``.
+
+    Returns:
+        (n, 6) N and N·m, or None without a wrench; and findings on how its offset was found.
+
+    Raises:
+        ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
+    """
     if series.wrench is None:
         return None, _expected_a_wrench(config)
+    frame = _frame(robot, config)
+    sign = float(config.log.wrench_sign)
+    weight = np.zeros_like(series.wrench)
+    if config.robot.tool.mass_kg not in (0.0, "estimate"):
+        weight = robot.tool_wrench(series.position_rad, frame)
+    bias, findings = _bias(series, sign, weight, phases, config)
+    return np.asarray(sign * (series.wrench - bias) + weight), findings
+
+
+def _frame(robot: RobotModel, config: Config) -> str:
     frame = config.log.wrench_frame
     if frame is None:
         raise ConfigError(
@@ -38,13 +65,7 @@ def contact_torque(
             where="[log] wrench_frame",
             expected="a frame of the model, such as " + ", ".join(robot.frame_names[-3:]),
         )
-    sign = float(config.log.wrench_sign)
-    weight = np.zeros_like(series.wrench)
-    if config.robot.tool.mass_kg not in (0.0, "estimate"):
-        weight = robot.tool_wrench(series.position_rad, frame)
-    bias, findings = _bias(series, sign, weight, phases, config)
-    force = sign * (series.wrench - bias) + weight
-    return robot.wrench_torque(series.position_rad, force, frame), findings
+    return frame
 
 
 def _expected_a_wrench(config: Config) -> list[Finding]:

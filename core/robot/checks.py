@@ -37,12 +37,19 @@ def inertial_findings(description: Description, bodies: RigidBodies) -> tuple[bo
     return True, tuple(out)
 
 
-def locked_finding(description: Description, locked: Sequence[str], names: Sequence[str]) -> Finding:
+#: A locked joint that moves less than this (a gripper's finger) changes no torque worth a warning, kg.
+_LIGHT_KG = 0.2
+
+
+def locked_finding(
+    description: Description, locked: Sequence[str], names: Sequence[str], whole: RigidBodies
+) -> Finding:
     """Which joints are held, and how much that matters.
 
-    A joint between the base and a judged joint changes every torque after it; one beside or beyond them only
-    changes where some mass is.
+    A joint between the base and a judged joint changes every torque after it; one beside or beyond them changes
+    where its mass is.
     """
+    heavy = [name for name, mass, _ in whole.bodies() if name in locked and mass >= _LIGHT_KG]
     order = [joint.name for joint in description.joints]
     first_judged = min(order.index(name) for name in names)
     last_judged = max(order.index(name) for name in names)
@@ -50,7 +57,7 @@ def locked_finding(description: Description, locked: Sequence[str], names: Seque
     text = f"Not in the log and held at zero: {', '.join(locked)}."
     if any(order.index(name) < first_judged for name in between):
         text += " Torques are wrong if such a joint lies below the others and was not at zero."
-    return Finding("model-joint-locked", "warning" if between else "info", text, where=description.where)
+    return Finding("model-joint-locked", "warning" if between or heavy else "info", text, where=description.where)
 
 
 def _possible(inertia: FloatArray) -> bool:

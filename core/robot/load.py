@@ -52,7 +52,7 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
     bodies.set_armature(np.array([armature.get(name, 0.0) for name in bodies.joint_names]))
     has_inertials, findings = inertial_findings(description, bodies)
     if locked:
-        findings = (*findings, locked_finding(description, tuple(locked), names))
+        findings = (*findings, locked_finding(description, tuple(locked), names, whole))
     tool, tool_findings = _add_tool(config, bodies, kept[-1].link)
     return RobotModel(
         joint_names=names,

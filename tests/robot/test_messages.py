@@ -105,3 +105,9 @@ def test_the_model_hash_is_free_of_paths(tmp_path: Path) -> None:
     assert first.sha256 == second.sha256
     assert first.sha256 != load(tmp_path / "a", arm((1.0, 2.0))).sha256
     assert first.sha256 != load(tmp_path / "a", arm(), base_rpy_deg=(0, 0, 1)).sha256
+
+
+def test_holding_a_heavy_joint_warns_and_a_light_one_informs(tmp_path: Path) -> None:
+    for mass, severity in ((1.0, "warning"), (0.05, "info")):
+        (finding,) = load(tmp_path, arm((1.0, mass)), joints=["j1"]).findings
+        assert (finding.code, finding.severity) == ("model-joint-locked", severity)

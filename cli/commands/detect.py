@@ -15,6 +15,7 @@ from collaudit.cli.words import note, progress
     "detect",
     "collaudit detect run.mcap -c collaudit.toml --friction friction.json -o run/",
     "collaudit detect run.bag --urdf arm.urdf --gamma 4 --persistence-ms 25 --json",
+    "collaudit detect hits.mcap -c hits.toml --friction friction.json --truth hits.truth.json",
     "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --watch joint1,joint2",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
@@ -22,10 +23,16 @@ from collaudit.cli.words import note, progress
     "-o", "--output", type=click.Path(path_type=Path), metavar="RUN", help="Folder for audit.json and signals."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print audit.json.")
+@click.option(
+    "--truth",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Known events to score against: NAME.truth.json, or a .csv with onset_s, end_s, joint.",
+)
 @config_option
 @robot_options
 @rule_options
-def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
+def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Path | None) -> int:
     """Judge one log: residual torque against gamma for n samples; collisions and near misses.
 
     Several files are taken as CSV parts of one recording. Without a friction file, friction is fitted on
@@ -34,7 +41,10 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
     from collaudit.cli.chain import judge, one_log
+    from collaudit.cli.detection_text import detection_text
+    from collaudit.cli.score import score_audit, score_json, score_text
     from collaudit.cli.summary import exit_code, rule_text
+    from collaudit.reports.atomic import atomic_write
     from collaudit.reports.files import audit_json, write_audit
     from collaudit.reports.text import audit_text
 
@@ -42,13 +52,19 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     files = one_log(logs, loaded)
     with progress("reading") as report:
         audit, friction = judge(files, loaded, report)
+    scores = None if truth is None else score_audit(audit, truth)
     if output is not None:
         write_audit(output, audit, friction)
+        if scores is not None:
+            atomic_write(output / "score.json", score_json(scores))
     if as_json:
         click.echo(audit_json(audit.result), nl=False)
     else:
         click.echo(audit_text(audit.result), nl=False)
         click.echo(rule_text(audit.result.rule))
+        click.echo(detection_text(audit.result), nl=False)
+        if scores is not None:
+            click.echo("\nAgainst the known events\n" + score_text(scores), nl=False)
     if output is not None:
         note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
     return exit_code([audit.result.verdict])

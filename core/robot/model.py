@@ -127,6 +127,41 @@ class RigidBodies:
             out[k] = pin.rnea(self._model, data, q[k], v[k], a[k])
         return out
 
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.
+
+        Parameters of each joint's moving body in turn: mass, mass times centre (x, y, z), inertia about the joint's
+        origin (xx, xy, yy, xz, yz, zz); all (n, j) inputs without NaN.
+        """
+        data = self._model.createData()
+        out = np.empty((q.shape[0], self._model.nv, 10 * self._model.nv))
+        for k in range(q.shape[0]):
+            out[k] = pin.computeJointTorqueRegressor(self._model, data, q[k], v[k], a[k])
+        return out
+
+    def inertial_parameters(self) -> FloatArray:
+        """(10 j,) parameters in the order of :meth:`torque_regressor`, tool included."""
+        return np.concatenate([body.toDynamicParameters() for body in list(self._model.inertias)[1:]])
+
+    @property
+    def armature(self) -> FloatArray:
+        """(j,) reflected rotor inertia."""
+        return np.array(self._model.armature, dtype=float)
+
+    def with_parameters(self, parameters: FloatArray, armature: FloatArray) -> RigidBodies:
+        """A copy with other inertial parameters (10 j,) and rotor inertias (j,)."""
+        model = self._model.copy()
+        for k, ten in enumerate(parameters.reshape(-1, 10), 1):
+            if not np.array_equal(ten, model.inertias[k].toDynamicParameters()):
+                model.inertias[k] = pin.Inertia.FromDynamicParameters(ten)
+        model.armature = np.asarray(armature, dtype=float)
+        return RigidBodies(model)
+
+    def frame_in_joint(self, frame: str) -> tuple[FloatArray, FloatArray, int]:
+        """Rotation, position (m) of a frame in the joint that moves it, and that joint's number from 0."""
+        at = self._frame(frame)
+        return at.placement.rotation.copy(), at.placement.translation.copy(), int(at.parentJoint) - 1
+
     def chain(self, frame: str) -> Chain:
         """The joints from a frame to the base, with the constants :mod:`statics` needs."""
         at = self._frame(frame)
@@ -135,7 +170,8 @@ class RigidBodies:
         joint, pose, steps = at.parentJoint, at.placement, []
         while joint != 0:
             column = self._model.joints[joint].idx_v
-            axis = pin.getJointJacobian(self._model, data, joint, pin.LOCAL)[:, column]
+            jacobian = pin.getJointJacobian(self._model, data, joint, pin.LOCAL)
+            axis = np.reshape(jacobian, (6, -1))[:, column]  # the Jacobian of a single joint comes back flat
             prismatic = bool(np.linalg.norm(axis[3:]) < 0.5)
             align = pin.SE3(_z_onto(axis[:3] if prismatic else axis[3:]), np.zeros(3))
             step = align.inverse() * pose

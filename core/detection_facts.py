@@ -13,7 +13,7 @@ from collaudit.core.flags import compare_flags
 from collaudit.core.friction_level import LARGEST
 from collaudit.core.incidents import find_incidents
 from collaudit.core.prepare import Prepared, judged_series
-from collaudit.core.result_detection import DetectionFacts, LevelFacts
+from collaudit.core.result_detection import DetectionFacts, DetectorFacts, LevelFacts
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, UniformSeries
 from collaudit.core.signals import State
@@ -38,7 +38,7 @@ def detection_facts(
         clean: (n,) clean samples by joint.
     """
     series = judged_series(prepared)
-    others = {}
+    others: dict[str, DetectorFacts] = {}
     for name in dict.fromkeys(config.detect.compare):
         other = evaluate(prepared, grounds, config, name)
         others[name] = detector_facts(other, grounds.rule, series.joint_names, series.period_s)

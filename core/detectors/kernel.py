@@ -98,7 +98,8 @@ class Kernel:
         """Exact for inputs that are straight between samples (first-order hold)."""
         from scipy.signal import cont2discrete
 
-        b, a, _ = cont2discrete((numerator, self.denominator), period_s, method="foh")
+        system = (np.array(numerator), np.array(self.denominator))
+        b, a, _ = cont2discrete(system, period_s, method="foh")
         return np.atleast_2d(b)[0], np.asarray(a, dtype=np.float64)
 
     def _run(self, coefficients: tuple[FloatArray, FloatArray], x: FloatArray, segments: Sequence[Span]) -> FloatArray:

@@ -15,6 +15,9 @@ from collaudit.core.evaluate import Grounds, evaluate
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
+from collaudit.core.identification.apply import with_identified
+from collaudit.core.identification.findings import identified_findings
+from collaudit.core.identification.identify import identify
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
 from collaudit.core.recommend import CleanResidual, recommend_rule
@@ -40,10 +43,12 @@ _AROUND_EVENT_S = 0.5
 
 def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenance) -> FrictionFile:
     """Fit the friction of every judged joint from the constant-velocity sections of one or several logs."""
-    fits = fit_joints(prepared, config)
-    findings = [f for p in prepared for f in p.findings] + friction_findings(fits)
+    identified = identify(prepared, config)
+    seen = [with_identified(p, identified) for p in prepared]
+    fits = fit_joints(seen, config)
+    findings = [f for p in prepared for f in p.findings] + identified_findings(identified) + friction_findings(fits)
     logs = {p.series.source.name: p.series.source.sha256 for p in prepared}
-    return FrictionFile(FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs))
+    return FrictionFile(FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs), identified)
 
 
 def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None, provenance: Provenance) -> Audit:
@@ -55,6 +60,7 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         friction: fitted friction, or None to fit it on this very log (a finding says so).
         provenance: versions and hashes.
     """
+    prepared = with_identified(prepared, None if friction is None else friction.identified)
     series = judged_series(prepared)
     findings = list(prepared.findings)
     if friction is None:

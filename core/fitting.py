@@ -13,6 +13,7 @@ from collaudit.core.friction.fit import fit_friction
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.friction.points import friction_points
 from collaudit.core.friction.units import FrictionUnits
+from collaudit.core.identification.motion_points import motion_points
 from collaudit.core.prepare import Prepared
 from collaudit.core.result import FrictionFit, FrictionPoint
 from collaudit.core.sections import find_sections
@@ -39,15 +40,36 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
             model = _model_in_effort_unit(log, joint)
             points.setdefault(joint, []).extend(friction_points(log.series, sections, model, config.friction))
-    fits = {}
-    for joint, its_points in points.items():
-        robot = next(p.robot for p in prepared if joint in p.judged)
-        kind = robot.joint_types[robot.joint_names.index(joint)]
-        its_units = FrictionUnits.of(kind, prepared[0].series.effort_unit)
-        ordered = sorted(its_points, key=lambda p: p.speed_rad_s)
-        fit = fit_friction(ordered, its_units, config.friction.model, config.friction.robust)
-        fits[joint] = replace(fit, section_count=counts[joint], rejected=dict(rejected[joint].most_common()))
-    return fits
+    return {joint: _fit_joint(joint, its, prepared, config, counts, rejected) for joint, its in points.items()}
+
+
+def _fit_joint(
+    joint: str,
+    points: Sequence[FrictionPoint],
+    prepared: Sequence[Prepared],
+    config: Config,
+    counts: Mapping[str, int],
+    rejected: Mapping[str, Counter[str]],
+) -> FrictionFit:
+    """Fit one joint from its sections; from any motion where that is asked for, or the sections are too few."""
+    robot = next(p.robot for p in prepared if joint in p.judged)
+    column = robot.joint_names.index(joint)
+    units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
+    fit = _fitted(points, units, config)
+    if config.fit.motion == "any" or (config.fit.motion == "auto" and fit.model is None):
+        torque = [p for p in prepared if p.series.effort_unit == "Nm" and joint in p.judged]
+        loose = _fitted([point for p in torque for point in motion_points(p, joint)], units, config)
+        if loose.model is not None:
+            fit = replace(loose, motion="any")
+    rated = float(robot.effort_limit_nm[column])
+    share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
+    lost = dict(rejected[joint].most_common())
+    return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
+
+
+def _fitted(points: Sequence[FrictionPoint], units: FrictionUnits, config: Config) -> FrictionFit:
+    ordered = sorted(points, key=lambda p: p.speed_rad_s)
+    return fit_friction(ordered, units, config.friction.model, config.friction.robust)
 
 
 def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:
@@ -89,7 +111,13 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
             text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
             findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
         rest = fit.n_points - fit.n_pairs
-        if rest:
+        if fit.motion == "any":
+            text = (
+                f"The friction of joint '{joint}' was read off any motion, {fit.section_count} constant-velocity "
+                "sections being too few or not asked for: errors of the model's torque go into it."
+            )
+            findings.append(Finding("friction-any-motion", "info", text, joint=joint))
+        elif rest:
             moving = sum(p.others_moving for p in fit.points)
             scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
             text = (

@@ -12,6 +12,7 @@ from typing import Literal
 
 from collaudit.core.findings import Finding
 from collaudit.core.result_detection import DetectionFacts
+from collaudit.core.result_identification import Identified
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
@@ -151,6 +152,7 @@ class FrictionFit:
         identifiability: singular values, correlations, open sides, and what motion would settle them.
         robust: how outlying points were treated: ``none``, ``huber`` or ``bisquare``.
         r_squared: share of the points' variance that the curve explains.
+        motion: ``sections`` of constant velocity, or ``any`` motion.
         rmse_share: ``rmse_nm`` as a share of the joint's rated torque, when the robot model states one.
     """
 
@@ -175,6 +177,7 @@ class FrictionFit:
     robust: str = "none"
     r_squared: float | None = None
     rmse_share: float | None = None
+    motion: Literal["sections", "any"] = "sections"
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,12 +201,13 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class FrictionFile:
-    """``friction.json``."""
+    """``friction.json``. ``identified`` is what else was identified, None when only friction was asked for."""
 
     schema: str
     joints: dict[str, FrictionFit]
     findings: tuple[Finding, ...]
     provenance: Provenance
+    identified: Identified | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -182,6 +182,30 @@ class DynamicConfig(_Section):
     acceleration_nm_s2_per_rad: NonNegative = Field(0.0, description="Growth with acceleration, N·m·s²/rad.")
 
 
+class FitConfig(_Section):
+    """What ``collaudit fit`` identifies, and from which motion."""
+
+    estimate: list[Literal["friction", "gain", "inertials", "tool"]] = Field(
+        ["friction"],
+        description="What is identified. All but friction come from any motion and are carried in friction.json; "
+        "detect then uses them.",
+    )
+    motion: Literal["sections", "auto", "any"] = Field(
+        "auto",
+        description="Where friction is read off: constant-velocity sections; any motion; or auto: sections, and any "
+        "motion for joints that have too few.",
+    )
+    cad_sd: Positive = Field(
+        0.2,
+        description="How far the robot file's inertials are believed: standard deviation of each, as a share of the "
+        "body's mass, mass times size, and mass times size squared.",
+    )
+    max_samples: Annotated[int, Field(ge=500)] = Field(
+        8000, description="Most samples used of any motion; the loss is stated in friction.json."
+    )
+    blocks: Annotated[int, Field(ge=2, le=20)] = Field(5, description="Blocks of time held out in turn.")
+
+
 class DetectConfig(_Section):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
@@ -301,6 +325,7 @@ class Config(_Section):
     conditioning: ConditioningConfig = Field(ConditioningConfig(), description="From stamps to a uniform time base.")
     sections: SectionsConfig = Field(SectionsConfig(), description="Constant-velocity segmentation.")
     friction: FrictionConfig = Field(FrictionConfig(), description="Friction identification.")
+    fit: FitConfig = Field(FitConfig(), description="What is identified, and from which motion.")
     detect: DetectConfig = Field(DetectConfig(), description="Rule (6).")
     near_miss: NearMissConfig = Field(NearMissConfig(), description="What counts as a near miss.")
     phases: PhasesConfig = Field(PhasesConfig(), description="When the tool was meant to do what.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -90,6 +90,36 @@ class RobotModel:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
         still = np.zeros_like(q)
         return self.inverse_dynamics(q, still, still)
+
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
+
+        Args:
+            q, v, a: (n, j) without NaN.
+
+        Returns:
+            (n, j, p): torque = regressor @ parameters + rotor inertia * a.
+
+        Raises:
+            NotJudgedError: the model has no inertials.
+        """
+        bodies = self._with_inertials()
+        full = bodies.torque_regressor(self._expand(q), v @ self.expansion.T, a @ self.expansion.T)
+        return np.asarray(np.einsum("kj,nkp->njp", self.expansion, full))
+
+    @property
+    def inertial_parameters(self) -> FloatArray:
+        """(p,) ten for each moving body: mass, first moments, inertia about the joint's origin."""
+        return self._with_inertials().inertial_parameters()
+
+    @property
+    def armature(self) -> FloatArray:
+        """(k,) rotor inertia of every joint of the model, kg·m² or kg."""
+        return self._with_inertials().armature
+
+    def with_inertials(self, parameters: FloatArray, armature: FloatArray) -> RobotModel:
+        """The same arm with other inertial parameters (p,) and rotor inertias (k,)."""
+        return replace(self, bodies=self._with_inertials().with_parameters(parameters, armature))
 
     def wrench_torque(self, q: FloatArray, wrench: FloatArray, frame: str) -> FloatArray:
         """Joint torque J(q)^T F of a wrench, eq. (2).

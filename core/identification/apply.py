@@ -1,0 +1,72 @@
+"""A prepared log seen through what was identified: torque from effort, the arm's real inertials."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.effort_check import effort_findings, effort_gains
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.prepare import Prepared
+from collaudit.core.result_identification import Identified
+from collaudit.core.robot.robot import RobotModel
+
+
+def with_identified(prepared: Prepared, identified: Identified | None) -> Prepared:
+    """The same log with identified gains, offsets and inertials; unchanged when there are none.
+
+    Raises:
+        ConfigError: the file was identified on another arm.
+    """
+    if identified is None:
+        return prepared
+    names = prepared.series.joint_names
+    missing = [name for name in names if name not in identified.joints]
+    if missing:
+        raise ConfigError(
+            "the friction file identifies other joints than this log has",
+            found=", ".join(identified.joints),
+            expected=", ".join(names),
+            hint="fit again on a log of this arm",
+        )
+    robot = _robot(prepared.robot, identified)
+    series = prepared.series
+    if series.effort is not None:
+        found = [identified.joints[name].gain for name in names]
+        gain = np.array([np.nan if value is None else value for value in found])
+        offset = np.array([identified.joints[name].offset_nm for name in names])
+        series = replace(series, effort=series.effort / gain - offset, effort_unit="Nm")
+    rigid = robot.inverse_dynamics(series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+    expected = rigid if prepared.contact_nm is None else rigid + np.nan_to_num(prepared.contact_nm)
+    gains = tuple(g for g in effort_gains(series, expected) if g.joint in prepared.judged)
+    kept = tuple(f for f in prepared.findings if not f.code.startswith("effort-"))
+    said = Finding("identified-used", "info", _words(identified), where="friction file")
+    findings = (*kept, *effort_findings(gains, prepared.judged, series.effort_unit), said)
+    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, gains=gains, findings=findings)
+
+
+def _robot(robot: RobotModel, identified: Identified) -> RobotModel:
+    assert robot.bodies is not None
+    names = robot.bodies.joint_names
+    if set(names) != set(identified.bodies):
+        raise ConfigError(
+            "the friction file identifies another arm's inertials",
+            found=", ".join(identified.bodies),
+            expected=", ".join(names),
+        )
+    parameters = np.concatenate([np.array(identified.bodies[name].parameters) for name in names])
+    armature = robot.armature
+    for name, joint in identified.joints.items():
+        if name in names:
+            armature[names.index(name)] = joint.armature_kg_m2
+    return robot.with_inertials(parameters, armature)
+
+
+def _words(identified: Identified) -> str:
+    what = ", ".join(item for item in identified.estimate if item != "friction")
+    return (
+        f"Effort and model torque are taken with what the friction file identified: {what}, and a constant offset of "
+        "torque for each joint."
+    )

@@ -1,0 +1,232 @@
+"""Identification from any motion against arms of known inertials, drives and tools."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.core.config.schema import Config
+from collaudit.core.errors import ConfigError
+from collaudit.core.identification import consistency
+from collaudit.core.identification.apply import with_identified
+from collaudit.core.identification.base import base_map
+from collaudit.core.identification.identify import identify
+from collaudit.core.identification.motion_points import motion_points
+from collaudit.core.prepare import Prepared, prepare
+from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.series import JointLog, LogSource
+
+NAMES = ("joint1", "joint2", "joint3")
+COULOMB, VISCOUS = np.array([6.0, 5.0, 3.0]), np.array([8.0, 6.0, 4.0])
+ARMATURE = np.array([0.8, 0.8, 0.4])
+
+
+def settings(scale: float = 1.0, **extra: object) -> Config:
+    """A three-joint arm; ``scale`` is how far its description is off, in masses and centres."""
+    rows = [
+        {"d": 0.3, "a": 0.05, "alpha": -np.pi / 2, "mass_kg": 6.0, "com_m": (0, 0.02, 0), "inertia_kg_m2": (0.05,) * 3},
+        {"a": 0.35, "mass_kg": 5.0 * scale, "com_m": (-0.15 * scale, 0, 0.02), "inertia_kg_m2": (0.02, 0.06, 0.06)},
+        {"a": 0.30, "mass_kg": 3.0 / scale, "com_m": (-0.12, 0.01, 0), "inertia_kg_m2": (0.01, 0.03, 0.03)},
+    ]
+    for row in rows:
+        row["inertia_kg_m2"] = (*row["inertia_kg_m2"], 0.0, 0.0, 0.0)
+    robot = {"dh_convention": "standard", "dh": rows, "armature_kg_m2": [0.8, 0.8, 0.4]}
+    tool = extra.pop("tool", None)
+    if tool:
+        robot["tool"] = tool
+    fit = {"max_samples": 2500, **extra.pop("fit", {})}  # type: ignore[dict-item]
+    return Config.model_validate({"robot": robot, "fit": fit, **extra})
+
+
+def arm(config: Config) -> RobotModel:
+    return load_robot(config.robot, Path(), NAMES)
+
+
+def log_of(truth: RobotModel, gain: np.ndarray, seed: int = 0, seconds: float = 60.0, unit: str = "Nm") -> JointLog:
+    """Smooth motion of all joints; the torque in closed form, friction, offset, coloured and white noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, seconds, 0.008)
+    q, v, a = (np.zeros((t.size, 3)) for _ in range(3))
+    for j in range(3):
+        for w, size in ((0.5 + 0.13 * j, 0.7), (1.3 + 0.2 * j, 0.35), (2.9 + 0.3 * j, 0.1)):
+            p = rng.uniform(0, 2 * np.pi)
+            q[:, j] += size * np.sin(w * t + p)
+            v[:, j] += size * w * np.cos(w * t + p)
+            a[:, j] -= size * w**2 * np.sin(w * t + p)
+    torque = truth.inverse_dynamics(q, v, a) + COULOMB * np.sign(v) + VISCOUS * v + np.array([0.5, -0.3, 0.2])
+    slow = np.cumsum(rng.standard_normal(torque.shape), axis=0)
+    slow = np.apply_along_axis(lambda x: x - np.convolve(x, np.ones(125) / 125, "same"), 0, slow)
+    torque += 0.3 * rng.standard_normal(torque.shape) + 0.3 * slow / slow.std()
+    source = LogSource("synthetic", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, NAMES, q, v, torque * gain, "raw" if unit == "raw" else "Nm", None, source)
+
+
+def prepared_log(config: Config, truth: RobotModel, gain: float | np.ndarray = 1.0, **kwargs: object) -> Prepared:
+    return prepare(log_of(truth, np.ones(3) * gain, **kwargs), arm(config), config)  # type: ignore[arg-type]
+
+
+def test_nothing_is_identified_unless_asked_for() -> None:
+    config = settings()
+    assert identify([prepared_log(config, arm(config))], config) is None
+
+
+def test_wrong_inertials_are_corrected_and_shown_on_time_left_out() -> None:
+    config = settings(1.35, fit={"estimate": ["friction", "inertials"]})
+    truth = arm(settings())
+    log = prepared_log(config, truth)
+    found = identify([log], config)
+    assert found is not None
+    for name in ("joint2", "joint3"):
+        joint = found.joints[name]
+        assert joint.held_out_rms_nm is not None
+        assert joint.held_out_rms_file_nm is not None
+        assert joint.held_out_rms_nm < 0.6 * joint.held_out_rms_file_nm
+        assert joint.held_out_rms_nm < 0.6  # the noise is 0.42 N·m before it is filtered
+        assert joint.offset_ci95[0] is not None
+    assert found.consistent
+    assert all(body.consistent for body in found.bodies.values())
+    assert found.prior_sd == 0.2
+    seen = with_identified(log, found)
+    rng = np.random.default_rng(5)
+    q, v, a = rng.uniform(-1, 1, (3, 200, 3))
+    true = truth.inverse_dynamics(q, v, a)
+    before = np.sqrt(np.mean((log.robot.inverse_dynamics(q, v, a) - true) ** 2))
+    after = np.sqrt(np.mean((seen.robot.inverse_dynamics(q, v, a) - true) ** 2))
+    assert after < 0.35 * before
+
+
+def test_base_parameters_lie_in_their_intervals() -> None:
+    """Cluster-robust intervals of the well-observed combinations, over seeds."""
+    config = settings(1.05, fit={"estimate": ["inertials"], "blocks": 2})
+    truth = arm(settings())
+    base = base_map(truth, NAMES)
+    exact = dict(zip(base.names, base.matrix @ truth.inertial_parameters, strict=True))
+    hits = total = 0
+    for seed in range(4):
+        found = identify([prepared_log(config, truth, seed=seed)], config)
+        assert found is not None
+        for parameter in found.base_parameters:
+            if parameter.from_data > 0.9:
+                low, high = parameter.ci95
+                assert low is not None
+                assert high is not None
+                total += 1
+                hits += low <= exact[parameter.name] <= high
+    assert total > 20
+    assert hits / total > 0.85
+
+
+@pytest.mark.parametrize("gain", [(1.0, 1.0, 1.0), (-1.0, 2.0, 0.08), (0.5, -0.05, 7.0)])
+def test_drive_gains_and_signs_are_found_with_their_intervals(gain: tuple[float, ...]) -> None:
+    config = settings(fit={"estimate": ["gain"]}, log={"units": {"effort": "raw"}})
+    log = prepared_log(config, arm(settings()), np.array(gain), unit="raw")
+    found = identify([log], config)
+    assert found is not None
+    for name, true in list(zip(NAMES, gain, strict=True))[1:]:
+        joint = found.joints[name]
+        assert joint.gain == pytest.approx(true, rel=0.03)
+        assert joint.gain_ci95 is not None
+        low, high = sorted(joint.gain_ci95, key=lambda x: x or 0.0)
+        assert (low or 0) - 0.02 * abs(true) <= true <= (high or 0) + 0.02 * abs(true)
+    seen = with_identified(log, found)
+    assert seen.series.effort_unit == "Nm"
+    assert not any(f.code == "effort-sign-inverted" for f in seen.findings)
+    assert any(f.code == "identified-used" for f in seen.findings)
+
+
+def test_gains_and_inertials_keep_the_scale_of_the_description() -> None:
+    config = settings(1.08, fit={"estimate": ["gain", "inertials"]})
+    found = identify([prepared_log(config, arm(settings()), np.array([-1.0, -2.0, -3.0]))], config)
+    assert found is not None
+    for name, true in (("joint2", -2.0), ("joint3", -3.0)):
+        assert found.joints[name].gain == pytest.approx(true, rel=0.15)
+        assert (found.joints[name].held_out_rms_nm or 9) <= 1.02 * (found.joints[name].held_out_rms_file_nm or 0)
+    assert "set their scale" in found.prior
+
+
+@pytest.mark.parametrize("known", [0.0, 0.5])
+def test_a_tool_nobody_wrote_down_is_found(known: float) -> None:
+    at = {"mass_kg": 1.8, "com_m": (0.02, -0.03, 0.08)}
+    truth = arm(settings(tool=at))
+    tool = {"mass_kg": known, "com_m": (0.0, 0.0, 0.05)} if known else {"mass_kg": "estimate"}
+    config = settings(tool=tool, fit={"estimate": ["tool"]})
+    found = identify([prepared_log(config, truth)], config)
+    assert found is not None
+    assert found.tool is not None
+    assert found.tool.mass_kg == pytest.approx(1.8, abs=0.1)
+    assert found.tool.mass_ci95[0] is not None
+    assert found.tool.mass_ci95[0] - 0.05 < 1.8 < (found.tool.mass_ci95[1] or 0) + 0.05
+    assert found.tool.com_m == pytest.approx((0.02, -0.03, 0.08), abs=0.03)
+
+
+def test_efforts_of_unknown_unit_need_their_gain_estimated() -> None:
+    config = settings(fit={"estimate": ["inertials"]}, log={"units": {"effort": "raw"}})
+    with pytest.raises(ConfigError, match="gain"):
+        identify([prepared_log(config, arm(settings()), unit="raw")], config)
+
+
+def test_base_parameters_reproduce_every_torque() -> None:
+    model = arm(settings())
+    base = base_map(model, NAMES)
+    rng = np.random.default_rng(0)
+    q, v, a = rng.uniform(-2, 2, (3, 50, 3))
+    regressor = model.torque_regressor(q, v, a)
+    still = model.with_inertials(model.inertial_parameters, np.zeros(3))
+    assert regressor @ model.inertial_parameters == pytest.approx(still.inverse_dynamics(q, v, a), abs=1e-9)
+    # any change that leaves the base parameters alone leaves the torques alone
+    free = rng.standard_normal(regressor.shape[2])
+    change = free - np.linalg.pinv(base.matrix) @ (base.matrix @ free)
+    assert regressor @ change == pytest.approx(np.zeros((50, 3)), abs=1e-8)
+    assert base.matrix.shape[0] < regressor.shape[2]
+
+
+def test_impossible_bodies_are_made_possible_with_and_without_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    prior = np.array([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.05, 0.0, 0.0, 0.01])
+    best = prior.copy()
+    best[9] = -0.05  # no body has a negative moment of inertia
+    free = np.ones(10, dtype=bool)
+    assert consistency.is_consistent(prior)
+    assert not consistency.is_consistent(best)
+    hessian = np.diag(1.0 / np.maximum(np.abs(prior), 0.01) ** 2)
+    pytest.importorskip("cvxpy")
+    near = consistency.make_consistent(prior, best, hessian, free, 1)
+    assert near.consistent
+    assert consistency.is_consistent(near.free)
+
+    def absent(_: str) -> None:
+        raise ModuleNotFoundError
+
+    monkeypatch.setattr(consistency, "import_module", absent)
+    back = consistency.make_consistent(prior, best, hessian, free, 1)
+    assert back.consistent
+    assert consistency.is_consistent(back.free)
+    assert "stepped back" in back.how
+
+    def cost(x: np.ndarray) -> float:
+        return float((x - best) @ hessian @ (x - best))
+
+    assert cost(near.free) <= cost(back.free) * (1 + 1e-2)
+
+
+def test_friction_is_read_off_any_motion() -> None:
+    config = settings()
+    log = prepared_log(config, arm(config))
+    points = motion_points(log, "joint2")
+    assert {p.direction for p in points} == {1, -1}
+    for p in points:
+        offset = -0.3 * p.direction
+        assert p.friction_nm == pytest.approx(5.0 + 6.0 * p.speed_rad_s + offset, abs=5 * p.se_nm + 0.1)
+
+
+def test_an_arm_the_file_was_not_made_for_is_refused() -> None:
+    config = settings(fit={"estimate": ["inertials"]})
+    log = prepared_log(config, arm(settings()))
+    found = identify([log], config)
+    assert found is not None
+    other = replace(found, joints={"elbow": found.joints["joint1"]})
+    with pytest.raises(ConfigError, match="other joints"):
+        with_identified(log, other)

@@ -28,10 +28,10 @@ class Db3File:
         self.path = path
         self.damage: list[Damage] = []
         self._bytes = path.stat().st_size
-        self._db, self._copy = connect(path)
-        if self._copy is not None:
-            text = "it has a journal beside it, because it was not closed; what had been committed was read"
-            self.damage.append(Damage(text, lost=False))
+        opened = connect(path)
+        self._db, self._copy = opened.db, opened.copy
+        if opened.damage is not None:
+            self.damage.append(opened.damage)
         try:
             self.channels = self._read_channels()
         except (sqlite3.Error, OverflowError, ValueError, TypeError) as error:

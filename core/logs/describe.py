@@ -133,6 +133,5 @@ def _note(topic: Topic) -> str:
 
 def _holds(decoded: Decoded, quantity: str) -> bool:
     """Whether any message has a finite number of a quantity."""
-    return any(
-        bool(np.isfinite(piece).any()) for group in decoded.groups.values() for piece in group.pieces.get(quantity, ())
-    )
+    columns = (group.look(quantity) for group in decoded.groups.values())
+    return any(column is not None and bool(np.isfinite(column).any()) for column in columns)

@@ -40,13 +40,13 @@ def flags_of(decoded: Decoded) -> list[Flags]:
     """The flags of a topic that were ever raised; to be asked before its groups are used up."""
     out = []
     for group in decoded.groups.values():
-        for name in (key for key in group.pieces if key.startswith(LABEL)):
-            raised = np.concatenate([piece != 0 for piece in group.pieces[name]])
+        for name in [key for key in group.columns if key.startswith(LABEL)]:
+            raised = np.asarray(group.take(name)) != 0
             if not raised.any():
                 continue
-            log_ns = np.concatenate(group.pieces["log_ns"]).astype(np.int64)
-            stamps = group.pieces.get("stamp_ns")
-            stamp_ns = np.concatenate(stamps).astype(np.int64) if stamps else None
+            log_ns = np.asarray(group.look("log_ns"), dtype=np.int64)
+            stamps = group.look("stamp_ns")
+            stamp_ns = None if stamps is None else np.asarray(stamps, dtype=np.int64)
             joints = group.key.names if raised.shape[1] == len(group.key.names) else ()
             out.append(Flags(name.removeprefix(LABEL), joints, log_ns, stamp_ns, raised))
     return out

@@ -10,6 +10,8 @@ import numpy as np
 
 from collaudit.core.series import FloatArray, IntArray
 
+#: Rows of room that a column grows by at least.
+_LEAST_ROWS = 4096
 QUANTITIES = ("position", "velocity", "effort")
 
 
@@ -28,35 +30,76 @@ class GroupKey:
     stamped: bool
 
 
+Column = IntArray | FloatArray
+
+
+class Growing:
+    """An array that grows in place at its end, so that a column is never held twice.
+
+    ``ndarray.resize`` moves large blocks by remapping their pages, where a list of pieces would have to be copied
+    into one array while both are held.
+    """
+
+    def __init__(self, first: IntArray | FloatArray) -> None:
+        self._array = np.array(first)
+        self._used = first.shape[0]
+
+    def add(self, rows: IntArray | FloatArray) -> None:
+        """Append rows of the same width."""
+        stop = self._used + rows.shape[0]
+        if stop > self._array.shape[0]:
+            capacity = max(stop, self._array.shape[0] * 5 // 4 + _LEAST_ROWS)
+            self._array.resize((capacity, *self._array.shape[1:]), refcheck=False)
+        self._array[self._used : stop] = rows
+        self._used = stop
+
+    def copy(self) -> Column:
+        """The rows so far."""
+        return cast(Column, self._array[: self._used].copy())
+
+    def finish(self) -> Column:
+        """The rows, without room for more; nothing may be added after."""
+        self._array.resize((self._used, *self._array.shape[1:]), refcheck=False)
+        return cast(Column, self._array)
+
+    def __len__(self) -> int:
+        return int(self._used)
+
+
 @dataclass(slots=True, eq=False)
 class Group:
-    """Stacked columns of one :class:`GroupKey`, collected piece by piece.
+    """Stacked columns of one :class:`GroupKey`.
 
     Attributes:
         key: what its messages hold.
-        pieces: column name to arrays to be concatenated: ``log_ns``, ``stamp_ns``, ``order`` (n,) int64 and the
-            quantities (n, j) float64.
+        columns: column name to rows: ``log_ns``, ``stamp_ns``, ``order`` (n,) int64 and the quantities (n, j) float64.
     """
 
     key: GroupKey
-    pieces: dict[str, list[IntArray | FloatArray]] = field(default_factory=dict)
+    columns: dict[str, Growing] = field(default_factory=dict)
 
     def add(self, columns: dict[str, IntArray | FloatArray]) -> None:
         """Append rows; every call names the same columns."""
         for name, values in columns.items():
-            self.pieces.setdefault(name, []).append(values)
+            if name in self.columns:
+                self.columns[name].add(values)
+            else:
+                self.columns[name] = Growing(values)
 
     def take(self, name: str) -> FloatArray | IntArray | None:
-        """The whole column; its pieces are released, so that a column is never held twice for long."""
-        pieces = self.pieces.pop(name, None)
-        if pieces is None:
-            return None
-        return pieces[0] if len(pieces) == 1 else cast(FloatArray | IntArray, np.concatenate(pieces))
+        """The whole column, which the group gives away."""
+        column = self.columns.pop(name, None)
+        return None if column is None else column.finish()
+
+    def look(self, name: str) -> FloatArray | IntArray | None:
+        """A copy of a column that stays in the group."""
+        column = self.columns.get(name)
+        return None if column is None else column.copy()
 
     @property
     def rows(self) -> int:
         """Number of messages; counted on the recording times, which every group has."""
-        return sum(piece.shape[0] for piece in self.pieces.get("log_ns", ()))
+        return len(self.columns["log_ns"]) if "log_ns" in self.columns else 0
 
 
 @dataclass(slots=True, eq=False)

@@ -189,18 +189,19 @@ def test_inspect_with_a_summary() -> None:
 
 
 MEMORY = """
-import resource, sys
+import re, sys
 from pathlib import Path
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.logs import read_log
-import numpy, zstandard, lz4.frame, rosbags.typesys, sqlite3, hashlib
-read_log((Path(sys.argv[2]),), LogConfig(), robot_joints=None)
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-log = read_log((Path(sys.argv[1]),), LogConfig(wrench="/ft_sensor/wrench"), robot_joints=None)
-after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+def peak():  # of this program alone; ru_maxrss would begin with the parent's
+    return int(re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text()).group(1)) * 1024
+settings = LogConfig(wrench="/ft_sensor/wrench")
+read_log((Path(sys.argv[2]),), settings, robot_joints=None)
+before = peak()
+log = read_log((Path(sys.argv[1]),), settings, robot_joints=None)
 kept = sum(a.nbytes for a in (log.time_s, log.position_rad, log.velocity_rad_s, log.effort,
                               log.wrench.time_s, log.wrench.wrench))
-print(kept, (after - before) * 1024)
+print(kept, peak() - before)
 """
 
 

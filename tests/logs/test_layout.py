@@ -252,9 +252,9 @@ def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataO
     assert set(fast.groups) == set(slow.groups)
     for key, group in fast.groups.items():
         other = slow.groups[key]
-        assert set(group.pieces) == set(other.pieces)
-        order, other_order = (np.argsort(np.concatenate(g.pieces["order"])) for g in (group, other))
-        for name in group.pieces:
-            mine, theirs = (np.concatenate(g.pieces[name]) for g in (group, other))
+        assert set(group.columns) == set(other.columns)
+        order, other_order = (np.argsort(g.look("order")) for g in (group, other))
+        for name in group.columns:
+            mine, theirs = (g.look(name) for g in (group, other))
             assert mine[order].tobytes() == theirs[other_order].tobytes(), name
             assert mine.dtype == theirs.dtype

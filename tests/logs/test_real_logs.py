@@ -115,3 +115,26 @@ def test_a_csv_without_positions_is_refused_with_its_columns(data_dir: Path) -> 
     assert "Robot_ProtectiveStop" in summary.csv_columns
     assert "decimal comma" in summary.topics[0].encoding
     assert asdict(summary)["format"] == "csv"
+
+
+@pytest.mark.parametrize(
+    "name", ["ur3_bags/id1.bag", "ur3_mcap_ros1/ur3_id1_ros1profile.mcap", "ur10_db3/ur10_exciting_trajectory.db3"]
+)
+def test_a_truncated_log_keeps_what_is_before_the_cut(data_dir: Path, name: str, tmp_path: Path) -> None:
+    whole = (data_dir / name).read_bytes()
+    cut = tmp_path / Path(name).name
+    cut.write_bytes(whole[: int(len(whole) * 0.6)])
+    full = read_log((data_dir / name,), DEFAULT, robot_joints=None)
+    part = read_log((cut,), DEFAULT, robot_joints=None)
+    count = part.time_s.shape[0]
+    assert 0.4 < count / full.time_s.shape[0] < 0.75
+    np.testing.assert_array_equal(part.position_rad, full.position_rad[:count])
+    (finding, *_) = [finding for finding in part.findings if finding.code == "log-partial"]
+    assert finding.severity == "error"
+
+
+def test_an_empty_file_is_refused(tmp_path: Path) -> None:
+    empty = tmp_path / "x.bag"
+    empty.touch()
+    with pytest.raises(LogError, match="the file is empty"):
+        read_log((empty,), DEFAULT, robot_joints=None)

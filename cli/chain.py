@@ -61,11 +61,20 @@ def prepare_log(files: LogFiles, loaded: LoadedConfig, progress: Progress | None
     """
     from collaudit.core.audit import prepare
     from collaudit.core.logs import read_log
-    from collaudit.core.robot import load_robot, robot_joints
+    from collaudit.core.robot import load_robot
+    from collaudit.core.robot.description import describe_robot
 
-    known = robot_joints(loaded.config.robot, loaded.base_dir)
-    log = read_log(files, loaded.config.log, robot_joints=known or None, progress=progress)
-    return prepare(log, load_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
+    robot, base_dir = loaded.config.robot, loaded.base_dir
+    description = describe_robot(robot, base_dir)
+    log = read_log(
+        files,
+        loaded.config.log,
+        robot_joints=description.movable if description else None,
+        prismatic=[joint.name for joint in description.joints if joint.kind == "prismatic"] if description else (),
+        progress=progress,
+        cache=loaded.cache,
+    )
+    return prepare(log, load_robot(robot, base_dir, log.joint_names), loaded.config)
 
 
 def friction_path(loaded: LoadedConfig) -> Path | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _PATH = "collaudit.config.path"
 _OVERRIDES = "collaudit.config.overrides"
+_CACHE = "collaudit.cache"
 
 CommandFunction = Callable[..., int]
 Decorator = Callable[[CommandFunction], CommandFunction]
@@ -42,7 +44,8 @@ def load_settings() -> LoadedConfig:
     """
     from collaudit.core.config import load_config
 
-    return load_config(config_path(), overrides())
+    cache = click.get_current_context().meta.get(_CACHE)
+    return replace(load_config(config_path(), overrides()), cache=cache)
 
 
 def config_option(function: CommandFunction) -> CommandFunction:
@@ -66,14 +69,29 @@ def config_option(function: CommandFunction) -> CommandFunction:
 
 
 def robot_options(function: CommandFunction) -> CommandFunction:
-    """Flags that say which robot and which signals."""
+    """Flags that say which robot and which signals, and how logs are read."""
     flags: tuple[Decorator, ...] = (
         _flag("--urdf", "robot.urdf", _file, "FILE", "Robot model."),
         _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
         _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
         _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
+        _cache_option,
     )
     return _all(flags, function)
+
+
+def _cache_option(function: CommandFunction) -> CommandFunction:
+    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
+        ctx.meta[_CACHE] = value
+
+    return click.option(
+        "--cache",
+        type=click.Path(path_type=Path),
+        callback=keep,
+        expose_value=False,
+        metavar="DIR",
+        help="Keep decoded logs there; the next command on the same log is quicker.",
+    )(function)
 
 
 def friction_options(function: CommandFunction) -> CommandFunction:

@@ -33,12 +33,14 @@ class LoadedConfig:
         base_dir: folder that relative paths in it start from.
         sha256: hash of the effective configuration, defaults included; file paths enter as file names.
         path: the file, or None when there was none.
+        cache: folder that keeps decoded logs, None for none: a choice of this run, not part of the hash.
     """
 
     config: Config
     base_dir: Path
     sha256: str
     path: Path | None
+    cache: Path | None = None
 
 
 def load_config(path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:

@@ -75,9 +75,31 @@ def test_flags_override_the_configuration(arm, collaudit) -> None:
     assert rule("--set", "near_miss.amplitude=0.5")["near_miss_amplitude"] == 0.5
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [('"joint', '"axis', "is not in the friction file"), ('"effort_unit": "N·m"', '"effort_unit": "raw"', "own unit")],
+)
+def test_friction_that_does_not_fit_the_log(arm, collaudit, tmp_path: Path, old: str, new: str, said: str) -> None:
+    text = arm.friction.read_text()
+    assert old in text
+    other = tmp_path / "other.json"
+    other.write_text(text.replace(old, new))
+    outcome = collaudit("detect", arm.pushed, "-c", arm.config, "--friction", other)
+    assert outcome.code == 3, outcome.out
+    assert said in outcome.out
+
+
 def test_policy_of_the_configuration(arm, collaudit) -> None:
     args = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction)
     assert collaudit(*args, "--set", "policy.max_collisions=1").code == 0
+
+
+def test_cache_changes_nothing(arm, collaudit, tmp_path: Path) -> None:
+    args = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "--json")
+    plain = collaudit(*args)
+    cached = [collaudit(*args, "--cache", tmp_path / "cache") for _ in range(2)]
+    assert {plain.out} == {outcome.out for outcome in cached}
+    assert list((tmp_path / "cache").iterdir())
 
 
 def test_one_log_only(arm, collaudit) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -77,13 +78,16 @@ def test_flags_override_the_configuration(arm, collaudit) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
-    [('"joint', '"axis', "is not in the friction file"), ('"effort_unit": "N·m"', '"effort_unit": "raw"', "own unit")],
+    [
+        (r'"joint(\d)"', r'"axis\1"', "is not in the friction file"),
+        ('"effort_unit": "N·m"', '"effort_unit": "raw"', "own unit"),
+    ],
 )
 def test_friction_that_does_not_fit_the_log(arm, collaudit, tmp_path: Path, old: str, new: str, said: str) -> None:
     text = arm.friction.read_text()
-    assert old in text
     other = tmp_path / "other.json"
-    other.write_text(text.replace(old, new))
+    other.write_text(re.sub(old, new, text))
+    assert other.read_text() != text
     outcome = collaudit("detect", arm.pushed, "-c", arm.config, "--friction", other)
     assert outcome.code == 3, outcome.out
     assert said in outcome.out

@@ -16,6 +16,7 @@ from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
 from collaudit.core.identification.apply import with_identified
+from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.findings import identified_findings
 from collaudit.core.identification.identify import identify
 from collaudit.core.phases import phase_spans
@@ -46,7 +47,8 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     identified = identify(prepared, config)
     seen = [with_identified(p, identified) for p in prepared]
     fits = fit_joints(seen, config)
-    findings = [f for p in prepared for f in p.findings] + identified_findings(identified) + friction_findings(fits)
+    findings = [f for p in prepared for f in (*p.findings, *audit_channels(p, config))]
+    findings += identified_findings(identified) + friction_findings(fits)
     logs = {p.series.source.name: p.series.source.sha256 for p in prepared}
     return FrictionFile(FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs), identified)
 

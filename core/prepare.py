@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.channel_delay import undelayed
 from collaudit.core.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.effort_check import EffortGain, effort_findings, effort_gains
@@ -54,7 +55,7 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
         NotJudgedError: the log has no stretch long enough.
         ConfigError: a configured joint is not in the log, or a wrench lacks its frame.
     """
-    series = condition(_in_model_order(log, robot), config.conditioning)
+    series = undelayed(condition(_in_model_order(log, robot), config.conditioning), config.log)
     judged = _judged(config, series.joint_names)
     findings = [*series.findings, *robot.findings]
     labels = _phases(series, robot, config)

@@ -117,6 +117,8 @@ class LogConfig(_Section):
     wrench_bias: Literal["estimate"] | Vec6 = Field(
         "estimate", description="Zero offset of the sensor (N, N·m), or `estimate`: the mean before contact."
     )
+    effort_delay_ms: float = Field(0.0, description="How much later than the motion the effort is stamped; taken off.")
+    wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; taken off.")
     time: Literal["auto", "header", "log"] = Field("auto", description="Which stamp is the time of a sample.")
     joint_names: dict[str, str] = Field({}, description="Log name = model name, where they differ.")
     csv: CsvConfig = Field(CsvConfig(), description="Columns of CSV logs.")

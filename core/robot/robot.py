@@ -186,6 +186,11 @@ class RobotModel:
         chain = self._chain(frame)
         return np.stack([chain_gravity(chain, position, axis)[0] for axis in np.eye(3)])
 
+    def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
+        """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""
+        self._check(q, len(self.joint_names), "q")
+        return chain_gravity(self._chain(frame), self._expand(q), self.gravity_base_m_s2)
+
     def _chain(self, frame: str) -> Chain:
         if self.bodies is None:
             raise NotJudgedError(

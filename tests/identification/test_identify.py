@@ -84,7 +84,7 @@ def test_wrong_inertials_are_corrected_and_shown_on_time_left_out() -> None:
         joint = found.joints[name]
         assert joint.held_out_rms_nm is not None
         assert joint.held_out_rms_file_nm is not None
-        assert joint.held_out_rms_nm < 0.6 * joint.held_out_rms_file_nm
+        assert joint.held_out_rms_nm < 0.7 * joint.held_out_rms_file_nm
         assert joint.held_out_rms_nm < 0.6  # the noise is 0.42 N·m before it is filtered
         assert joint.offset_ci95[0] is not None
     assert found.consistent

@@ -1,0 +1,110 @@
+"""What the effort is: torque, current, inverted, doubled, quantised; from the joints that carry load, with evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.effort_check import EffortGain
+from collaudit.core.findings import Finding
+from collaudit.core.prepare import Prepared
+from collaudit.core.series import FloatArray
+
+_AS_TORQUE = (0.6, 1.67)
+_DOUBLED = (1.75, 2.3)
+_ALIKE = 1.6
+_MOVING = 0.02
+_COARSE = 0.5
+
+
+def audit_effort(prepared: Prepared) -> list[Finding]:
+    """What all joints' efforts together look like, and efforts in coarse steps. Nothing is changed by it."""
+    return [*_kind(prepared), *_steps(prepared)]
+
+
+def _kind(prepared: Prepared) -> list[Finding]:
+    """One verdict for the log: a single joint's gain may be off because its model is, all together are not."""
+    known = [g for g in prepared.gains if g.known]
+    if not known or prepared.rigid_nm is None:
+        return []
+    weight = np.array([_load(prepared, g) for g in known])
+    gain = np.array([g.gain for g in known])
+    size = _weighted_median(np.log(np.abs(gain)), weight)
+    typical = float(np.exp(size))
+    heavy = np.abs(np.log(np.abs(gain)) - size) < np.log(_ALIKE)
+    alike = float(weight[heavy].sum() / weight.sum())
+    negative = float(weight[gain < 0].sum() / weight.sum())
+    numbers = "; ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g}, {g.ci95[1]:.3g}]" for g in known)
+    text = _words(known, typical, alike, negative, prepared.series.effort_unit)
+    return [Finding("effort-kind", "info", f"{text} Effort per N·m of model torque [95 %]: {numbers}.")]
+
+
+def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: float, unit: str) -> str:
+    signs = "its sign is inverted" if negative > 0.9 else "its signs are mixed" if negative > 0.1 else ""
+    flip = ", ".join(f'"{g.joint}" = -1' for g in known if g.gain < 0)
+    mend = f" To mend it: [log.units] effort_sign = {{ {flip} }}." if flip else ""
+    if alike < 0.6 or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:
+        constants = ", ".join(f'"{g.joint}" = {1 / abs(g.gain):.3g}' for g in known)
+        also = f", and {signs}" if signs else ""
+        return (
+            f"The effort looks like a motor current or another unit, not like N·m{also}. To mend it: [log.units] "
+            f'effort = "A", torque_constant_nm_per_a = {{ {constants} }} (by the model; the maker knows better), '
+            f'or [fit] estimate = ["friction", "gain"].{mend}'
+        )
+    if _DOUBLED[0] <= typical <= _DOUBLED[1]:
+        also = f" and {signs}" if signs else ""
+        return (
+            f"The effort looks like about twice the torque{also}, as when it is counted twice; or the model lacks half "
+            f"of what moves.{mend}"
+        )
+    if signs:
+        return f"The effort looks like a torque in N·m, but {signs}.{mend}"
+    return "The effort looks like a torque in N·m." if unit == "Nm" else "The effort has the size of a torque in N·m."
+
+
+def _load(prepared: Prepared, gain: EffortGain) -> float:
+    """Variance of the model torque of a joint: how much a joint has to say."""
+    assert prepared.rigid_nm is not None
+    column: FloatArray = prepared.rigid_nm[:, prepared.series.column(gain.joint)]
+    return float(np.nanvar(column)) * gain.explained + 1e-12
+
+
+def _weighted_median(x: FloatArray, weight: FloatArray) -> float:
+    order = np.argsort(x)
+    passed = np.cumsum(weight[order]) / weight.sum()
+    return float(x[order][int(np.searchsorted(passed, 0.5))])
+
+
+def _steps(prepared: Prepared) -> list[Finding]:
+    series = prepared.series
+    if series.effort is None:
+        return []
+    findings = []
+    for joint in prepared.judged:
+        j = series.column(joint)
+        moving = np.abs(series.velocity_rad_s[:, j]) > _MOVING
+        effort = series.effort[moving & np.isfinite(series.effort[:, j]), j]
+        step = _step(effort)
+        if step is None:
+            continue
+        noise = float(np.median(np.abs(np.diff(effort)))) * 1.05
+        if step > _COARSE * float(np.std(effort)) or (step > 2.0 * noise and np.ptp(effort) < 60 * step):
+            count = np.ptp(effort) / step
+            text = (
+                f"The effort of joint '{joint}' comes in steps of {step:.3g}, {count:.0f} steps from its "
+                "smallest to its largest: thresholds below a few steps mean nothing."
+            )
+            findings.append(Finding("effort-quantised", "warning", text, joint=joint))
+    return findings
+
+
+def _step(effort: FloatArray) -> float | None:
+    """The step of an effort that takes few different values, else None."""
+    values = np.unique(np.round(effort, 9))
+    if values.size < 3 or values.size > min(200, effort.size // 5):
+        return None
+    gaps = np.diff(values)
+    step = float(np.median(gaps))
+    ratio = gaps / step
+    return step if np.mean(np.abs(ratio - np.round(ratio)) < 0.02) > 0.95 else None

@@ -1,0 +1,177 @@
+"""Offset of the wrist sensor, and weight and centre of mass of the tool, from static poses.
+
+At rest the sensor reads  force = -s W + b_f,  moment = -s (c x W) + b_t  with W = m g(q) in the sensor's axes and s
+the configured sign: linear in m, m c and the six offsets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.findings import Finding
+from collaudit.core.prepare import Prepared
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import FloatArray
+
+_STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
+_SAME_POSE = 0.05  # rad
+_MIN_POSES = 4
+_STANDARD_G = 9.80665
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorCalibration:
+    """Estimates (10,): mass kg, mass times centre kg·m (3), offset N (3), N·m (3); sd (10,); what is missing.
+
+    ``turn_deg`` is how far the sensor seems turned against its frame (rotation vector, degrees), None where the
+    poses do not tell; ``turn_sd_deg`` its standard error; ``drift`` (6,) change over the log and its sd (6,).
+    """
+
+    estimate: FloatArray
+    sd: FloatArray
+    poses: int
+    missing: tuple[str, ...]
+    turn_deg: FloatArray | None
+    turn_sd_deg: float | None
+    drift: FloatArray
+    drift_sd: FloatArray
+
+
+def calibrate_sensor(prepared: Prepared, config: Config) -> SensorCalibration | None:
+    """Calibrate from all stretches at rest; None without a wrench, its frame, or enough poses."""
+    series, frame = prepared.series, config.log.wrench_frame
+    if series.wrench is None or frame is None or prepared.robot.bodies is None:
+        return None
+    poses = _static_poses(prepared)
+    if len(poses) < _MIN_POSES:
+        return None
+    q = np.array([pose[0] for pose in poses])
+    reading = np.array([pose[1] for pose in poses])
+    when = np.array([pose[2] for pose in poses])
+    gravity = prepared.robot.gravity_in(q, frame)
+    spread = np.linalg.svd(gravity - gravity.mean(axis=0), compute_uv=False) / np.sqrt(len(poses))
+    missing = _missing(spread)
+    if spread[1] < 0.05 * _STANDARD_G:
+        return None
+    sign = float(config.log.wrench_sign)
+    design, target = _equations(gravity, reading, sign)
+    scale = _scales(design, target)
+    weighted = design / scale[:, None]
+    estimate: FloatArray = np.asarray(np.linalg.lstsq(weighted, target / scale, rcond=None)[0], dtype=np.float64)
+    rest = target - design @ estimate
+    free = max(1, target.size - 10)
+    scale = scale * float(np.sqrt(np.sum((rest / scale) ** 2) / free))
+    covariance = np.linalg.pinv((design / scale[:, None]).T @ (design / scale[:, None]), hermitian=True)
+    left = rest.reshape(-1, 6)
+    clock = when - when.mean()
+    slope = clock @ left / float(clock @ clock)
+    slope_sd = np.sqrt(np.sum((left - np.outer(clock, slope)) ** 2, axis=0) / max(1, len(poses) - 2) / (clock @ clock))
+    length = float(np.ptp(when))
+    turn, turn_sd = _turn(gravity, reading[:, :3], sign, spread)
+    return SensorCalibration(
+        estimate, np.sqrt(np.diag(covariance)), len(poses), missing, turn, turn_sd, slope * length, slope_sd * length
+    )
+
+
+def audit_force_sensor(prepared: Prepared, config: Config) -> list[Finding]:
+    """What static poses say of the sensor and the tool, or which poses are missing."""
+    if prepared.series.wrench is None or config.log.wrench_frame is None:
+        return []
+    found = calibrate_sensor(prepared, config)
+    if found is None:
+        text = (
+            f"The wrist sensor cannot be calibrated from this log: it needs at least {_MIN_POSES} poses at rest of "
+            f"{_REST_S} s in which the sensor is turned differently against gravity, about two axes."
+        )
+        return [Finding("wrench-calibration", "info", text)]
+    e, half = found.estimate, 1.96 * found.sd
+    com = e[1:4] / e[0] if e[0] > half[0] else None
+    parts = [f"tool mass {e[0]:.4g} ± {half[0]:.2g} kg"]
+    if com is not None:
+        # to first order: d(mc/m) = (d(mc) - c dm)/m, the mass being far better known than the moments
+        centre = ", ".join(f"{c:.4f} ± {w / e[0]:.2g}" for c, w in zip(com, half[1:4], strict=True))
+        parts.append(f"centre of mass [{centre}] m")
+    parts.append(
+        "offset [" + ", ".join(f"{x:.3g} ± {w:.2g}" for x, w in zip(e[4:], half[4:], strict=True)) + "] N, N·m"
+    )
+    if found.turn_deg is not None and found.turn_sd_deg is not None:
+        turn = ", ".join(f"{x:.2f}" for x in found.turn_deg)
+        parts.append(f"sensor turned against its frame by [{turn}] ± {1.96 * found.turn_sd_deg:.2f} degrees")
+    text = f"From {found.poses} poses at rest (95 %): {'; '.join(parts)}. {' '.join(found.missing)}".strip()
+    findings = [Finding("wrench-calibration", "info", text)]
+    strong = np.abs(found.drift) > np.maximum(3.0 * found.drift_sd, [0.5] * 3 + [0.02] * 3)
+    if strong.any():
+        size = ", ".join(f"{x:.3g}" for x in found.drift)
+        text = f"The zero of the wrist sensor drifts over the log by [{size}] (N, N·m)."
+        findings.append(Finding("wrench-drift", "warning", text))
+    return findings
+
+
+def _static_poses(prepared: Prepared) -> list[tuple[FloatArray, FloatArray, float]]:
+    """Position (j,), mean reading (6,) and time of every stretch at rest."""
+    series = prepared.series
+    assert series.wrench is not None
+    with np.errstate(invalid="ignore"):
+        still = np.asarray((np.abs(series.velocity_rad_s) < _STILL).all(axis=1))
+    starts, stops = run_bounds(still)
+    settle = round(_SETTLE_S / series.period_s)
+    poses = []
+    for start, stop in zip(starts, stops, strict=True):
+        if (stop - start) * series.period_s < _REST_S:
+            continue
+        rows = slice(int(start) + settle, int(stop) - settle // 2)
+        reading = series.wrench[rows]
+        reading = reading[np.isfinite(reading).all(axis=1)]
+        if reading.shape[0] >= 10:
+            place = np.nanmean(series.position_rad[rows], axis=0)
+            poses.append((place, reading.mean(axis=0), float(series.time_s[rows].mean())))
+    return poses
+
+
+def _equations(gravity: FloatArray, reading: FloatArray, sign: float) -> tuple[FloatArray, FloatArray]:
+    """Design (6 n, 10) and target (6 n,), pose by pose."""
+    n = gravity.shape[0]
+    design = np.zeros((n, 6, 10))
+    design[:, :3, 0] = -sign * gravity
+    for k in range(3):
+        axis = np.zeros(3)
+        axis[k] = 1.0
+        design[:, 3:, 1 + k] = -sign * np.cross(axis, gravity)
+    design[:, np.arange(6), 4 + np.arange(6)] = 1.0
+    return design.reshape(6 * n, 10), reading.reshape(6 * n)
+
+
+def _scales(design: FloatArray, target: FloatArray) -> FloatArray:
+    """(6 n,) noise of forces and of moments, each from its own residual."""
+    rest = (target - design @ np.linalg.lstsq(design, target, rcond=None)[0]).reshape(-1, 6)
+    force, moment = (max(float(np.std(part)), 1e-9) for part in (rest[:, :3], rest[:, 3:]))
+    return np.tile([force] * 3 + [moment] * 3, rest.shape[0])
+
+
+def _missing(spread: FloatArray) -> tuple[str, ...]:
+    if spread[2] < 0.1 * _STANDARD_G:
+        return (
+            "Gravity never leaves a plane of the sensor: poses turned about another axis are missing, and the offset "
+            "along the one left out is poorly known.",
+        )
+    return ()
+
+
+def _turn(
+    gravity: FloatArray, force: FloatArray, sign: float, spread: FloatArray
+) -> tuple[FloatArray | None, float | None]:
+    """Rotation vector (degrees) that carries the frame's gravity to the sensor's, by Procrustes (Kabsch 1976)."""
+    if spread[2] < 0.1 * _STANDARD_G:
+        return None, None
+    from scipy.spatial.transform import Rotation
+
+    a, b = gravity - gravity.mean(axis=0), -sign * (force - force.mean(axis=0))
+    u, s, vt = np.linalg.svd(b.T @ a)
+    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    size = float(s.sum() / np.sum(a**2))
+    rest = b - size * a @ turn.T
+    sd = float(np.sqrt(np.sum(rest**2) / max(1, rest.size - 7)) / (size * spread[2] * np.sqrt(len(a))))
+    return np.degrees(Rotation.from_matrix(turn).as_rotvec()), float(np.degrees(sd))

@@ -1,0 +1,183 @@
+"""The audit of channels: what the effort is, delays, the wrist sensor; each against what was done to the log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.core.config.schema import Config
+from collaudit.core.identification.delays import audit_delays, effort_delay
+from collaudit.core.identification.effort_audit import audit_effort
+from collaudit.core.identification.force_sensor import calibrate_sensor
+from collaudit.core.prepare import prepare
+from collaudit.core.robot import load_robot
+from collaudit.core.series import JointLog, LogSource, WrenchSeries
+
+NAMES = ("joint1", "joint2", "joint3")
+PERIOD = 0.004
+
+
+def settings(**log: object) -> Config:
+    def row(**keys: object) -> dict[str, object]:
+        return {"inertia_kg_m2": (0.02, 0.05, 0.05, 0, 0, 0), **keys}
+
+    rows = [
+        row(d=0.3, alpha=-np.pi / 2, mass_kg=6.0, com_m=(0, 0.02, 0)),
+        row(a=0.35, mass_kg=5.0, com_m=(-0.15, 0, 0.02)),
+        row(a=0.3, alpha=np.pi / 2, mass_kg=3.0, com_m=(-0.12, 0.01, 0)),
+    ]
+    # a tilted base: turning any joint then turns the sensor against gravity
+    base = (60, 0, 0) if "wrench" in log else (0, 0, 0)
+    return Config.model_validate({"robot": {"dh_convention": "standard", "dh": rows, "base_rpy_deg": base}, "log": log})
+
+
+def moving_log(late_s: float = 0.0, wrench: bool = False) -> JointLog:
+    """Smooth motion; effort and wrench stamped ``late_s`` after the motion they belong to."""
+    t = np.arange(0, 60, PERIOD)
+
+    def motion(at: np.ndarray) -> tuple[np.ndarray, ...]:
+        w, size, p = np.array([0.7, 0.9, 1.3]), np.array([0.9, 0.7, 0.9]), np.array([0.3, 1.0, 2.0])
+        angle = w * at[:, None] + p
+        q, v, a = size * np.sin(angle), size * w * np.cos(angle), -size * w**2 * np.sin(angle)
+        return q, v, a
+
+    robot = load_robot((settings(wrench="/w") if wrench else settings()).robot, Path(), NAMES)
+    rng = np.random.default_rng(0)
+    q, v, _ = motion(t)
+    then = motion(t - late_s)
+    effort = robot.inverse_dynamics(*then) + 3.0 * np.sign(then[1]) + 2.0 * then[1]
+    effort = effort + 0.2 * rng.standard_normal(effort.shape)
+    sensor = None
+    if wrench:
+        force = -1.2 * robot.gravity_in(then[0], "tool0")
+        sensor = WrenchSeries(
+            t, np.hstack([force, np.zeros_like(force)]) + 0.02 * rng.standard_normal((t.size, 6)), "/w"
+        )
+    source = LogSource("synthetic", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, NAMES, q, v, effort, "Nm", sensor, source)
+
+
+def prepared(log: JointLog, config: Config):  # type: ignore[no-untyped-def]
+    return prepare(log, load_robot(config.robot, Path(), NAMES), config)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        ((1.0, 1.0, 1.0), "looks like a torque in N·m."),
+        ((1.1, 0.92, 9.0), "looks like a torque in N·m."),  # one joint's model is off, not the unit
+        ((-1.0, -1.0, -1.0), "its sign is inverted"),
+        ((2.0, 2.0, 2.0), "about twice the torque"),
+        ((0.07, -0.15, 0.12), "looks like a motor current or another unit, not like N·m, and its signs are mixed"),
+    ],
+)
+def test_effort_is_told_for_what_it_is(factor: tuple[float, ...], words: str) -> None:
+    log = moving_log()
+    assert log.effort is not None
+    found = audit_effort(prepared(replace(log, effort=log.effort * factor), settings()))
+    assert len(found) == 1
+    assert words in found[0].text
+    if min(factor) < 0:
+        assert "effort_sign" in found[0].text
+
+
+def test_coarse_steps_are_noticed_and_fine_ones_are_not() -> None:
+    log = moving_log()
+    assert log.effort is not None
+    coarse = audit_effort(prepared(replace(log, effort=np.round(log.effort / 4) * 4), settings()))
+    assert {f.joint for f in coarse if f.code == "effort-quantised"} >= {"joint2", "joint3"}
+    assert any("steps of 4" in f.text for f in coarse)
+    fine = audit_effort(prepared(replace(log, effort=np.round(log.effort, 3)), settings()))
+    assert not any(f.code == "effort-quantised" for f in fine)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.016, 0.042])
+def test_a_late_effort_is_measured_and_corrected(late: float) -> None:
+    log = moving_log(late)
+    found = effort_delay(prepared(log, settings()))
+    assert found is not None
+    assert found.seconds == pytest.approx(late, abs=0.0015)
+    assert found.ci95[0] - 0.0005 <= late <= found.ci95[1] + 0.0005
+    said = audit_delays(prepared(log, settings()), settings())
+    assert said[0].severity == ("warning" if late else "info")
+    if late:
+        assert "effort_delay_ms" in said[0].text
+        mended = settings(effort_delay_ms=1e3 * late)
+        after = effort_delay(prepared(log, mended))
+        assert after is not None
+        assert after.seconds == pytest.approx(0.0, abs=0.0015)
+
+
+def test_a_late_wrench_is_measured() -> None:
+    config = settings(wrench="/w", wrench_frame="tool0")
+    said = audit_delays(prepared(moving_log(0.02, wrench=True), config), config)
+    wrench = next(f for f in said if f.code == "wrench-delay")
+    assert wrench.severity == "warning"
+    assert " 20." in wrench.text or " 19." in wrench.text
+
+
+def static_log(poses: np.ndarray, seed: int, drift: float = 0.0, turn: np.ndarray | None = None) -> JointLog:
+    """Rest at each pose: mass 1.4 kg at (0.01, -0.02, 0.06), offsets, noise."""
+    robot = load_robot(settings(wrench="/w").robot, Path(), NAMES)
+    rng = np.random.default_rng(seed)
+    each = 300
+    q = np.vstack([np.vstack([np.linspace(a, b, 200), np.repeat(b[None], each, 0)]) for a, b in pairwise(poses)])
+    t = PERIOD * np.arange(len(q))
+    v = np.gradient(q, PERIOD, axis=0)
+    gravity = robot.gravity_in(q, "tool0")
+    if turn is not None:
+        gravity = gravity @ turn.T
+    force = -1.4 * gravity
+    moment = np.cross([0.01, -0.02, 0.06], force)
+    offset = np.array([1.7, -2.4, 4.1, 0.06, -0.11, 0.03])
+    reading = np.hstack([force, moment]) + offset + np.array([0.3] * 3 + [0.01] * 3) * rng.standard_normal((len(q), 6))
+    reading[:, 2] += drift * t / t[-1]
+    source = LogSource("synthetic", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, NAMES, q, v, np.zeros_like(q), "Nm", WrenchSeries(t, reading, "/w"), source)
+
+
+def many_poses(seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-1.4, 1.4, (13, 3))
+
+
+def test_sensor_offset_and_tool_lie_in_their_intervals() -> None:
+    config = settings(wrench="/w", wrench_frame="tool0")
+    true = np.array([1.4, 0.014, -0.028, 0.084, 1.7, -2.4, 4.1, 0.06, -0.11, 0.03])
+    hits = 0
+    for seed in range(12):
+        found = calibrate_sensor(prepared(static_log(many_poses(), seed), config), config)
+        assert found is not None
+        assert found.poses == 12
+        assert not found.missing
+        hits += int(np.count_nonzero(np.abs(found.estimate - true) < 2.0 * found.sd))
+        assert found.turn_deg is not None
+        assert np.all(np.abs(found.turn_deg) < 5 * (found.turn_sd_deg or 0) + 0.1)
+    assert 0.88 <= hits / 120 <= 0.995
+
+
+def test_a_turned_sensor_and_a_drift_are_noticed() -> None:
+    from scipy.spatial.transform import Rotation
+
+    config = settings(wrench="/w", wrench_frame="tool0")
+    turn = Rotation.from_rotvec(np.radians([0, 0, 10.0])).as_matrix()
+    found = calibrate_sensor(prepared(static_log(many_poses(), 0, drift=3.0, turn=turn), config), config)
+    assert found is not None
+    assert found.turn_deg is not None
+    assert found.turn_deg == pytest.approx([0, 0, 10.0], abs=2.0)
+    assert found.drift[2] == pytest.approx(3.0, abs=1.2)
+
+
+def test_poses_that_are_missing_are_named() -> None:
+    config = settings(wrench="/w", wrench_frame="tool0")
+    flat = many_poses()
+    flat[:, 2] = 0.4
+    flat[:, 0] = 0.0  # only joint 2 turns: gravity stays in one plane of the sensor
+    found = calibrate_sensor(prepared(static_log(flat, 0), config), config)
+    assert found is not None
+    assert any("another axis" in text for text in found.missing)
+    few = calibrate_sensor(prepared(static_log(flat[:3], 0), config), config)
+    assert few is None

@@ -19,6 +19,7 @@ from collaudit.core.identification.apply import with_identified
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.findings import identified_findings
 from collaudit.core.identification.identify import identify
+from collaudit.core.identification.trends import trend_findings
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
 from collaudit.core.recommend import CleanResidual, recommend_rule
@@ -49,6 +50,7 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     fits = fit_joints(seen, config)
     findings = [f for p in prepared for f in (*p.findings, *audit_channels(p, config))]
     findings += identified_findings(identified) + friction_findings(fits)
+    findings += [f for p in seen for f in trend_findings(p, fits)]
     logs = {p.series.source.name: p.series.source.sha256 for p in prepared}
     return FrictionFile(FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs), identified)
 

@@ -83,6 +83,8 @@ CODES: dict[str, str] = {
     "identified-used": "Gains, offsets, inertials or a tool from the friction file were used.",
     "identified-worse": "What was identified explains time left out worse than the robot's description does.",
     "identified-not-possible": "Identified inertials belong to no physically possible body.",
+    "friction-warm-up": "Friction changes with running time.",
+    "friction-ripple": "A ripple of the gear over position explains part of the residual.",
     "friction-any-motion": "Friction was read off any motion, for want of constant-velocity sections.",
     "friction-not-fitted": "A joint's friction could not be fitted.",
     "friction-not-identifiable": "The data cannot tell some friction parameters apart.",

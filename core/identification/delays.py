@@ -99,12 +99,15 @@ def wrench_delay(prepared: Prepared, config: Config) -> Delay | None:
     gravity = prepared.robot.gravity_in(series.position_rad, frame)
     force = series.wrench[:, :3]
     known = np.isfinite(gravity).all(axis=1) & np.isfinite(force).all(axis=1) & ~series.edge
+    known &= np.isfinite(series.acceleration_rad_s2).all(axis=1)
     if not known.any() or float(np.std(gravity[known], axis=0).max()) < 1.0:
         return None
     moving = known & (np.abs(series.velocity_rad_s) > _MOVING).any(axis=1)
 
     def cost(rows: IntArray, shift: int) -> FloatArray:
-        columns = np.column_stack([gravity[rows], np.ones(rows.size)])
+        # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
+        motion = (series.acceleration_rad_s2[rows], series.velocity_rad_s[rows] ** 2)
+        columns = np.column_stack([gravity[rows], np.ones(rows.size), *motion])
         return np.array([_left(columns, force[rows + shift, k : k + 1]) for k in range(3)])
 
     return _search(np.asarray(np.flatnonzero(moving), dtype=np.int64), cost, series.period_s, force)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.filters import low_pass
+from collaudit.core.friction.model import FrictionModel
 from collaudit.core.identification.samples import SLOWEST
 from collaudit.core.prepare import Prepared
 from collaudit.core.result import FrictionPoint
@@ -52,6 +53,30 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
             if point is not None:
                 points.append(point)
     return tuple(points)
+
+
+def settled_residual(
+    prepared: Prepared, joint: str, law: FrictionModel
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
+    """Time, position, torque left and friction (signed), each (n,), at settled samples of one joint.
+
+    The effort is not filtered: ripple passes at the speed of the motion.
+    """
+    series = prepared.series
+    if prepared.rigid_nm is None or series.effort is None:
+        return None
+    j = series.column(joint)
+    v = series.velocity_rad_s[:, j]
+    known = prepared.rigid_nm[:, j]
+    if prepared.contact_nm is not None:
+        known = known + prepared.contact_nm[:, j]
+    friction = law.torque(v)
+    left = series.effort[:, j] - known - friction
+    rows = _settled(v, round(_SETTLED_S / series.period_s))
+    rows = rows[np.isfinite(left[rows]) & ~series.edge[rows] & ~series.saturated[rows, j]]
+    if rows.size == 0:
+        return None
+    return series.time_s[rows], series.position_rad[rows, j], left[rows], friction[rows]
 
 
 def _settled(v: FloatArray, margin: int) -> IntArray:

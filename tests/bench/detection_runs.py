@@ -82,6 +82,11 @@ class Bench:
     config: Config
     truth: Path
 
+    def with_friction(self, friction: FrictionFile) -> Bench:
+        """The same log against another calibration."""
+        laws, _ = friction_laws(friction.joints, judged_series(self.prepared))
+        return replace(self, grounds=replace(self.grounds, laws=laws))
+
     def judged(self, name: str, causal: bool) -> Evaluation:
         detect = self.config.detect.model_copy(update={"causal": causal})
         return evaluate(self.prepared, self.grounds, self.config.model_copy(update={"detect": detect}), name)

@@ -98,7 +98,7 @@ def _automatic(job: _Job) -> FrictionFit:
         else:
             refused.append(ModelComparison(name, None, None, None, None, None, None, False, found))
     ridge = fit_rbf(job.data)[1] if any(c.model == RBF for c in fitted) else None
-    taken, rows = choose(compare(job.data, fitted, ridge), [not c.reasons for c in fitted])
+    taken, rows = choose(compare(job.data, fitted, ridge), [_eligible(c) for c in fitted])
     lugre = next((c for c in fitted if c.model == "static-lugre"), None)
     if taken is not None:
         chosen = fitted[taken]
@@ -109,6 +109,12 @@ def _automatic(job: _Job) -> FrictionFit:
     is_line = chosen.model == line.model
     fit = _line(job, line, _why_a_line(job, lugre), lugre) if is_line else _law_fit(job, chosen)
     return replace(fit, comparison=(*rows, *refused))
+
+
+def _eligible(candidate: Candidate) -> bool:
+    """Whether a law may be chosen: its parameters are determined, and it is not the plain line over again."""
+    same_line = candidate.model == "damping-coulomb" and not candidate.at_bounds
+    return not candidate.reasons and not same_line
 
 
 def _why_a_line(job: _Job, lugre: Candidate | None) -> tuple[str, ...]:

@@ -92,8 +92,10 @@ def _variance_needed(data: ls.Points, law: Law) -> float:
         return ls.fit_at(replace(data, sd=np.sqrt(data.sd**2 + variance)), law, c).sum_squares - freedom
 
     top = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
-    if excess(0.0) <= 0 or excess(top) >= 0:
+    if excess(0.0) <= 0:
         return 0.0
+    if excess(top) >= 0:
+        return top
     return float(brentq(excess, 0.0, top, xtol=1e-12 * top))
 
 

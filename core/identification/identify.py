@@ -22,6 +22,7 @@ from collaudit.core.series import BoolArray, FloatArray
 _Z95 = 1.96
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
+_HELD_OUT_STEPS = 4
 _ARMATURE_SHARE = 0.5  # of a joint's inertia: robot files seldom state rotor inertia at all
 
 
@@ -253,7 +254,7 @@ def _held_out(job: _Job, unknowns: Unknowns, blocks: int) -> list[float | None]:
         out = np.asarray(job.motion.block == block)
         if not out.any() or out.all():
             return [None] * rest.shape[1]
-        found = solve(job.motion.take(~out), job.regressor[~out], unknowns)
+        found = solve(job.motion.take(~out), job.regressor[~out], unknowns, _HELD_OUT_STEPS)
         rest[out] = residual(job.motion.take(out), job.regressor[out], found)
     return _rms(rest, job.motion.moving)
 

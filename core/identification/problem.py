@@ -81,13 +81,14 @@ class _State:
     weight: FloatArray
 
 
-def solve(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Solution:
+def solve(motion: Motion, regressor: FloatArray, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
     """Estimate all unknowns from samples of motion.
 
     Args:
         motion: n samples of j joints.
         regressor: (n, j, p).
         unknowns: priors; a zero standard deviation holds a parameter.
+        iterations: most Gauss-Newton steps; with gains held only the weights still change after the first.
     """
     joints = motion.effort.shape[1]
     driven = motion.moving.any(axis=0)
@@ -104,7 +105,7 @@ def solve(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Solution
         motion.moving.astype(np.float64),
     )
     _fit_nuisance(motion, regressor, state)
-    for _ in range(_ITERATIONS):
+    for _ in range(iterations):
         before = np.concatenate([state.inertials, state.armature, state.gain])
         _reweigh(motion, regressor, state)
         gradient, data = _normal(motion, regressor, state, free)
@@ -179,12 +180,14 @@ def _reweigh(motion: Motion, regressor: FloatArray, state: _State) -> None:
         state.weight[:, j] = weight / max(1.0, float(np.sum(together**2)) / max(alone, 1e-30))
 
 
-def _jacobian(motion: Motion, regressor: FloatArray, state: _State, j: int, free: BoolArray) -> FloatArray:
+def _jacobian(
+    motion: Motion, regressor: FloatArray, state: _State, j: int, free: BoolArray, rest: FloatArray
+) -> FloatArray:
     """(n, f) derivatives of joint j's torque by the free unknowns, friction and offset projected out, weighted."""
     joints = motion.effort.shape[1]
     p = state.inertials.size
     torque = motion.effort[:, j] / state.gain[j]
-    smooth = torque - _left(motion, regressor, state)[:, j]
+    smooth = torque - rest[:, j]
     extra = np.zeros((motion.count, 2 * joints))
     extra[:, j] = motion.acceleration[:, j]
     extra[:, joints + j] = smooth / state.gain[j]
@@ -203,7 +206,7 @@ def _normal(motion: Motion, regressor: FloatArray, state: _State, free: BoolArra
     gradient, data = np.zeros(size), np.zeros((size, size))
     for j in range(rest.shape[1]):
         if state.weight[:, j].any():
-            jac = _jacobian(motion, regressor, state, j, free)
+            jac = _jacobian(motion, regressor, state, j, free, rest)
             gradient += jac.T @ (rest[:, j] * np.sqrt(state.weight[:, j]) / state.sigma[j])
             data += jac.T @ jac
     return gradient, data
@@ -219,7 +222,7 @@ def _finish(motion: Motion, regressor: FloatArray, state: _State, free: BoolArra
         if not state.weight[:, j].any():
             continue
         root = np.sqrt(state.weight[:, j]) / state.sigma[j]
-        jac = _jacobian(motion, regressor, state, j, free)
+        jac = _jacobian(motion, regressor, state, j, free, rest)
         data += jac.T @ jac
         np.add.at(scores, motion.cluster, jac * (rest[:, j] * root)[:, None])
         nuisance_sd[j] = _clustered_sd(_columns(motion, j) * root[:, None], rest[:, j] * root, motion)

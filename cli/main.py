@@ -86,6 +86,9 @@ def run(args: list[str]) -> int:
     except click.ClickException as error:
         error.show()
         return EXIT_USAGE
+    except SystemExit as error:  # click answers a closed pipe by leaving with 1, which here would say "policy broken"
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
+        return _EXIT_BROKEN_PIPE if error.code == 1 else int(error.code or 0)
     except CollauditError as error:
         click.echo(error.render(), err=True)
         return error.exit_code

@@ -52,7 +52,10 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     findings += identified_findings(identified) + friction_findings(fits)
     findings += [f for p in seen for f in trend_findings(p, fits)]
     logs = {p.series.source.name: p.series.source.sha256 for p in prepared}
-    return FrictionFile(FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs), identified)
+    model = prepared[0].robot.sha256
+    return FrictionFile(
+        FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs, model_sha256=model), identified
+    )
 
 
 def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None, provenance: Provenance) -> Audit:
@@ -78,11 +81,12 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         )
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
+        findings += _friction_mismatch(friction, prepared)
     laws, missing = friction_laws(fits, series)
     findings += friction_findings(fits) + missing
     rule, watch, more = make_rule(series, prepared.phases, config)
     findings += more
-    contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
+    contradicted = _contradicted(prepared)
     grounds = Grounds(laws, contradicted, rule, watch)
     found = evaluate(prepared, grounds, config)
     residual, judgement = found.residual, found.judgement
@@ -116,6 +120,33 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         detection=detection_facts(prepared, found, grounds, config, clean),
     )
     return Audit(result, signals)
+
+
+def _contradicted(prepared: Prepared) -> frozenset[str]:
+    """Joints whose effort runs against the model; all of them where positions are in the wrong unit."""
+    if any(f.code == "log-position-unit-suspect" for f in prepared.findings):
+        return frozenset(prepared.judged)
+    return frozenset(g.joint for g in prepared.gains if g.inverted)
+
+
+def _friction_mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
+    """A friction file of another model, and friction of joints that this log lacks."""
+    findings = []
+    fitted_with = friction.provenance.model_sha256
+    if fitted_with is not None and fitted_with != prepared.robot.sha256:
+        findings.append(
+            Finding(
+                "friction-other-model",
+                "warning",
+                "The friction was fitted with another robot model, tool or mounting than this log is judged with "
+                f"(model hash {fitted_with[:12]}, here {prepared.robot.sha256[:12]}).",
+            )
+        )
+    for joint, fit in friction.joints.items():
+        if fit.model is not None and joint not in prepared.series.joint_names:
+            text = f"Joint '{joint}' has a friction law and is not in this log: it was not judged."
+            findings.append(Finding("judged-joint-missing", "error", text, joint=joint))
+    return findings
 
 
 def recommend_rules(audits: Sequence[Audit], persistence_s: float | None = None) -> dict[str, RecommendedRule]:

@@ -197,14 +197,13 @@ def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArra
         for c in range(6):
             out[good, c] = np.interp(time_s[good], stamps, rows[:, c])
     lost = int(np.count_nonzero(recorded & ~np.isfinite(out).all(axis=1)))
-    covered = 100.0 * (1 - lost / max(1, int(np.count_nonzero(recorded))))
     findings = []
     if lost:
         findings.append(
             Finding(
                 "log-wrench-partial",
                 "warning",
-                f"The wrench covers {covered:.3g} % of the samples; the rest is not judged.",
+                f"The wrench is missing in {lost} of {np.count_nonzero(recorded)} samples; they are not judged.",
                 where=wrench.topic,
             )
         )

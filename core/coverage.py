@@ -16,14 +16,17 @@ from collaudit.core.watch import Watch
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
 _STANDING_RAD_S = 1e-3
+#: Faster than this a joint whose friction is only an interval is moving, not standing: it was not judged in full.
+_CREEPING_RAD_S = 0.03
 
 
 def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch]) -> Coverage:
     """Add up the states of every joint.
 
-    ``moving_s`` counts recorded time in motion that was to be judged. Time in state FRICTION_INTERVAL is
-    listed apart, since a joint that rests hides torque below its breakaway friction and is never "clean";
-    so is time in which the joint was not watched, with the reason.
+    ``moving_s`` counts recorded time in motion that was to be judged, motion below the speeds at which
+    friction was measured included. Time in state FRICTION_INTERVAL is listed apart, since a joint that
+    rests hides torque below its breakaway friction and is never "clean"; so is time in which the joint was
+    not watched, with the reason.
     """
     recorded = sum(len(s) for s in series.segments)
     joints = {
@@ -37,8 +40,9 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
 def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray, watch: Watch) -> JointCoverage:
     period = series.period_s
     count = np.bincount(state, minlength=len(State))
-    asked = (state != State.FRICTION_INTERVAL) & (state != State.NOT_WATCHED)
-    moving = np.isfinite(velocity) & (np.abs(velocity) > _STANDING_RAD_S) & asked
+    speed = np.abs(np.nan_to_num(velocity))
+    standing = np.where(state == State.FRICTION_INTERVAL, _CREEPING_RAD_S, _STANDING_RAD_S)
+    moving = (speed > standing) & (state != State.NOT_WATCHED)
     return JointCoverage(
         watched=watch.watched,
         why=watch.why,

@@ -105,7 +105,8 @@ def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n:
     state = found.judgement.state[:, j]
     with np.errstate(invalid="ignore"):
         above = np.abs(found.residual.torque_nm[:, j]) > found.threshold_nm[:, j]
-    above &= state <= State.FRICTION_INTERVAL
+    pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
+    above &= (state <= State.FRICTION_INTERVAL) | pinned
     blind = (state == State.SATURATED) | (state == State.NOT_A_NUMBER) | (state == State.GAP) | (state == State.EDGE)
     starts, stops = run_bounds(above | blind)
     length = np.concatenate(([0], np.cumsum(above)))
@@ -113,7 +114,8 @@ def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n:
     fired = [c.onset_s for c in found.judgement.collisions if c.joint == joint]
     for a, b in zip(starts, stops, strict=True):
         count = int(length[b] - length[a])
-        if count == 0 or count == b - a or b - a < n:
+        whole = count == b - a and not pinned[a:b].any()
+        if count == 0 or whole or b - a < n:
             continue
         first, last = float(series.time_s[a]), float(series.time_s[b - 1])
         if any(first - series.period_s <= t <= last for t in fired):

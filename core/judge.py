@@ -13,6 +13,7 @@ from collaudit.core.detection import Event, collisions, near_misses
 from collaudit.core.phases import PHASES, contact_mask
 from collaudit.core.residual import Residual
 from collaudit.core.result import Collision, NearMiss, Phase, RuleFacts
+from collaudit.core.runs import run_bounds
 from collaudit.core.series import FloatArray, UniformSeries
 from collaudit.core.signals import State
 from collaudit.core.watch import Watch
@@ -55,6 +56,7 @@ def judge(
             and named after the joint that moves fastest at onset.
     """
     state = _with_unwatched(residual.state, series.joint_names, watch, phases)
+    _mark_too_brief(state, rule.n)
     merge = round(config.detect.merge_ms / 1e3 / series.period_s)
     carriers = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
     if scalar:
@@ -94,6 +96,15 @@ def _with_unwatched(
         elif not watch[joint].in_contact:
             out[contact, j] = np.maximum(out[contact, j], State.NOT_WATCHED)
     return out
+
+
+def _mark_too_brief(state: NDArray[np.int8], n: int) -> None:
+    """Stretches of evidence shorter than n cannot fire: they were not judged, whatever their residual."""
+    for j in range(state.shape[1]):
+        starts, stops = run_bounds(np.asarray(state[:, j] <= State.FRICTION_INTERVAL))
+        for a, b in zip(starts, stops, strict=True):
+            if b - a < n:
+                state[a:b, j] = State.TOO_BRIEF
 
 
 def _fastest(series: UniformSeries, time_s: float) -> str:

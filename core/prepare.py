@@ -14,6 +14,7 @@ from collaudit.core.effort_check import EffortGain, effort_findings, effort_gain
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.phases import configured, find_phases, label_phases, phase_findings
+from collaudit.core.position_check import position_findings
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray, JointLog, UniformSeries
 from collaudit.core.wrench import contact_torque, tool_force
@@ -59,6 +60,7 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
     judged = _judged(config, series.joint_names)
     findings = [*series.findings, *robot.findings]
     labels = _phases(series, robot, config)
+    findings += position_findings(series.position_rad, series.joint_names, robot, config.log.units.position)
     findings += phase_findings(series.time_s, labels, config.phases)
     rigid = None
     gains: tuple[EffortGain, ...] = ()

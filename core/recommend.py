@@ -36,22 +36,22 @@ class CleanResidual:
     left_out_s: float = 0.0
 
 
-def sustained_level(data: CleanResidual, n: int) -> float:
+def sustained_level(data: CleanResidual, n: int) -> float | None:
     """The largest level that |residual| stays above for n clean samples in a row, N·m.
 
     It is the maximum over all windows of n samples of the smallest |residual| inside: rule (6) with this
-    n fires on clean data exactly when gamma is below it. Zero when no window fits.
+    n fires on clean data exactly when gamma is below it. None when no window fits.
     """
     from scipy.ndimage import minimum_filter1d
 
-    best = 0.0
+    best: float | None = None
     magnitude = np.abs(data.residual_nm)
     starts, stops = run_bounds(data.clean)
     for a, b in zip(starts, stops, strict=True):
         if b - a >= n:
             lowest = minimum_filter1d(magnitude[a:b], n, mode="nearest")
             centre = lowest[n // 2 : (b - a) - (n - 1 - n // 2)]
-            best = max(best, float(centre.max()))
+            best = max(best or 0.0, float(centre.max()))
     return best
 
 
@@ -69,19 +69,23 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
 
     counts = [persistence_samples(persistence_s, d.period_s) for d in data]
     n = max(counts, default=1)
-    seconds = sum(float(np.count_nonzero(d.clean)) * d.period_s for d in data)
+    seconds = sum(_judgeable(d, c) * d.period_s for d, c in zip(data, counts, strict=True))
     hours = seconds / 3600.0
     missing = _missing(hours, sum(d.left_out_s for d in data))
     if seconds < _MIN_CLEAN_S:
-        why = f"only {seconds:.3g} s of judged, collision-free motion (at least {_MIN_CLEAN_S:g} s are needed)"
+        why = (
+            f"only {seconds:.3g} s of judged, collision-free motion in stretches of n = {n} samples and longer "
+            f"(at least {_MIN_CLEAN_S:g} s are needed)"
+        )
         return RecommendedRule(None, n, None, None, hours, None, None, (), (why, *missing))
-    largest = max(sustained_level(d, c) for d, c in zip(data, counts, strict=True))
+    largest = _largest(data, counts) or 0.0
     gamma = _round_up(MARGIN * largest)
     others = []
     for factor in (0.5, 2.0, 4.0):
         other = [persistence_samples(factor * persistence_s, d.period_s) for d in data]
-        level = max(sustained_level(d, c) for d, c in zip(data, other, strict=True))
-        others.append((max(other), _round_up(MARGIN * level)))
+        level = _largest(data, other)
+        if level is not None:
+            others.append((max(other), _round_up(MARGIN * level)))
     return RecommendedRule(
         gamma_nm=gamma,
         n=n,
@@ -93,6 +97,19 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
         alternatives=tuple(others),
         missing=missing,
     )
+
+
+def _judgeable(data: CleanResidual, n: int) -> int:
+    """Clean samples in stretches in which the rule can fire."""
+    starts, stops = run_bounds(data.clean)
+    length = stops - starts
+    return int(length[length >= n].sum())
+
+
+def _largest(data: Sequence[CleanResidual], counts: Sequence[int]) -> float | None:
+    """The largest sustained level over all logs, each at its own n; None when no window fits anywhere."""
+    levels = [sustained_level(d, c) for d, c in zip(data, counts, strict=True)]
+    return max((level for level in levels if level is not None), default=None)
 
 
 def _round_up(level: float) -> float:

@@ -69,7 +69,7 @@ def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dic
 
 
 def _findings(rule: RuleFacts, watch: dict[str, Watch], period_s: float) -> list[Finding]:
-    findings = []
+    findings: list[Finding] = []
     asked = rule.persistence_requested_ms
     if asked is not None and abs(rule.persistence_s * 1e3 - asked) > 1e-3 * asked:
         findings.append(
@@ -84,5 +84,5 @@ def _findings(rule: RuleFacts, watch: dict[str, Watch], period_s: float) -> list
         if not (choice.watched and choice.in_contact):
             where = "in contact" if choice.watched else "at all"
             text = f"Joint '{joint}' is not judged {where}: {choice.why}."
-            findings.append(Finding("joint-not-watched", "info", text, joint=joint))
+            findings.append(Finding("joint-not-watched", "info" if choice.watched else "warning", text, joint=joint))
     return findings

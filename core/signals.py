@@ -12,7 +12,10 @@ from collaudit.core.series import FloatArray
 
 
 class State(IntEnum):
-    """Why a sample of a joint was judged, or not; the larger number wins where several apply."""
+    """Why a sample of a joint was judged, or not; the larger number wins where several apply.
+
+    TOO_BRIEF is given last, to what is left: stretches in which the rule cannot fire.
+    """
 
     JUDGED = 0
     FRICTION_INTERVAL = 1
@@ -24,6 +27,7 @@ class State(IntEnum):
     SATURATED = 7
     NOT_A_NUMBER = 8
     GAP = 9
+    TOO_BRIEF = 10
 
     @property
     def code(self) -> str:
@@ -47,6 +51,7 @@ _TEXT = {
     State.SATURATED: "effort saturated",
     State.NOT_A_NUMBER: "missing or not a number",
     State.GAP: "gap in the log",
+    State.TOO_BRIEF: "between unjudged samples, for fewer than n in a row: the rule cannot fire there",
 }
 
 

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.findings import Finding
 from collaudit.core.result import Collision, Coverage, JointCoverage, NearMiss, Verdict
+
+#: Findings with which a log cannot pass, whatever was judged of it.
+_FORBID_A_PASS = frozenset({"log-partial", "event-cut", "log-position-unit-suspect", "judged-joint-missing"})
+#: Reasons that concern the whole log and are said once.
+_NOT_THE_JOINTS = frozenset({"gap", "edge"})
+_WORTH_SAYING_S = 0.1
 
 #: Findings that put alarms of their joint in doubt.
 _DOUBTS = frozenset({"friction-scatter", "residual-level", "effort-gain", "friction-level"})
@@ -28,10 +35,28 @@ def decide(
         return "not_judged", tuple(unjudged)
     judged = {j: c for j, c in coverage.joints.items() if c.watched and c.judged_s > 0}
     seconds = sum(c.judged_s for c in judged.values())
-    return "pass", (
+    found = (
         f"{_count(len(collisions), 'collision')} and {_count(len(near_misses), 'near miss', 'near misses')} in "
-        f"{seconds:.4g} joint-seconds judged on {_count(len(judged), 'joint')}, within the policy.",
+        f"{seconds:.4g} joint-seconds judged on {_count(len(judged), 'joint')}, within the policy."
     )
+    return "pass", (found, *_left_out(coverage))
+
+
+def _left_out(coverage: Coverage) -> list[str]:
+    """What a pass does not speak of: time in gaps, joints not watched, time not judged."""
+    parts = []
+    if coverage.gaps_s > 0:
+        parts.append(f"{coverage.gaps_s:.4g} s in gaps of the log")
+    away = [joint for joint, cover in coverage.joints.items() if not cover.watched]
+    if away:
+        parts.append("joints not watched: " + ", ".join(away))
+    for joint, cover in coverage.joints.items():
+        if cover.watched:
+            seconds = sum(s for reason, s in cover.not_judged_s.items() if reason not in _NOT_THE_JOINTS)
+            if seconds >= _WORTH_SAYING_S:
+                causes = _causes({joint: replace(cover, standing_s=0.0)})
+                parts.append(f"{joint}: {causes.rstrip('.')}")
+    return ["Not judged, so not part of this pass: " + "; ".join(parts) + "."] if parts else []
 
 
 def _count(number: int, one: str, many: str | None = None) -> str:
@@ -70,16 +95,22 @@ def _broken(
 
 
 def _not_judged(policy: PolicyConfig, coverage: Coverage, findings: Sequence[Finding]) -> list[str]:
-    reasons = [f"The log is damaged: {f.text}" for f in findings if f.code == "log-partial"]
+    reasons = [f.text for f in findings if f.code in _FORBID_A_PASS]
+    if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):
+        reasons.append(
+            f"{coverage.gaps_s:.4g} s of {coverage.recorded_s + coverage.gaps_s:.4g} s lie in gaps of the log (policy: "
+            f"at least {100 * policy.min_coverage:g} % must be judged)."
+        )
     watched = {j: c for j, c in coverage.joints.items() if c.watched}
     if not any(c.judged_s > 0 for c in watched.values()):
         return [*reasons, "No joint could be judged: " + _causes(watched)]
     for joint, cover in watched.items():
-        need = policy.min_coverage * cover.moving_s
-        if cover.moving_s > 0 and cover.judged_s < need:
-            share = 100.0 * cover.judged_s / cover.moving_s
+        moving = cover.moving_s + coverage.gaps_s  # in a gap it may have moved: nobody can tell
+        if cover.moving_s > 0 and cover.judged_s < policy.min_coverage * moving:
+            share = 100.0 * cover.judged_s / moving
+            lost = f" and {coverage.gaps_s:.4g} s of gaps" if coverage.gaps_s > 0 else ""
             reasons.append(
-                f"Joint '{joint}': only {share:.3g} % of its {cover.moving_s:.4g} s of motion could be judged "
+                f"Joint '{joint}': only {share:.3g} % of its {cover.moving_s:.4g} s of motion{lost} could be judged "
                 f"(policy: at least {100 * policy.min_coverage:g} %): {_causes({joint: cover})}"
             )
     return reasons

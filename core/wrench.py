@@ -20,6 +20,8 @@ def contact_torque(
 ) -> tuple[FloatArray | None, list[Finding]]:
     """Joint torque of the force that the tool is meant to exert, eq. (2).
 
+    Where phases are known, a force outside contact is not meant (eq. 1) and stays in the residual.
+
     Returns:
         (n, j) N·m, or None without a wrench; and findings on how its offset was found.
 
@@ -29,7 +31,12 @@ def contact_torque(
     force, findings = tool_force(series, robot, phases, config)
     if force is None:
         return None, findings
-    return robot.wrench_torque(series.position_rad, force, _frame(robot, config)), findings
+    torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
+    if np.any(phases != PHASES.index("free")):
+        torque[phases != PHASES.index("contact")] = 0.0  # eq. (1): outside contact no force is meant
+    else:
+        findings = [*findings, _always_meant()]
+    return torque, findings
 
 
 def tool_force(
@@ -55,6 +62,15 @@ def tool_force(
         weight = robot.tool_wrench(series.position_rad, frame)
     bias, findings = _bias(series, sign, weight, phases, config)
     return np.asarray(sign * (series.wrench - bias) + weight), findings
+
+
+def _always_meant() -> Finding:
+    return Finding(
+        "phases-unknown",
+        "warning",
+        "There is a wrench and no phases: every force that the sensor sees is taken as meant, so a collision of the "
+        "tool cannot be seen. [phases] says when contact was meant.",
+    )
 
 
 def _frame(robot: RobotModel, config: Config) -> str:

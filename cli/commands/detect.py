@@ -50,6 +50,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
     loaded = load_settings()
     files = one_log(logs, loaded)
+    if output is not None:
+        (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
     with progress("reading") as report:
         audit, friction = judge(files, loaded, report)
     scores = None if truth is None else score_audit(audit, truth)

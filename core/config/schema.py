@@ -287,7 +287,8 @@ class PhasesConfig(_Section):
     """When the tool was meant to do what; seconds from the log's first sample."""
 
     find: Literal["off", "wrench"] = Field(
-        "off", description="wrench: where no phase is given, find approach, contact and retreat from the measured force."
+        "off",
+        description="wrench: where no phase is given, find approach, contact and retreat from the measured force.",
     )
     contact_force_n: Positive = Field(3.0, description="Force that tells contact from free motion, N.")
     contact_min_s: Positive = Field(0.5, description="Contacts and separations shorter than this are not phases, s.")

@@ -207,3 +207,69 @@ def test_recommendations_pool_several_logs(friction: FrictionFile) -> None:
     alone = [a.result.recommended["joint1"] for a in audits]
     assert together.clean_hours == pytest.approx(sum(r.clean_hours for r in alone))
     assert together.largest_clean_nm == max(r.largest_clean_nm or 0 for r in alone)
+
+
+def test_samples_missing_within_every_run_of_n_blind_the_rule(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    effort = effort + 12.0 * ((t >= 8.4) & (t < 8.9))
+    effort[::12] = np.nan
+    found = audit(as_log(t, q, effort), config(), friction).result
+    assert found.verdict == "not_judged", found.reasons
+    assert found.coverage.joints["joint1"].judged_s == 0.0
+    assert "too-brief" in found.coverage.joints["joint1"].not_judged_s
+    assert found.recommended["joint1"].gamma_nm is None
+
+
+def test_a_persistence_longer_than_the_log_judges_nothing(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    found = audit(as_log(t, q, effort), config(detect={"persistence_ms": 1e6}), friction).result
+    assert found.verdict == "not_judged"
+
+
+def test_time_lost_in_gaps_counts_against_coverage(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    keep = (t < 8.0) | (t >= 24.0)
+    found = audit(as_log(t[keep], q[keep], effort[keep]), config(), friction).result
+    assert found.verdict == "not_judged"
+    assert "gaps" in " ".join(found.reasons)
+    short = (t < 8.0) | (t >= 9.0)
+    passed = audit(as_log(t[short], q[short], effort[short]), config(), friction).result
+    assert passed.verdict == "pass", passed.reasons
+    assert any("gaps of the log" in reason for reason in passed.reasons), "a pass says what it does not speak of"
+
+
+def test_a_collision_clipped_by_saturation_is_no_pass(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    pushed = effort + 60.0 * ((t >= 8.4) & (t < 8.9))
+    clipped = np.minimum(pushed, effort.max() + 10.0)
+    found = audit(as_log(t, q, clipped), config(), friction).result
+    assert found.verdict != "pass", found.reasons
+    assert "event-cut" in {f.code for f in found.findings} or found.collisions
+
+
+def test_motion_below_the_fitted_speeds_is_not_standing(friction: FrictionFile) -> None:
+    fit = friction.joints["joint1"]
+    narrow = replace(friction, joints={"joint1": replace(fit, speed_range_rad_s=(0.69, 1.2))})
+    t, q, effort = swing()
+    found = audit(as_log(t, q, effort), config(), narrow).result
+    assert found.verdict == "not_judged", found.reasons
+    assert found.coverage.joints["joint1"].moving_s > 30
+
+
+def test_friction_of_an_absent_joint_or_another_model_is_said(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    other = replace(friction.provenance, model_sha256="0" * 64)
+    extra = {**friction.joints, "joint9": friction.joints["joint1"]}
+    found = audit(as_log(t, q, effort), config(), replace(friction, joints=extra, provenance=other)).result
+    codes = {f.code for f in found.findings}
+    assert {"friction-other-model", "judged-joint-missing"} <= codes
+    assert found.verdict == "not_judged"
+
+
+def test_degrees_taken_for_radians_are_not_judged(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    log = make_log(t, np.rad2deg(q)[:, None], np.rad2deg(velocity_of(t))[:, None], effort[:, None])
+    found = audit(log, config(), friction).result
+    assert found.verdict == "not_judged"
+    assert found.collisions == ()
+    assert "log-position-unit-suspect" in {f.code for f in found.findings}

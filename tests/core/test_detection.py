@@ -100,6 +100,10 @@ def test_persistence_rounds_up(milliseconds: float, period: float, n: int) -> No
 def test_the_sustained_level_is_the_threshold_at_which_alarms_stop(x: np.ndarray, seed: int, n: int) -> None:
     clean = mask_for(x, seed)
     level = sustained_level(CleanResidual(x, clean, 0.002), n)
+    if level is None:
+        starts, stops = exceedances(np.ones(x.size), clean, 0.0)
+        assert starts.size == 0 or (stops - starts).max() < n, "a window fits and no level was given"
+        return
     assert collisions(x, clean, level, n) == []
     if level > 1e-6:
         assert collisions(x, clean, level * (1 - 1e-9), n) != []
@@ -118,3 +122,7 @@ def test_a_recommendation_says_what_it_rests_on() -> None:
     nothing = recommend_rule([CleanResidual(x[:100], np.ones(100, bool), 0.002)], 0.025)
     assert nothing.gamma_nm is None
     assert "at least 10 s" in nothing.missing[0]
+    comb = np.arange(x.size) % 13 != 0
+    blind = recommend_rule([CleanResidual(x, comb, 0.002)], 0.025)
+    assert blind.gamma_nm is None, "no stretch is as long as n: nothing is known about alarms"
+    assert blind.clean_hours == 0.0

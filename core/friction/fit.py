@@ -28,6 +28,7 @@ from collaudit.core.series import FloatArray
 
 _MIN_SPEED_RATIO = 1.5
 _MIN_RBF_POINTS = 8
+_MIN_A_SIDE = 5
 #: Not compared: it is static LuGre under other names.
 _SAME_CURVE = ("stribeck-tustin",)
 
@@ -140,8 +141,8 @@ def _candidate(job: _Job, name: str) -> Candidate | str:
             return f"{data.n} points are too few (at least {_MIN_RBF_POINTS} are needed)"
         return fit_rbf(data)[0]
     law = LAWS[name]
-    if law.directional and (min(_sides(data.direction)) < 3 or np.any(data.direction == 0)):
-        return "the points are pairs of directions, which average both; it needs points of each direction"
+    if law.directional and (min(_sides(data.direction)) < _MIN_A_SIDE or np.any(data.direction == 0)):
+        return f"pairs of directions average both; it needs {_MIN_A_SIDE} points of each direction and no pairs"
     free = len(law.symbols) + (data.offset is not None and not law.directional)
     if data.n < free + 1:
         return f"{data.n} points are too few (at least {free + 1} are needed)"
@@ -190,10 +191,10 @@ def _not_directional(points: Sequence[FrictionPoint], model: str) -> str | None:
     if model not in LAWS or not LAWS[model].directional:
         return None
     ahead, back = _sides(np.array([p.direction for p in points]))
-    if min(ahead, back) >= 3 and ahead + back == len(points):
+    if min(ahead, back) >= _MIN_A_SIDE and ahead + back == len(points):
         return None
     return (
-        f"{model} needs at least 3 points of each direction that rest on a model's torque; there are {ahead} forward "
+        f"{model} needs at least {_MIN_A_SIDE} points of each direction that rest on a model's torque; there are {ahead} forward "
         f"and {back} backward"
     )
 

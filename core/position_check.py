@@ -12,7 +12,8 @@ from collaudit.core.series import FloatArray
 
 #: No arm's joint turns further than two turns either way from its zero; degrees pass this at once.
 _TWO_TURNS_RAD = 4.0 * np.pi
-#: Beyond a joint limit by this much is no calibration error, rad.
+#: Beyond a joint limit by this much is no calibration error, rad. (A limit within two turns proves nothing: the
+#: UR3's last wrist turns on past its URDF's.)
 _BEYOND_LIMIT_RAD = 1.0
 #: Moves of less than this on every joint, while efforts say otherwise, look like degrees taken for radians twice.
 _TINY_RAD = 0.06
@@ -37,7 +38,7 @@ def position_findings(position: FloatArray, joints: Sequence[str], robot: RobotM
     for j in turning:
         reach = float(np.nanmax(np.abs(position[:, j]), initial=0.0))
         low, high = robot.position_limits[robot.joint_names.index(joints[j])]
-        limit = max(abs(low), abs(high)) + _BEYOND_LIMIT_RAD if np.isfinite([low, high]).all() else _TWO_TURNS_RAD
+        limit = max(_TWO_TURNS_RAD, np.nan_to_num(max(abs(low), abs(high)), posinf=0.0) + _BEYOND_LIMIT_RAD)
         if reach > limit:
             out.append(
                 Finding(

@@ -194,8 +194,8 @@ def _not_directional(points: Sequence[FrictionPoint], model: str) -> str | None:
     if min(ahead, back) >= _MIN_A_SIDE and ahead + back == len(points):
         return None
     return (
-        f"{model} needs at least {_MIN_A_SIDE} points of each direction that rest on a model's torque; there are {ahead} forward "
-        f"and {back} backward"
+        f"{model} needs at least {_MIN_A_SIDE} points of each direction that rest on a model's torque; there are "
+        f"{ahead} forward and {back} backward"
     )
 
 

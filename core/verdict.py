@@ -123,7 +123,7 @@ def _causes(joints: dict[str, JointCoverage]) -> str:
         for reason, seconds in cover.not_judged_s.items():
             total[reason] = total.get(reason, 0.0) + seconds
         if cover.standing_s:
-            total["at-rest-or-reversing"] = total.get("at-rest-or-reversing", 0.0) + cover.standing_s
+            total["at rest, reversing or slower than friction was measured"] = total.get("at rest, reversing or slower than friction was measured", 0.0) + cover.standing_s
     if not total:
         return "nothing was watched."
     parts = sorted(total.items(), key=lambda item: -item[1])

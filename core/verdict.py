@@ -14,6 +14,7 @@ _FORBID_A_PASS = frozenset({"log-partial", "event-cut", "log-position-unit-suspe
 #: Reasons that concern the whole log and are said once.
 _NOT_THE_JOINTS = frozenset({"gap", "edge"})
 _WORTH_SAYING_S = 0.1
+_INTERVAL = "at rest, reversing or slower than friction was measured"
 
 #: Findings that put alarms of their joint in doubt.
 _DOUBTS = frozenset({"friction-scatter", "residual-level", "effort-gain", "friction-level"})
@@ -123,7 +124,7 @@ def _causes(joints: dict[str, JointCoverage]) -> str:
         for reason, seconds in cover.not_judged_s.items():
             total[reason] = total.get(reason, 0.0) + seconds
         if cover.standing_s:
-            total["at rest, reversing or slower than friction was measured"] = total.get("at rest, reversing or slower than friction was measured", 0.0) + cover.standing_s
+            total[_INTERVAL] = total.get(_INTERVAL, 0.0) + cover.standing_s
     if not total:
         return "nothing was watched."
     parts = sorted(total.items(), key=lambda item: -item[1])

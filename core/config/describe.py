@@ -84,8 +84,10 @@ def value_text(info: FieldInfo) -> str:
 
 
 def default_text(info: FieldInfo) -> str:
-    """The default as TOML, or ``absent``."""
-    value = info.get_default()
+    """The default as TOML, or ``absent``, or ``required``."""
+    if info.is_required():
+        return "required"
+    value = info.get_default(call_default_factory=True)
     return "absent" if value is None else to_toml(value)
 
 

@@ -10,9 +10,12 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.phases import PHASES
 from collaudit.core.robot.robot import RobotModel
+from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 
 _BIAS_S = 1.0
+#: Stated phases are no sharper than this: the force takes a moment to come and to go.
+_RELEASE_S = 0.25
 
 
 def contact_torque(
@@ -33,7 +36,7 @@ def contact_torque(
         return None, findings
     torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
     if np.any(phases != PHASES.index("free")):
-        torque[phases != PHASES.index("contact")] = 0.0  # eq. (1): outside contact no force is meant
+        torque[~_meant(phases, series.period_s)] = 0.0  # eq. (1): outside contact no force is meant
     else:
         findings = [*findings, _always_meant()]
     return torque, findings
@@ -62,6 +65,17 @@ def tool_force(
         weight = robot.tool_wrench(series.position_rad, frame)
     bias, findings = _bias(series, sign, weight, phases, config)
     return np.asarray(sign * (series.wrench - bias) + weight), findings
+
+
+def _meant(phases: NDArray[np.int8], period_s: float) -> BoolArray:
+    """Samples in which a tool force is meant: contact, and the moment in which it builds up and is let go."""
+    contact = np.asarray(phases == PHASES.index("contact"))
+    reach = round(_RELEASE_S / period_s)
+    starts, stops = run_bounds(contact)
+    meant = contact.copy()
+    for a, b in zip(starts, stops, strict=True):
+        meant[max(0, a - reach) : b + reach] = True
+    return meant
 
 
 def _always_meant() -> Finding:

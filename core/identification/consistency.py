@@ -40,17 +40,14 @@ def is_consistent(ten: FloatArray) -> bool:
     return bool(np.linalg.eigvalsh(matrix)[0] >= -1e-6 * scale)
 
 
-def make_consistent(
-    prior: FloatArray, best: FloatArray, hessian: FloatArray, free: BoolArray, bodies: int
-) -> Consistent:
+def make_consistent(best: FloatArray, hessian: FloatArray, free: BoolArray, bodies: int) -> Consistent:
     """The possible parameters closest to the best ones, in the metric of what the data and the prior know.
 
-    A semidefinite programme where the extra ``collaudit[identify]`` is installed; else a step back from the best
-    parameters towards the prior until every body is possible.
+    A semidefinite programme, with the extra ``collaudit[identify]``. Without it impossible bodies stay as the data
+    put them, which is said: any cheaper repair would move masses away from the data and out of their intervals.
 
     Args:
-        prior: (m,) all unknowns before the data: inertials (10 a body), then others that need no check.
-        best: (m,) the unconstrained solution.
+        best: (m,) the unconstrained solution: inertials (10 a body), then others that need no check.
         hessian: (f, f) precision of the free unknowns.
         free: (m,) which are free.
         bodies: number of bodies.
@@ -59,35 +56,15 @@ def make_consistent(
     wrong = [k for k in checked if not is_consistent(best[10 * k : 10 * k + 10])]
     if not wrong:
         return Consistent(best[free], True, "the solution is physically consistent by itself")
-    impossible = [k for k in checked if not is_consistent(prior[10 * k : 10 * k + 10])]
+    count = f"{len(wrong)} {'body' if len(wrong) == 1 else 'bodies'}"
     try:
         found = _programme(best, hessian, free, checked)
     except ModuleNotFoundError:
-        found = None
-    if found is not None:
-        return Consistent(found, True, f"{len(wrong)} bodies held to what is possible by a semidefinite programme")
-    if impossible:
-        how = "the robot's description itself has an impossible body, and collaudit[identify] is not installed"
+        how = f'{count} of the solution cannot exist; pip install "collaudit[identify]" for the closest that can'
         return Consistent(best[free], False, how)
-    share = _step_back(prior, best, checked)
-    how = (
-        f"stepped back {100 * (1 - share):.0f} % of the way to the robot's description, until every body is possible; "
-        "collaudit[identify] finds closer parameters"
-    )
-    return Consistent((prior + share * (best - prior))[free], True, how)
-
-
-def _step_back(prior: FloatArray, best: FloatArray, checked: list[int]) -> float:
-    """Largest share of the way from the prior at which every body is possible: the set is convex."""
-    low, high = 0.0, 1.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        at = prior + middle * (best - prior)
-        if all(is_consistent(at[10 * k : 10 * k + 10]) for k in checked):
-            low = middle
-        else:
-            high = middle
-    return low
+    if found is None:
+        return Consistent(best[free], False, f"{count} of the solution cannot exist; the convex solver found no other")
+    return Consistent(found, True, f"{count} held to what is possible by a semidefinite programme")
 
 
 def _programme(best: FloatArray, hessian: FloatArray, free: BoolArray, checked: list[int]) -> FloatArray | None:

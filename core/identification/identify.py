@@ -68,9 +68,7 @@ def identify(prepared: Sequence[Prepared], config: Config) -> Identified | None:
     solution = solve(motion, regressor, unknowns)
     unknowns, solution = _repaired(motion, regressor, unknowns, solution, estimate)
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
-    prior = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
-    bodies = unknowns.inertials.size // 10
-    made = make_consistent(prior, free, solution.hessian, solution.free, bodies)
+    made = make_consistent(free, solution.hessian, solution.free, unknowns.inertials.size // 10)
     final = settle(motion, regressor, _with_free(solution, made.free))
     job = _Job(robot, motion, regressor, unknowns, final, estimate, gains)
     return Identified(

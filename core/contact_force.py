@@ -28,12 +28,20 @@ _CHI2 = 6.0
 _DEFAULT_NOISE_NM = 1.0
 
 
-def estimate_force(prepared: Prepared, found: Evaluation, names: Sequence[str], sample: int) -> ContactForce | None:
+def residual_noise(found: Evaluation) -> FloatArray:
+    """(j,) robust standard deviation of each joint's judged residual over the log, N·m."""
+    return np.array([_noise(found, j) for j in range(found.judgement.state.shape[1])])
+
+
+def estimate_force(
+    prepared: Prepared, found: Evaluation, noise_nm: FloatArray, names: Sequence[str], sample: int
+) -> ContactForce | None:
     """External force at the link moved by the outermost of the joints that reacted.
 
     Args:
         prepared: the log and its model.
         found: residuals and states.
+        noise_nm: (j,) of :func:`residual_noise`.
         names: joints that alarmed, base to tip.
         sample: where to look; residuals are averaged over 20 ms around it.
 
@@ -51,7 +59,7 @@ def estimate_force(prepared: Prepared, found: Evaluation, names: Sequence[str], 
     solutions = [
         solution
         for k in range(outer, len(robot.joint_names))
-        if (solution := _at_link(prepared, found, names, k, sample, q)) is not None
+        if (solution := _at_link(prepared, found, noise_nm, names, k, sample, q)) is not None
     ]
     if not solutions or solutions[0][0].frame != frame:
         return None
@@ -63,7 +71,13 @@ def estimate_force(prepared: Prepared, found: Evaluation, names: Sequence[str], 
 
 
 def _at_link(
-    prepared: Prepared, found: Evaluation, names: Sequence[str], outer: int, sample: int, q: FloatArray
+    prepared: Prepared,
+    found: Evaluation,
+    noise_nm: FloatArray,
+    names: Sequence[str],
+    outer: int,
+    sample: int,
+    q: FloatArray,
 ) -> tuple[ContactForce, float] | None:
     """The force as if it acted at the link of one joint, and the weighted squared misfit over its joints."""
     series, robot = judged_series(prepared), prepared.robot
@@ -79,7 +93,7 @@ def _at_link(
     half = max(1, round(0.5 * _AVERAGED_S / series.period_s))
     window = slice(max(0, sample - half), sample + half + 1)
     torque = np.nanmean(found.residual.torque_nm[window][:, used], axis=0)
-    noise = np.array([_noise(found, j) for j in used])
+    noise = noise_nm[used]
     columns = [robot.joint_names.index(series.joint_names[j]) for j in used]
     arm, rotation = _lever_arms(prepared, q, frame, columns)
     force = _solve(arm, torque, noise, rotation, frame)

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.contact_force import estimate_force
+from collaudit.core.contact_force import estimate_force, residual_noise
 from collaudit.core.contact_kind import classify
 from collaudit.core.evaluate import Evaluation
 from collaudit.core.prepare import Prepared, judged_series
 from collaudit.core.result import Collision
 from collaudit.core.result_detection import Incident
+from collaudit.core.series import FloatArray
 from collaudit.core.signals import State
 
 #: Alarms of different joints closer than this are one contact.
@@ -27,7 +28,9 @@ def find_incidents(prepared: Prepared, found: Evaluation, config: Config) -> tup
         found: the evaluation.
         config: phases and wrench settings.
     """
-    return tuple(_describe(prepared, found, group, config) for group in _groups(found.judgement.collisions))
+    groups = _groups(found.judgement.collisions)
+    noise = residual_noise(found) if groups else np.zeros(0)
+    return tuple(_describe(prepared, found, noise, group, config) for group in groups)
 
 
 def _groups(collisions: Sequence[Collision]) -> list[list[Collision]]:
@@ -42,7 +45,9 @@ def _groups(collisions: Sequence[Collision]) -> list[list[Collision]]:
     return groups
 
 
-def _describe(prepared: Prepared, found: Evaluation, group: Sequence[Collision], config: Config) -> Incident:
+def _describe(
+    prepared: Prepared, found: Evaluation, noise_nm: FloatArray, group: Sequence[Collision], config: Config
+) -> Incident:
     series, robot = judged_series(prepared), prepared.robot
     names = [joint for joint in series.joint_names if any(c.joint == joint for c in group)]
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
@@ -52,7 +57,7 @@ def _describe(prepared: Prepared, found: Evaluation, group: Sequence[Collision],
     beyond = [j for j in series.joint_names if robot.joint_names.index(j) > outer]
     blind = [j for j in beyond if found.judgement.state[peak, series.column(j)] > State.JUDGED]
     link = "unknown" if scalar else robot.link_of(names[-1]) or f"the link moved by {names[-1]}"
-    force = None if scalar else estimate_force(prepared, found, names, peak)
+    force = None if scalar else estimate_force(prepared, found, noise_nm, names, peak)
     kind, evidence = classify(prepared, found, group, force, config)
     return Incident(
         onset_s=onset,

@@ -10,8 +10,10 @@ from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.robot.model import RigidBodies
 from collaudit.core.robot.names import unknown_name
-from collaudit.core.robot.statics import Chain, chain_gravity, chain_torque
-from collaudit.core.series import BoolArray, FloatArray, JointType
+from collaudit.core.robot.statics import Chain, chain_gravity, chain_torque, skew
+from collaudit.core.series import FloatArray, JointType
+
+_BLOCK = 2048
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,13 +79,12 @@ class RobotModel:
         bodies = self._with_inertials()
         for name, array in (("q", q), ("v", v), ("a", a)):
             self._check(array, len(self.joint_names), name)
-        known: BoolArray = np.isnan(q + v + a).sum(axis=1) == 0
-        everything = bool(known.all())
-        rows = [array if everything else np.where(known[:, None], array, 0.0) for array in (q, v, a)]
-        torque = bodies.inverse_dynamics(self._expand(rows[0]), rows[1] @ self.expansion.T, rows[2] @ self.expansion.T)
-        out = torque @ self.expansion
-        if not everything:
-            out[~known] = np.nan
+        unknown = None if all(np.isfinite(x.sum()) for x in (q, v, a)) else np.isnan(q + v + a).any(axis=1)
+        rows = [x if unknown is None else np.where(unknown[:, None], 0.0, x) for x in (q, v, a)]
+        full = (self._expand(rows[0]), _times(rows[1], self.expansion.T), _times(rows[2], self.expansion.T))
+        out = _times(bodies.inverse_dynamics(*full), self.expansion)
+        if unknown is not None:
+            out[unknown] = np.nan
         return np.ascontiguousarray(out)
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
@@ -138,7 +139,7 @@ class RobotModel:
         self._check(q, len(self.joint_names), "q")
         self._check(wrench, 6, "wrench")
         chain = self._chain(frame)
-        return chain_torque(chain, self._expand(q), wrench) @ self.expansion
+        return _times(chain_torque(chain, self._expand(q), wrench), self.expansion)
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -167,7 +168,7 @@ class RobotModel:
             )
         weight = self.tool.mass_kg * chain_gravity(chain, self._expand(q), self.gravity_base_m_s2)
         com = pose[0] @ np.array(self.tool.com_m) + pose[1]
-        return np.hstack([weight, np.cross(com, weight)])
+        return np.hstack([weight, _times(weight, skew(com).T)])
 
     def link_of(self, joint: str) -> str | None:
         """A frame of the link that a joint moves, or None without a description."""
@@ -210,9 +211,19 @@ class RobotModel:
         return self.bodies
 
     def _expand(self, q: FloatArray) -> FloatArray:
-        out: FloatArray = q @ self.expansion.T + self.offset
-        return out
+        out = _times(q, self.expansion.T)
+        return out + self.offset if self.offset.any() else out
 
     def _check(self, array: FloatArray, columns: int, name: str) -> None:
         if array.ndim != 2 or array.shape[1] != columns:
             raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")
+
+
+def _times(x: FloatArray, matrix: FloatArray) -> FloatArray:
+    """``x @ matrix`` of a long, narrow x: by blocks, for which the BLAS starts no threads that would only wait."""
+    if np.array_equal(matrix, np.eye(*matrix.shape)):
+        return x
+    out = np.empty((x.shape[0], matrix.shape[1]))
+    for start in range(0, x.shape[0], _BLOCK):
+        np.matmul(x[start : start + _BLOCK], matrix, out=out[start : start + _BLOCK])
+    return out

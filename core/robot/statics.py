@@ -13,6 +13,7 @@ import numpy as np
 
 from collaudit.core.series import FloatArray
 
+#: Samples at a time: the vectors of one block stay in the cache, one component a row.
 _BLOCK = 8192
 
 
@@ -60,27 +61,26 @@ def chain_torque(chain: Chain, position: FloatArray, wrench: FloatArray) -> Floa
     out = np.zeros_like(position)
     for start in range(0, position.shape[0], _BLOCK):
         block = slice(start, start + _BLOCK)
-        force, moment = wrench[block, :3], wrench[block, 3:]
+        angles, columns = np.ascontiguousarray(position[block].T), np.ascontiguousarray(wrench[block].T)
+        force, moment = columns[:3], columns[3:]
         for joint in chain.joints:
-            force, moment = _step(joint, position[block, joint.index], force, moment, out[block])
+            out[block, joint.index], force, moment = _step(joint, angles[joint.index], force, moment)
     return out
 
 
 def _step(
-    joint: ChainJoint, position: FloatArray, force: FloatArray, moment: FloatArray, out: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Carry a wrench over one joint, writing the joint's torque; returns it in the joint's unmoved axes."""
-    force = force @ joint.rotation.T
-    moment = moment @ joint.rotation.T + _cross_constant(joint.translation, force)
+    joint: ChainJoint, position: FloatArray, force: FloatArray, moment: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Carry a wrench (3, m) over one joint: the joint's torque (m,), and the wrench in the joint's unmoved axes."""
+    force = joint.rotation @ force
+    moment = joint.rotation @ moment + skew(joint.translation) @ force
     if joint.prismatic:
-        out[:, joint.index] = force[:, 2]
-        moment = moment.copy()
-        moment[:, 0] -= position * force[:, 1]
-        moment[:, 1] += position * force[:, 0]
-        return force, moment
-    out[:, joint.index] = moment[:, 2]
+        moved = moment.copy()
+        moved[0] -= position * force[1]
+        moved[1] += position * force[0]
+        return force[2], force, moved
     cos, sin = np.cos(position), np.sin(position)
-    return turn_z(force, cos, sin), turn_z(moment, cos, sin)
+    return moment[2], _turn_z(force, cos, sin), _turn_z(moment, cos, sin)
 
 
 def chain_gravity(chain: Chain, position: FloatArray, gravity: FloatArray) -> FloatArray:
@@ -94,27 +94,29 @@ def chain_gravity(chain: Chain, position: FloatArray, gravity: FloatArray) -> Fl
     Returns:
         (n, 3) m/s².
     """
-    vector = np.broadcast_to(gravity @ chain.base_rotation, (position.shape[0], 3))
-    for joint in reversed(chain.joints):
-        if not joint.prismatic:
-            angle = position[:, joint.index]
-            vector = turn_z(vector, np.cos(angle), -np.sin(angle))
-        vector = vector @ joint.rotation
-    return vector
+    out = np.empty((position.shape[0], 3))
+    for start in range(0, position.shape[0], _BLOCK):
+        angles = np.ascontiguousarray(position[start : start + _BLOCK].T)
+        vector = np.repeat((gravity @ chain.base_rotation)[:, None], angles.shape[1], axis=1)
+        for joint in reversed(chain.joints):
+            if not joint.prismatic:
+                angle = angles[joint.index]
+                vector = _turn_z(vector, np.cos(angle), -np.sin(angle))
+            vector = joint.rotation.T @ vector
+        out[start : start + _BLOCK] = vector.T
+    return out
 
 
-def turn_z(vector: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:
-    """Rotate (n, 3) vectors about z by angles given as (n,) cosine and sine."""
+def _turn_z(vector: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:
+    """Rotate (3, m) vectors about z by angles given as (m,) cosine and sine."""
     out = np.empty_like(vector)
-    out[:, 0] = cos * vector[:, 0] - sin * vector[:, 1]
-    out[:, 1] = sin * vector[:, 0] + cos * vector[:, 1]
-    out[:, 2] = vector[:, 2]
+    out[0] = cos * vector[0] - sin * vector[1]
+    out[1] = sin * vector[0] + cos * vector[1]
+    out[2] = vector[2]
     return out
 
 
-def _cross_constant(arm: FloatArray, force: FloatArray) -> FloatArray:
-    """``arm × force`` for a constant (3,) arm and (n, 3) forces; np.cross is several times slower."""
+def skew(arm: FloatArray) -> FloatArray:
+    """(3, 3) matrix of ``arm ×`` for a constant (3,) arm."""
     x, y, z = arm
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    out: FloatArray = force @ skew.T
-    return out
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

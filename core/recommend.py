@@ -8,11 +8,14 @@ from math import ceil, log
 
 import numpy as np
 
+from collaudit.core.clean_tail import BLOCK_S, CleanTail, clean_tail
 from collaudit.core.result import RecommendedRule
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray
 
 MARGIN = 1.25
+#: Hours of motion of a joint between two false alarms that a recommendation aims at.
+TARGET_H = 100.0
 _STEP_NM = 0.1
 _MIN_CLEAN_S = 10.0
 _ENOUGH_HOURS = 1.0
@@ -36,30 +39,40 @@ class CleanResidual:
     left_out_s: float = 0.0
 
 
-def sustained_level(data: CleanResidual, n: int) -> float | None:
-    """The largest level that |residual| stays above for n clean samples in a row, N·m.
+def sustained_peaks(data: CleanResidual, n: int) -> FloatArray:
+    """(b,) the largest level that |residual| stays above for n clean samples in a row, in each block of time, N·m.
 
-    It is the maximum over all windows of n samples of the smallest |residual| inside: rule (6) with this
-    n fires on clean data exactly when gamma is below it. None when no window fits.
+    It is the maximum over all windows of n samples of the smallest |residual| inside: rule (6) with this n fires in a
+    block of clean data exactly when gamma is below it. Blocks in which no window fits are left out.
     """
     from scipy.ndimage import minimum_filter1d
 
-    best: float | None = None
+    level = np.full(data.residual_nm.size, -np.inf)
     magnitude = np.abs(data.residual_nm)
     starts, stops = run_bounds(data.clean)
     for a, b in zip(starts, stops, strict=True):
         if b - a >= n:
-            lowest = minimum_filter1d(magnitude[a:b], n, mode="nearest")
-            centre = lowest[n // 2 : (b - a) - (n - 1 - n // 2)]
-            best = max(best or 0.0, float(centre.max()))
-    return best
+            level[a + n // 2 : b - (n - 1 - n // 2)] = minimum_filter1d(magnitude[a:b], n, mode="nearest")[
+                n // 2 : (b - a) - (n - 1 - n // 2)
+            ]
+    length = max(1, round(BLOCK_S / data.period_s))
+    if level.size == 0:
+        return level
+    peaks: FloatArray = np.maximum.reduceat(level, np.arange(0, level.size, length))
+    return peaks[np.isfinite(peaks)]
+
+
+def sustained_level(data: CleanResidual, n: int) -> float | None:
+    """The largest of ``sustained_peaks``, N·m; None when no window fits."""
+    return max(sustained_peaks(data, n).tolist(), default=None)
 
 
 def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> RecommendedRule:
     """Recommend gamma for one joint at a persistence, over all its logs.
 
-    gamma = 1.25 x the largest level sustained for n samples in the clean data, rounded up to 0.1 N·m. On
-    the data it rests on it gives no alarm; what that says about other data is the Poisson bound.
+    gamma is 1.25 x the largest level sustained for n samples in the clean data, or the level that the tail of the
+    sustained peaks reaches once in ``TARGET_H`` hours, whichever is higher, rounded up to 0.1 N·m. On the data it
+    rests on it gives no alarm; what that alone says about other data is the Poisson bound.
 
     Args:
         data: residuals of one joint, one entry a log.
@@ -78,25 +91,39 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
             f"(at least {_MIN_CLEAN_S:g} s are needed)"
         )
         return RecommendedRule(None, n, None, None, hours, None, None, (), (why, *missing))
-    largest = _largest(data, counts) or 0.0
-    gamma = _round_up(MARGIN * largest)
+    peaks = _peaks(data, counts)
+    largest, tail = float(peaks.max()), clean_tail(peaks, hours)
+    if tail is None:
+        missing = (*missing, "a minute of it at least: the tail of the residual could not be estimated")
+    gamma = _gamma(peaks, tail)
     others = []
     for factor in (0.5, 2.0, 4.0):
         other = [persistence_samples(factor * persistence_s, d.period_s) for d in data]
-        level = _largest(data, other)
-        if level is not None:
-            others.append((max(other), _round_up(MARGIN * level)))
+        at_other = _peaks(data, other)
+        if at_other.size:
+            judged_h = sum(_judgeable(d, c) * d.period_s for d, c in zip(data, other, strict=True)) / 3600.0
+            others.append((max(other), _gamma(at_other, clean_tail(at_other, judged_h))))
     return RecommendedRule(
         gamma_nm=gamma,
         n=n,
         largest_clean_nm=largest,
         margin=gamma / largest if largest > 0 else None,
         clean_hours=hours,
-        false_alarms_per_hour=0.0,
+        false_alarms_per_hour=None if tail is None else tail.rate_per_hour(gamma),
         false_alarms_per_hour_upper95=_ZERO_EVENTS_95 / hours,
         alternatives=tuple(others),
         missing=missing,
     )
+
+
+def _peaks(data: Sequence[CleanResidual], counts: Sequence[int]) -> FloatArray:
+    """Sustained peaks over all logs, each at its own n."""
+    return np.concatenate([np.empty(0), *(sustained_peaks(d, c) for d, c in zip(data, counts, strict=True))])
+
+
+def _gamma(peaks: FloatArray, tail: CleanTail | None) -> float:
+    seldom = 0.0 if tail is None else tail.level_at(1.0 / TARGET_H)
+    return _round_up(max(MARGIN * float(peaks.max()), seldom))
 
 
 def _judgeable(data: CleanResidual, n: int) -> int:
@@ -104,12 +131,6 @@ def _judgeable(data: CleanResidual, n: int) -> int:
     starts, stops = run_bounds(data.clean)
     length = stops - starts
     return int(length[length >= n].sum())
-
-
-def _largest(data: Sequence[CleanResidual], counts: Sequence[int]) -> float | None:
-    """The largest sustained level over all logs, each at its own n; None when no window fits anywhere."""
-    levels = [sustained_level(d, c) for d, c in zip(data, counts, strict=True)]
-    return max((level for level in levels if level is not None), default=None)
 
 
 def _round_up(level: float) -> float:
@@ -128,7 +149,7 @@ def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
         missing.append("collision-free motion")
     elif hours < _ENOUGH_HOURS:
         missing.append(
-            f"more collision-free motion: it rests on {hours * 60:.3g} min, so up to "
-            f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour cannot be excluded (95 %)"
+            f"more collision-free motion: it rests on {hours * 60:.3g} min, which alone cannot exclude up to "
+            f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour (95 %); beyond them the tail is extrapolated"
         )
     return tuple(missing)

@@ -96,7 +96,15 @@ def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
         )
         for joint, rule in rules.items()
     ]
-    head = ("joint", "gamma N·m", "n", "largest clean N·m", "clean hours", "false alarms/h", "at most (95 %)")
+    head = (
+        "joint",
+        "gamma N·m",
+        "n",
+        "largest clean N·m",
+        "clean hours",
+        "expected alarms/h",
+        "hours alone: at most (95 %)",
+    )
     missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
     return "\n".join([table(head, rows, numeric=tuple(range(1, len(head)))).rstrip(), *missing])
 

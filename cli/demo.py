@@ -154,11 +154,12 @@ def _push_table(runs: Sequence[DemoRun]) -> str:
                     f"link {push.link} at {push.onset_s:g} s",
                     "no" if alarm is None else f"yes, on {alarm.joint}",
                     "" if push.delay_s is None else f"{1e3 * push.delay_s:.0f} ms",
+                    "" if push.delay_s is None or push.lag_s is None else f"{1e3 * (push.delay_s + push.lag_s):.0f} ms",
                     "" if alarm is None else f"{alarm.peak_nm:.1f} N·m",
                 )
             )
-    head = ("run", "push", "found", "delay from crossing gamma", "peak residual")
-    return table(head, rows, numeric=(3, 4))
+    head = ("run", "push", "found", "after residual > gamma", "after true torque > gamma", "peak residual")
+    return table(head, rows, numeric=(3, 4, 5))
 
 
 def _level(run: DemoRun) -> str:

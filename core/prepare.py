@@ -11,7 +11,7 @@ from collaudit.core.channel_delay import undelayed
 from collaudit.core.conditioning import condition
 from collaudit.core.config.schema import Config
 from collaudit.core.effort_check import EffortGain, effort_findings, effort_gains
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.phases import configured, find_phases, label_phases, phase_findings
 from collaudit.core.position_check import position_findings
@@ -54,10 +54,10 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
 
     Raises:
         NotJudgedError: the log has no stretch long enough.
-        ConfigError: a configured joint is not in the log, or a wrench lacks its frame.
+        LogError: a configured joint is not in the log. ConfigError: a wrench lacks its frame.
     """
     series = undelayed(condition(_in_model_order(log, robot), config.conditioning), config.log)
-    judged = _judged(config, series.joint_names)
+    judged = _judged(config, series.joint_names, log.source.name)
     findings = [*series.findings, *robot.findings]
     labels = _phases(series, robot, config)
     findings += position_findings(series.position_rad, series.joint_names, robot, config.log.units.position)
@@ -104,19 +104,20 @@ def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
     )
 
 
-def _judged(config: Config, present: tuple[str, ...]) -> tuple[str, ...]:
+def _judged(config: Config, present: tuple[str, ...], name: str) -> tuple[str, ...]:
     wanted = config.robot.joints
     if wanted is None:
         return present
-    missing = [name for name in wanted if name not in present]
+    missing = [joint for joint in wanted if joint not in present]
     if missing:
-        raise ConfigError(
-            "a judged joint is not among the joints that the log and the model share",
-            where="[robot] joints",
-            found=", ".join(missing),
-            expected="some of " + ", ".join(present),
+        raise LogError(
+            "joints to judge are missing from the log",
+            where=f"{name}, [robot] joints",
+            found="nothing of " + ", ".join(missing),
+            expected=", ".join(wanted),
+            hint="map other names by [log] joint_names, or leave these joints out of [robot] joints",
         )
-    return tuple(name for name in present if name in wanted)
+    return tuple(joint for joint in present if joint in wanted)
 
 
 def judged_series(prepared: Prepared) -> UniformSeries:

@@ -9,7 +9,7 @@ import click
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, config_path, load_settings
 from collaudit.cli.words import note
-from collaudit.core.errors import EXIT_PASS
+from collaudit.core.errors import EXIT_PASS, ConfigError
 
 
 @example_command(
@@ -17,10 +17,16 @@ from collaudit.core.errors import EXIT_PASS
     "collaudit report run/ -o report.html",
     "collaudit report monday/ tuesday/ -o week.html",
     "collaudit report run/ -o report.html --format html,json,junit",
+    "collaudit report run/ -o - --format markdown",
 )
 @click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="FILE", help="The page to write."
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, allow_dash=True),
+    required=True,
+    metavar="FILE",
+    help="The page to write; - for stdout.",
 )
 @click.option(
     "--format",
@@ -41,15 +47,20 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     """
     from collaudit.cli.formats import parse_formats, report_paths
     from collaudit.reports.files import read_run
-    from collaudit.reports.report import write_report
+    from collaudit.reports.report import report_text, write_report
 
-    paths = report_paths(output, parse_formats(formats))
+    wanted = parse_formats(formats)
+    paths = {} if str(output) == "-" else report_paths(output, wanted)
     audits = [read_run(run) for run in runs]
     if config_path() is not None:
         sha256 = load_settings().sha256
         for run, audit in zip(runs, audits, strict=True):
             if audit.result.provenance.config_sha256 != sha256:
                 note(f"{run}: was judged with other settings than {config_path()}")
+    if not paths:
+        if len(wanted) > 1:
+            raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
+        click.echo(report_text(audits, wanted[0]), nl=False)
     for name, path in paths.items():
         write_report(path, audits, name)
         note(f"report written to {path}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from inspect import cleandoc
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from collaudit.cli.group import example_command
 from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_PASS
 from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS
+
+SIMULATED_SCHEMA = "collaudit/simulated/1"
 
 
 def _listed(title: str, names: dict[str, str]) -> str:
@@ -38,14 +41,22 @@ def _listed(title: str, names: dict[str, str]) -> str:
     metavar="PERCENT",
     help="Largest error of each inertial property in the robot file.",
 )
+@click.option("--json", "as_json", is_flag=True, help="Print the written files as JSON.")
 @click.option("--duration", type=float, metavar="S", help="Length of free motion and stop-go, s.")
 def command(
-    scenario: str, output: Path, robot: str, seed: int, fmt: str | None, mismatch: float, duration: float | None
+    scenario: str,
+    output: Path,
+    robot: str,
+    seed: int,
+    fmt: str | None,
+    mismatch: float,
+    as_json: bool,
+    duration: float | None,
 ) -> int:
     """Simulate a recording whose truth is known, with real sensors and full dynamic friction.
 
     Beside LOG stand its configuration (.toml), its truth (.truth.json) and, for a URDF robot, its model
-    (.urdf).
+    (.urdf). A simulation's own files are replaced, others are not.
     """
     from collaudit.fixtures.simulate import simulate_to
 
@@ -60,6 +71,10 @@ def command(
             duration_s=duration,
             progress=report,
         )
+    if as_json:
+        robot_file = None if files.robot_file is None else str(files.robot_file)
+        content = {"schema": SIMULATED_SCHEMA, "log": [str(path) for path in files.log], "config": str(files.config)}
+        click.echo(json.dumps({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2))
     written = [*files.log, files.config, files.robot_file, files.truth]
     note("written: " + ", ".join(str(path) for path in written if path is not None))
     return EXIT_PASS

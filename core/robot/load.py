@@ -119,7 +119,10 @@ def _add_tool(config: RobotConfig, bodies: RigidBodies, last_link: str) -> tuple
     if frame not in bodies.frame_names:
         raise unknown_name("the robot has no such frame", "robot.tool.frame", frame, bodies.frame_names)
     if settings.mass_kg == "estimate":
-        text = "The tool's mass was asked to be estimated; this version does not, and leaves the tool out."
+        text = (
+            "The tool's mass is to be estimated: collaudit fit puts it into the friction file; without such a file the "
+            "tool is left out of the model."
+        )
         return None, (Finding("model-approximate", "warning", text, where="robot.tool.mass_kg"),)
     if not settings.mass_kg:
         return None, ()

@@ -311,3 +311,38 @@ def test_version(collaudit) -> None:
     outcome = collaudit("--version")
     assert outcome.code == 0
     assert outcome.out.startswith("collaudit 0.")
+
+
+def test_a_report_on_stdout(arm, collaudit, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    collaudit("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "-o", run)
+    assert collaudit("report", run, "-o", "-", "--format", "json").out == (run / "audit.json").read_text()
+    assert collaudit("report", run, "-o", "-", "--format", "json,html").code == 2
+
+
+def test_a_simulation_says_what_it_wrote_and_spares_the_files_of_others(collaudit, tmp_path: Path) -> None:
+    log = tmp_path / "log.mcap"
+    args = ("simulate", "free-clean", "--duration", "5", "-o", log)
+    (tmp_path / "log.toml").write_text("mine")
+    refused = collaudit(*args)
+    assert refused.code == 2
+    assert "log.toml" in refused.err
+    assert (tmp_path / "log.toml").read_text() == "mine"
+    assert not log.exists()
+    (tmp_path / "log.toml").unlink()
+    for _ in range(2):
+        written = json.loads(collaudit(*args, "--json").out)
+    assert written["log"] == [str(log)]
+    assert all(Path(written[key]).exists() for key in ("config", "truth"))
+
+
+def test_a_joint_to_judge_that_the_log_lacks(arm, collaudit, tmp_path: Path) -> None:
+    lines = [line.split(",") for line in arm.clean.read_text().splitlines()]
+    pick = [k for k, name in enumerate(lines[0]) if not name.endswith("2")]
+    lacking = tmp_path / "lacking.csv"
+    lacking.write_text("\n".join(",".join(line[k] for k in pick) for line in lines))
+    config = tmp_path / "both.toml"
+    config.write_text(arm.config.read_text().replace("[robot]", '[robot]\njoints = ["joint1", "joint2"]', 1))
+    outcome = collaudit("detect", lacking, "-c", config, "--friction", arm.friction)
+    assert outcome.code == 3
+    assert "joint2" in outcome.err

@@ -10,7 +10,7 @@ from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.filters import default_bandwidth_hz, differentiate, low_pass
 from collaudit.core.findings import Finding
 from collaudit.core.runs import run_bounds
-from collaudit.core.series import BoolArray, FloatArray, JointLog, UniformSeries, WrenchSeries, frozen
+from collaudit.core.series import BoolArray, FloatArray, IntArray, JointLog, UniformSeries, WrenchSeries, frozen
 from collaudit.core.timebase import Timebase, make_timebase
 from collaudit.core.velocity import choose_velocity
 
@@ -79,7 +79,7 @@ def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
     out = np.full((base.n, values.shape[1]), np.nan)
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
-        rows = values[base.order[raw.slice]]
+        rows = values[_picked(base.order[raw.slice])]
         if snap:
             out[grid.slice] = rows
         elif len(grid):
@@ -88,10 +88,17 @@ def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
     return out
 
 
+def _picked(order: IntArray) -> IntArray | slice:
+    """Indices of consecutive samples as a slice, which copies nothing."""
+    first = int(order[0]) if order.size else 0
+    whole = order.size and int(order[-1]) == first + order.size - 1 and bool((np.diff(order) == 1).all())
+    return slice(first, first + order.size) if whole else order
+
+
 def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
     findings = []
     for name, values in (("position", log.position_rad), ("effort", log.effort)):
-        if values is None:
+        if values is None or np.isfinite(values.sum()):
             continue
         rows = values[base.order]
         for j, joint in enumerate(log.joint_names):

@@ -13,6 +13,7 @@ from collaudit.core.detectors.balance import Balance
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.friction_band import FrictionBand, friction_band
 from collaudit.core.friction_level import FrictionLevel, fixed_level, follow_level
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 from collaudit.core.signals import State
 
@@ -69,16 +70,17 @@ def compute_residual(
     uncertainty = np.zeros((n, count))
     levels: dict[str, FrictionLevel] = {}
     usable = balance.total_nm is not None
-    for j, joint in enumerate(series.joint_names):
-        law = friction.get(joint)
-        if usable and law is not None:
-            torque[:, j], state[:, j], uncertainty[:, j], levels[joint] = _one_joint(series, j, balance, law, config)
-            assert series.effort is not None
-            model[:, j] = series.effort[:, j] - torque[:, j]
-        else:
-            state[:, j] = State.NO_MODEL if not usable else State.NO_FRICTION
-        if joint in contradicted:
-            state[:, j] = State.NO_MODEL
+    known = [j for j, joint in enumerate(series.joint_names) if usable and joint in friction]
+    state[:, [j for j in range(count) if j not in known]] = State.NO_FRICTION if usable else State.NO_MODEL
+    names = series.joint_names
+    judged = ordered_map(lambda j: (j, _one_joint(series, j, balance, friction[names[j]], config)), known)
+    for j, (residual, its_state, uncertain, level) in judged:
+        torque[:, j], state[:, j], uncertainty[:, j], levels[names[j]] = residual, its_state, uncertain, level
+    if known:
+        assert series.effort is not None
+        np.subtract(series.effort, torque, out=model)
+    for joint in contradicted & set(names):
+        state[:, names.index(joint)] = State.NO_MODEL
     _mark(state, torque, series, balance)
     return Residual(torque, model, state, uncertainty, levels)
 
@@ -88,7 +90,7 @@ def _one_joint(
 ) -> tuple[FloatArray, NDArray[np.int8], FloatArray, FrictionLevel]:
     """Residual, state, uncertainty and friction level of one joint with a friction law."""
     assert balance.total_nm is not None
-    velocity, total = balance.velocity_rad_s[:, j], balance.total_nm[:, j]
+    velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
     band = friction_band(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
     undecided = _through(balance, series, ~band.steady)
     too_fast = np.abs(velocity) > _BEYOND_RANGE * law.speed_range[1]
@@ -136,12 +138,11 @@ def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, ba
         recorded[segment.slice] = True
 
     def raise_to(where: BoolArray, code: State) -> None:
-        state[where] = np.maximum(state[where], code)
+        np.maximum(state, where.view(np.int8) * np.int8(code), out=state)
 
-    everywhere = np.ones_like(state, dtype=bool)
-    raise_to((series.edge | balance.unsettled)[:, None] & everywhere, State.EDGE)
+    raise_to((series.edge | balance.unsettled)[:, None], State.EDGE)
     if balance.total_nm is not None:
         has_law = state < State.NO_FRICTION
         raise_to(~np.isfinite(torque) & has_law, State.NOT_A_NUMBER)
     raise_to(balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s), State.SATURATED)
-    raise_to(~recorded[:, None] & everywhere, State.GAP)
+    raise_to(~recorded[:, None], State.GAP)

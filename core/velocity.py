@@ -48,9 +48,11 @@ def choose_velocity(
     compare = low_pass(logged, segments, period_s, bandwidth_hz)
     out = logged.copy()
     findings: list[Finding] = []
+    a, b, c, d = (np.ascontiguousarray(x.T) for x in (logged, compare, smooth, derived))
     for j, joint in enumerate(joint_names):
-        column, finding = _choose(logged[:, j], compare[:, j], smooth[:, j], derived[:, j], joint)
-        out[:, j] = column
+        column, finding = _choose(a[j], b[j], c[j], d[j], joint)
+        if finding:  # a departure from the log
+            out[:, j] = column
         findings += finding
     return out, findings
 
@@ -61,7 +63,7 @@ def _choose(
     def derive(text: str, code: str = "log-velocity-derived") -> tuple[FloatArray, list[Finding]]:
         return derived, [Finding(code, "warning", f"{text}; it was derived from position.", joint=joint)]
 
-    both = np.isfinite(compare) & np.isfinite(smooth)
+    both = np.isfinite(compare + smooth)
     if not both.any():
         return derive(f"Joint '{joint}' has no velocity values")
     moving = both & (np.abs(smooth) > _MOVING_RAD_S)
@@ -69,10 +71,11 @@ def _choose(
         return logged, []
     if np.all(logged[moving] == 0.0):
         return derive(f"The logged velocity of joint '{joint}' is zero while it moves")
-    speed = float(np.sqrt(np.mean(smooth[moving] ** 2)))
-    error = float(np.sqrt(np.mean((compare[moving] - smooth[moving]) ** 2)))
+    said, meant = compare[moving], smooth[moving]
+    speed = float(np.sqrt(np.mean(meant**2)))
+    error = float(np.sqrt(np.mean((said - meant) ** 2)))
     if error > _DISAGREES * speed:
-        gain = float(compare[moving] @ smooth[moving] / (smooth[moving] @ smooth[moving]))
+        gain = float(said @ meant / (meant @ meant))
         degrees = abs(gain / 57.29578 - 1.0) < 0.1
         guess = " (degrees per second?)" if degrees else ""
         return derive(

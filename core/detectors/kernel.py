@@ -67,11 +67,7 @@ class Kernel:
         """
         if self.identity:
             return x
-        out = self._run(self._coefficients(self.numerator, period_s), x, segments)
-        missing = ~np.isfinite(x)
-        if any(missing[s.slice].any() for s in segments):
-            out[self.reach(missing, segments, period_s)] = np.nan
-        return out
+        return self._filtered(self.numerator, x, segments, period_s)
 
     def slope(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """The smoothed time derivative s·G(s) x without differentiating: what needs no acceleration.
@@ -81,15 +77,19 @@ class Kernel:
         """
         if self.identity or not self.causal:
             raise ValueError("a smoothed derivative needs a causal kernel that smooths")
-        out = self._run(self._coefficients((*self.numerator, 0.0), period_s), x, segments)
-        missing = ~np.isfinite(x)
-        if any(missing[s.slice].any() for s in segments):
-            out[self.reach(missing, segments, period_s)] = np.nan
+        return self._filtered((*self.numerator, 0.0), x, segments, period_s)
+
+    def _filtered(
+        self, numerator: tuple[float, ...], x: FloatArray, segments: Sequence[Span], period_s: float
+    ) -> FloatArray:
+        out = self._run(self._coefficients(numerator, period_s), x, segments)
+        if not all(np.isfinite(x[s.slice].sum()) for s in segments):
+            out[self.reach(~np.isfinite(x), segments, period_s)] = np.nan
         return out
 
     def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:
         """(n, j) samples in whose kernel the marked samples weigh more than 5 %."""
-        if self.identity:
+        if self.identity or not mask.any():
             return mask
         weight = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
         return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
@@ -148,9 +148,9 @@ def _settled(b: FloatArray, a: FloatArray, first: FloatArray) -> FloatArray:
 
 def _bridged(part: FloatArray) -> FloatArray:
     """A stretch (m, j) with missing values filled linearly."""
-    missing = ~np.isfinite(part)
-    if not missing.any():
+    if np.isfinite(part.sum()):
         return part
+    missing = ~np.isfinite(part)
     filled, k = part.copy(), np.arange(part.shape[0])
     for column in np.flatnonzero(missing.any(axis=0)):
         hole = missing[:, column]

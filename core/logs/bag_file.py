@@ -17,8 +17,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.bag_chunk import BagLocated, fields_of, locate_bag
 from collaudit.core.logs.compression import unpack
 from collaudit.core.logs.fileio import RandomFile
-from collaudit.core.logs.parallel import ordered_map
 from collaudit.core.logs.records import Batch, Channel, Damage, Progress, ros_type
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import IntArray
 
 MAGIC = b"#ROSBAG V2.0\n"

@@ -13,8 +13,8 @@ from collaudit.core.logs.compression import unpack
 from collaudit.core.logs.fileio import RandomFile
 from collaudit.core.logs.mcap_chunk import Located, locate
 from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, MESSAGE_HEAD, SCHEMA, ChunkRef, McapIndex, scan
-from collaudit.core.logs.parallel import ordered_map
 from collaudit.core.logs.records import Batch, Channel, Damage, Progress
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import IntArray
 
 _WINDOW = 16 << 20

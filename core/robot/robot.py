@@ -11,7 +11,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.robot.model import RigidBodies
 from collaudit.core.robot.names import unknown_name
 from collaudit.core.robot.statics import Chain, chain_gravity, chain_torque, skew
-from collaudit.core.series import FloatArray, JointType
+from collaudit.core.series import BoolArray, FloatArray, JointType
 
 _BLOCK = 2048
 
@@ -79,7 +79,8 @@ class RobotModel:
         bodies = self._with_inertials()
         for name, array in (("q", q), ("v", v), ("a", a)):
             self._check(array, len(self.joint_names), name)
-        unknown = None if all(np.isfinite(x.sum()) for x in (q, v, a)) else np.isnan(q + v + a).any(axis=1)
+        complete = all(np.isfinite(x.sum()) for x in (q, v, a))
+        unknown: BoolArray | None = None if complete else np.asarray(np.isnan(q + v + a).any(axis=1))
         rows = [x if unknown is None else np.where(unknown[:, None], 0.0, x) for x in (q, v, a)]
         full = (self._expand(rows[0]), _times(rows[1], self.expansion.T), _times(rows[2], self.expansion.T))
         out = _times(bodies.inverse_dynamics(*full), self.expansion)

@@ -203,7 +203,7 @@ class FitConfig(_Section):
         "body's mass, mass times size, and mass times size squared.",
     )
     max_samples: Annotated[int, Field(ge=500)] = Field(
-        8000, description="Most samples used of any motion; the loss is stated in friction.json."
+        20_000, description="Most samples used of any motion; the loss is stated in friction.json."
     )
     blocks: Annotated[int, Field(ge=2, le=20)] = Field(5, description="Blocks of time held out in turn.")
 

@@ -72,6 +72,7 @@ def _values(estimate: FloatArray, centres: FloatArray, width: float) -> dict[str
 
 
 def _left_out(design: FloatArray, target: FloatArray, penalty: FloatArray) -> float:
-    hat = design @ np.linalg.pinv(design.T @ design + np.diag(penalty), hermitian=True) @ design.T
-    rest = target - hat @ target
-    return float(np.mean((rest / np.maximum(1.0 - np.diag(hat), 1e-6)) ** 2))
+    inverse = np.linalg.pinv(design.T @ design + np.diag(penalty), hermitian=True)
+    rest = target - design @ (inverse @ (design.T @ target))
+    leverage = np.einsum("ni,ij,nj->n", design, inverse, design, optimize=True)
+    return float(np.mean((rest / np.maximum(1.0 - leverage, 1e-6)) ** 2))

@@ -11,8 +11,10 @@ from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.base import BaseMap, base_map
 from collaudit.core.identification.consistency import is_consistent, make_consistent
-from collaudit.core.identification.problem import Solution, Unknowns, residual, settle, solve
-from collaudit.core.identification.samples import Motion, collect
+from collaudit.core.identification.priors import ARMATURE_SHARE, Gains, drive_gains, unknowns_of
+from collaudit.core.identification.problem import Errors, Solution, Unknowns, errors, residual, settle, solve, terms_of
+from collaudit.core.identification.samples import collect
+from collaudit.core.identification.terms import Terms
 from collaudit.core.identification.tool import identified_tool, point_mass_inertia
 from collaudit.core.prepare import Prepared
 from collaudit.core.result_identification import BaseParameter, Bounds, Identified, IdentifiedBody, IdentifiedJoint
@@ -20,10 +22,7 @@ from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import BoolArray, FloatArray
 
 _Z95 = 1.96
-_TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
-_SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
 _HELD_OUT_STEPS = 4
-_ARMATURE_SHARE = 0.5  # of a joint's inertia: robot files seldom state rotor inertia at all
 
 
 def wanted(config: Config) -> tuple[str, ...]:
@@ -59,24 +58,24 @@ def identify(prepared: Sequence[Prepared], config: Config) -> Identified | None:
         )
     motion = collect(prepared, config.fit.max_samples, config.fit.blocks)
     regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
-    unknowns = _unknowns(prepared, robot, estimate, config)
+    unknowns = unknowns_of(prepared, robot, estimate, config)
     gains = None
     if "gain" in estimate:
-        gains = _gains(motion, regressor, unknowns, config, robot)
+        gains = drive_gains(motion, regressor, unknowns, config, robot, estimate)
         motion = replace(motion, moving=np.asarray(motion.moving & np.isfinite(gains.gain)))
         unknowns = replace(unknowns, gain=gains.gain)
-    solution = solve(motion, regressor, unknowns)
-    unknowns, solution = _repaired(motion, regressor, unknowns, solution, estimate)
+    terms = terms_of(motion, regressor, unknowns)
+    unknowns, solution = _repaired(terms, unknowns, solve(terms, unknowns), estimate)
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
     made = make_consistent(free, solution.hessian, solution.free, unknowns.inertials.size // 10)
-    final = settle(motion, regressor, _with_free(solution, made.free))
-    job = _Job(robot, motion, regressor, unknowns, final, estimate, gains)
+    final = settle(terms, _with_free(solution, made.free))
+    job = _Job(robot, terms, unknowns, final, errors(terms, solution, unknowns), estimate, gains)
     return Identified(
         estimate=estimate,
         joints=_joints(job, config.fit.blocks),
         bodies=_bodies(job),
         base_parameters=_base_parameters(job) if "inertials" in estimate else (),
-        tool=identified_tool(job.robot, config, unknowns.inertials, final) if "tool" in estimate else None,
+        tool=identified_tool(job.robot, config, unknowns.inertials, final, job.errors) if "tool" in estimate else None,
         prior=_prior_words(estimate, config.fit.cad_sd),
         prior_sd=config.fit.cad_sd,
         consistent=made.consistent,
@@ -90,91 +89,16 @@ def identify(prepared: Sequence[Prepared], config: Config) -> Identified | None:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Job:
     robot: RobotModel
-    motion: Motion
-    regressor: FloatArray
+    terms: Terms
     unknowns: Unknowns
     solution: Solution
+    errors: Errors
     estimate: tuple[str, ...]
-    gains: _Gains | None
-
-
-def _unknowns(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple[str, ...], config: Config) -> Unknowns:
-    inertials = robot.inertial_parameters
-    sd = _inertial_sd(inertials, config.fit.cad_sd) if "inertials" in estimate else np.zeros_like(inertials)
-    if "tool" in estimate:
-        last = 10 * (tool_body(robot, config) + 1)
-        sd[last - 10] = _TOOL_MASS_SD
-        sd[last - 9 : last - 6] = _TOOL_MOMENT_SD
-    names = robot.joint_names
-    leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
-    armature = robot.armature[leader]
-    arm_sd = np.zeros(len(names))
-    if "inertials" in estimate:
-        arm_sd = np.maximum(config.fit.cad_sd * armature, _ARMATURE_SHARE * _joint_inertia(robot, prepared[0]))
-    gain = np.ones(len(names))
-    if "gain" in estimate:
-        for found in prepared[0].gains:
-            gain[names.index(found.joint)] = found.gain if abs(found.gain) > 1e-6 else 1.0
-    return Unknowns(inertials, sd, armature, arm_sd, gain, np.zeros(len(names)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Gains:
-    """Gains (j,), NaN where the motion does not show one, and their standard errors."""
-
-    gain: FloatArray
-    sd: FloatArray
-
-
-def _gains(motion: Motion, regressor: FloatArray, unknowns: Unknowns, config: Config, robot: RobotModel) -> _Gains:
-    """Drive gains given the description's inertials, a tool beside them where it is asked for.
-
-    No motion tells a common scale of gains from one of inertials; so gains come first and are then held.
-    """
-    sd = np.zeros_like(unknowns.inertials_sd)
-    if "tool" in wanted(config):
-        k = 10 * tool_body(robot, config)
-        sd[k : k + 4] = unknowns.inertials_sd[k : k + 4]
-    count = unknowns.gain.size
-    held = replace(unknowns, inertials_sd=sd, armature_sd=0 * unknowns.armature_sd, gain_sd=np.full(count, np.inf))
-    first = solve(motion, regressor, held)
-    error = np.full(first.free.size, np.inf)
-    error[first.free] = np.sqrt(np.diag(first.covariance))
-    error = error[-count:]
-    return _Gains(np.where(error < _SHOWN * np.abs(first.gain), first.gain, np.nan), error)
-
-
-def tool_body(robot: RobotModel, config: Config) -> int:
-    """Number of the body that carries the tool."""
-    assert robot.bodies is not None
-    frame = config.robot.tool.frame or robot.bodies.frame_names[-1]
-    return robot.bodies.frame_in_joint(frame)[2]
-
-
-def _inertial_sd(inertials: FloatArray, share: float) -> FloatArray:
-    """Share of mass, of mass times size, of mass times size squared; size is the radius of gyration."""
-    sd = np.zeros_like(inertials)
-    for k in range(0, inertials.size, 10):
-        mass, ixx, iyy, izz = (float(inertials[k + i]) for i in (0, 4, 6, 9))
-        if mass > 0:
-            size = max(float(np.sqrt(0.5 * max(ixx + iyy + izz, 0.0) / mass)), 0.01)
-            sd[k : k + 10] = share * mass * np.array([1.0, *[size] * 3, *[size**2] * 6])
-    return sd
-
-
-def _joint_inertia(robot: RobotModel, prepared: Prepared) -> FloatArray:
-    """(j,) diagonal of the mass matrix at the middle of the motion, rotor inertia left out."""
-    count = len(robot.joint_names)
-    middle = np.nanmedian(prepared.series.position_rad, axis=0)
-    pose = np.broadcast_to(middle, (count, count)).copy()
-    torque = robot.inverse_dynamics(pose, np.zeros((count, count)), np.eye(count)) - robot.gravity_torque(pose)
-    leader = [robot.bodies.joint_names.index(n) for n in robot.joint_names] if robot.bodies else []
-    out: FloatArray = np.diag(torque) - robot.armature[leader]
-    return out
+    gains: Gains | None
 
 
 def _repaired(
-    motion: Motion, regressor: FloatArray, unknowns: Unknowns, solution: Solution, estimate: tuple[str, ...]
+    terms: Terms, unknowns: Unknowns, solution: Solution, estimate: tuple[str, ...]
 ) -> tuple[Unknowns, Solution]:
     """Solve again with negative rotor inertias held at zero, and with the inertia that a point-mass tool has."""
     again = False
@@ -191,7 +115,7 @@ def _repaired(
             unknowns, inertials=unknowns.inertials + point_mass_inertia(unknowns.inertials, solution.inertials)
         )
         again = True
-    return unknowns, solve(motion, regressor, unknowns) if again else solution
+    return unknowns, solve(terms, unknowns) if again else solution
 
 
 def _with_free(solution: Solution, free: FloatArray) -> Solution:
@@ -209,11 +133,12 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
         armature_sd=np.zeros_like(job.unknowns.armature_sd),
         armature=_leader_armature(job.robot),
     )
-    plain = solve(job.motion, job.regressor, file_only)
-    moving = job.motion.moving
-    gain = job.solution.gain
-    rms = [_rms(residual(job.motion, job.regressor, s), moving) for s in (plain, job.solution)]
-    out = [_held_out(job, unknowns, blocks) for unknowns in (file_only, job.unknowns)]
+    motion = job.terms.motion
+    bare = terms_of(motion, job.terms.regressor, file_only)
+    moving, gain = motion.moving, job.solution.gain
+    plain = residual(bare, solve(bare, file_only))
+    rms = [_rms(rest, moving) for rest in (plain, residual(job.terms, job.solution))]
+    out = [_held_out(bare, file_only, blocks), _held_out(job.terms, job.unknowns, blocks)]
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
         offset, known = float(job.solution.nuisance[j, 2]), bool(np.isfinite(gain[j]))
@@ -221,7 +146,7 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
             gain=float(gain[j]) if known else None,
             gain_ci95=_interval(float(gain[j]), float(job.gains.sd[j])) if job.gains is not None and known else None,
             offset_nm=offset if known else 0.0,
-            offset_ci95=_interval(offset, float(job.solution.nuisance_sd[j, 2])) if known else (None, None),
+            offset_ci95=_interval(offset, float(job.errors.nuisance_sd[j, 2])) if known else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),
             armature_file_kg_m2=float(file_only.armature[j]),
             samples=int(np.count_nonzero(moving[:, j])),
@@ -245,16 +170,17 @@ def _rms(rest: FloatArray, moving: BoolArray) -> list[float | None]:
     ]
 
 
-def _held_out(job: _Job, unknowns: Unknowns, blocks: int) -> list[float | None]:
+def _held_out(terms: Terms, unknowns: Unknowns, blocks: int) -> list[float | None]:
     """RMS per joint over all blocks of time, each predicted without having been seen."""
-    rest = np.full_like(job.motion.effort, np.nan)
+    motion = terms.motion
+    rest = np.full_like(motion.effort, np.nan)
     for block in range(blocks):
-        out = np.asarray(job.motion.block == block)
+        out = np.asarray(motion.block == block)
         if not out.any() or out.all():
             return [None] * rest.shape[1]
-        found = solve(job.motion.take(~out), job.regressor[~out], unknowns, _HELD_OUT_STEPS)
-        rest[out] = residual(job.motion.take(out), job.regressor[out], found)
-    return _rms(rest, job.motion.moving)
+        seen = terms.over(replace(motion, moving=np.asarray(motion.moving & ~out[:, None])))
+        rest[out] = residual(seen, solve(seen, unknowns, _HELD_OUT_STEPS))[out]
+    return _rms(rest, motion.moving)
 
 
 def _interval(value: float, sd: float) -> Bounds:
@@ -287,7 +213,7 @@ def _base_parameters(job: _Job) -> tuple[BaseParameter, ...]:
     covariance = np.zeros((p, p))
     pick = np.flatnonzero(job.solution.free[:p])
     count = pick.size
-    covariance[np.ix_(pick, pick)] = job.solution.covariance[:count, :count]
+    covariance[np.ix_(pick, pick)] = job.errors.covariance[:count, :count]
     after = np.sqrt(np.maximum(np.einsum("bp,pq,bq->b", base.matrix, covariance, base.matrix), 0.0))
     before = np.sqrt(base.matrix**2 @ job.unknowns.inertials_sd**2)
     found = []
@@ -308,5 +234,5 @@ def _prior_words(estimate: tuple[str, ...], share: float) -> str:
     return first + (
         f"The robot description's inertials are the prior: each mass with a standard deviation of {100 * share:g} %, "
         "first moments and inertias by the same share of mass times size and size squared (radius of gyration); rotor "
-        f"inertia with {100 * _ARMATURE_SHARE:g} % of the joint's own inertia or more."
+        f"inertia with {100 * ARMATURE_SHARE:g} % of the joint's own inertia or more."
     )

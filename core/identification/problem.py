@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.identification.samples import Motion
-from collaudit.core.series import BoolArray, FloatArray
+from collaudit.core.identification.terms import Terms
+from collaudit.core.series import BoolArray, FloatArray, IntArray
 
 _ITERATIONS = 12
 _HUBER = 1.345
@@ -51,203 +52,228 @@ class Solution:
     Attributes:
         inertials: (p,); armature: (j,); gain: (j,).
         nuisance: (j, 3) Coulomb friction, viscous friction, offset; N·m.
-        covariance: of the free unknowns (see ``free``), cluster-robust, prior included.
-        information: share of each free unknown's precision matrix that the data give.
         free: (p + 2 j,) which unknowns were free: inertials, rotor inertias, gains.
         sigma: (j,) robust noise level, N·m.
         hessian: (f, f) precision matrix of the free unknowns.
-        nuisance_sd: (j, 3) standard errors of ``nuisance``, cluster-robust.
     """
 
     inertials: FloatArray
     armature: FloatArray
     gain: FloatArray
     nuisance: FloatArray
-    covariance: FloatArray
-    information: FloatArray
     free: BoolArray
     sigma: FloatArray
     hessian: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Errors:
+    """How well a solution is known.
+
+    Attributes:
+        covariance: (f, f) of the free unknowns, cluster-robust, prior included.
+        nuisance_sd: (j, 3) standard errors of friction and offset, the other unknowns' errors included.
+    """
+
+    covariance: FloatArray
     nuisance_sd: FloatArray
 
 
 @dataclass(slots=True, eq=False)
 class _State:
+    """The unknowns on their way; ``rigid`` (n, j) is the torque of the inertial parameters before the data."""
+
     inertials: FloatArray
     armature: FloatArray
     gain: FloatArray
     nuisance: FloatArray
     sigma: FloatArray
     weight: FloatArray
+    prior: FloatArray
+    rigid: FloatArray
 
 
-def solve(motion: Motion, regressor: FloatArray, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
+def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms:
+    """What :func:`solve` and the others need of the samples, for unknowns with the same parameters free."""
+    return Terms.of(motion, regressor, np.asarray(unknowns.inertials_sd > 0))
+
+
+def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
     """Estimate all unknowns from samples of motion.
 
     Args:
-        motion: n samples of j joints.
-        regressor: (n, j, p).
+        terms: the samples and their columns.
         unknowns: priors; a zero standard deviation holds a parameter.
         iterations: most Gauss-Newton steps; with gains held only the weights still change after the first.
     """
+    motion = terms.motion
     joints = motion.effort.shape[1]
     driven = motion.moving.any(axis=0)
     scales = np.concatenate([unknowns.inertials_sd, unknowns.armature_sd, np.where(driven, unknowns.gain_sd, 0.0)])
     free = np.asarray(scales > 0)
     precision = np.zeros(free.size)
     precision[free] = scales[free] ** -2.0
-    state = _State(
-        unknowns.inertials.copy(),
-        unknowns.armature.copy(),
-        np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0),
-        np.zeros((joints, 3)),
-        np.ones(joints),
-        motion.moving.astype(np.float64),
-    )
-    _fit_nuisance(motion, regressor, state)
+    origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
+    gain = np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0)
+    state = _state(terms, unknowns.inertials, unknowns.armature, gain, np.zeros((joints, 3)), np.ones(joints))
+    _fit_nuisance(terms, state)
     for _ in range(iterations):
+        _reweigh(terms, state)
         before = np.concatenate([state.inertials, state.armature, state.gain])
-        _reweigh(motion, regressor, state)
-        gradient, data = _normal(motion, regressor, state, free)
-        origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
+        if not free.any():
+            _fit_nuisance(terms, state)
+            continue
+        gradient, data = _normal(terms, state, free)
         gradient -= precision[free] * (before - origin)[free]
         step = np.linalg.solve(data + np.diag(precision[free]) + 1e-12 * np.eye(int(free.sum())), gradient)
-        after = before.copy()
-        after[free] += step
-        p = state.inertials.size
-        state.inertials, state.armature = after[:p], after[p : p + joints]
-        state.gain = np.where(np.abs(after[p + joints :]) > 1e-9, after[p + joints :], before[p + joints :])
-        _fit_nuisance(motion, regressor, state)
-        if step.size and np.max(np.abs(step) / (np.abs(before[free]) + 1e-2)) < _CHANGE:
+        _move(state, before, np.asarray(step), free)
+        _fit_nuisance(terms, state)
+        if np.max(np.abs(step) / (np.abs(before[free]) + 1e-2)) < _CHANGE:
             break
+    _reweigh(terms, state)
     state.gain = np.where(np.isfinite(unknowns.gain), state.gain, np.nan)
-    _reweigh(motion, regressor, state)
-    return _finish(motion, regressor, state, free, precision)
+    return _finish(terms, state, free, precision)
 
 
-def residual(motion: Motion, regressor: FloatArray, solution: Solution) -> FloatArray:
+def residual(terms: Terms, solution: Solution) -> FloatArray:
     """(n, j) torque that is left, N·m; meaningful where a joint moves."""
-    s = solution
-    state = _State(s.inertials, s.armature, s.gain, s.nuisance, s.sigma, motion.moving.astype(np.float64))
-    return _left(motion, regressor, state)
+    return _left(terms, _resumed(terms, solution))
 
 
-def settle(motion: Motion, regressor: FloatArray, solution: Solution) -> Solution:
+def settle(terms: Terms, solution: Solution) -> Solution:
     """The solution with friction and offset fitted again, after other unknowns were moved."""
-    s = solution
-    state = _State(s.inertials, s.armature, s.gain, s.nuisance.copy(), s.sigma.copy(), motion.moving.astype(np.float64))
+    state = _resumed(terms, solution)
     for _ in range(3):
-        _fit_nuisance(motion, regressor, state)
-        _reweigh(motion, regressor, state)
+        _fit_nuisance(terms, state)
+        _reweigh(terms, state)
     return replace(solution, nuisance=state.nuisance, sigma=state.sigma)
 
 
-def _columns(motion: Motion, j: int) -> FloatArray:
-    v = motion.velocity[:, j]
-    return np.column_stack([np.sign(v), v, np.ones_like(v)])
+def errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Errors:
+    """How well the solution is known: H^-1 (cluster scores squared + prior) H^-1 of all unknowns together."""
+    state = _resumed(terms, solution)
+    _reweigh(terms, state)
+    rest, joints = _left(terms, state), state.gain.size
+    scales = np.concatenate([unknowns.inertials_sd, unknowns.armature_sd, unknowns.gain_sd])[solution.free]
+    size = scales.size + 3 * joints
+    precision, data, scores = np.zeros(size), np.zeros((size, size)), np.zeros((terms.starts.size, size))
+    precision[: scales.size] = scales**-2.0
+    for j in _weighed(state):
+        root = np.sqrt(state.weight[:, j]) / state.sigma[j]
+        place, columns = _jacobian(terms, state, j, solution.free, rest[:, j], root)
+        columns = np.concatenate([columns, terms.nuisance[j] * root[:, None]], axis=1)
+        place = np.concatenate([place, scales.size + 3 * j + np.arange(3)])
+        data[np.ix_(place, place)] += columns.T @ columns
+        scores[:, place] += terms.by_cluster(columns * (rest[:, j] * root)[:, None])
+    scale = np.sqrt(np.maximum(np.diag(data) + precision, 1e-30))
+    hessian = (data + np.diag(precision)) / np.outer(scale, scale)
+    inverse = np.linalg.pinv(hessian, hermitian=True) / np.outer(scale, scale)
+    small = terms.starts.size / max(1, terms.starts.size - 1)
+    full = inverse @ (small * scores.T @ scores + np.diag(precision)) @ inverse
+    known = np.sqrt(np.maximum(np.diag(full)[scales.size :], 0.0)).reshape(joints, 3)
+    return Errors(np.asarray(full[: scales.size, : scales.size]), known)
 
 
-def _left(motion: Motion, regressor: FloatArray, state: _State) -> FloatArray:
-    model = regressor @ state.inertials + motion.acceleration * state.armature
-    friction = np.stack([_columns(motion, j) @ state.nuisance[j] for j in range(motion.effort.shape[1])], axis=1)
-    return np.asarray(motion.effort / state.gain - motion.contact - model - friction)
+def _state(
+    terms: Terms, inertials: FloatArray, armature: FloatArray, gain: FloatArray, nuisance: FloatArray, sigma: FloatArray
+) -> _State:
+    weight = terms.motion.moving.astype(np.float64)
+    rigid = terms.regressor @ inertials
+    return _State(inertials.copy(), armature.copy(), gain, nuisance, sigma, weight, inertials, rigid)
 
 
-def _fit_nuisance(motion: Motion, regressor: FloatArray, state: _State) -> None:
+def _resumed(terms: Terms, s: Solution) -> _State:
+    return _state(terms, s.inertials, s.armature, s.gain, s.nuisance.copy(), s.sigma.copy())
+
+
+def _weighed(state: _State) -> list[int]:
+    return [j for j in range(state.sigma.size) if state.weight[:, j].any()]
+
+
+def _move(state: _State, before: FloatArray, step: FloatArray, free: BoolArray) -> None:
+    after = before.copy()
+    after[free] += step
+    p, joints = state.inertials.size, state.armature.size
+    state.inertials, state.armature = after[:p], after[p : p + joints]
+    state.gain = np.where(np.abs(after[p + joints :]) > 1e-9, after[p + joints :], before[p + joints :])
+
+
+def _left(terms: Terms, state: _State) -> FloatArray:
+    motion = terms.motion
+    change = state.inertials - state.prior
+    out = motion.effort / state.gain - motion.contact - state.rigid - motion.acceleration * state.armature
+    for j in range(out.shape[1]):
+        out[:, j] -= terms.columns[j] @ change[terms.index[j]] + terms.nuisance[j] @ state.nuisance[j]
+    return np.asarray(out)
+
+
+def _fit_nuisance(terms: Terms, state: _State) -> None:
     """Friction and offset of every joint for what is left by the rest."""
-    rest = _left(motion, regressor, state)
+    rest = _left(terms, state)
     for j in range(rest.shape[1]):
         root = np.sqrt(state.weight[:, j])
         if np.count_nonzero(root) < 4:
             continue
-        columns = _columns(motion, j)
-        found = np.linalg.lstsq(columns * root[:, None], rest[:, j] * root, rcond=None)[0]
+        found = np.linalg.lstsq(terms.nuisance[j] * root[:, None], rest[:, j] * root, rcond=None)[0]
         state.nuisance[j] += found
 
 
-def _reweigh(motion: Motion, regressor: FloatArray, state: _State) -> None:
+def _reweigh(terms: Terms, state: _State) -> None:
     """Noise level of each joint (median absolute residual), Huber weights, and the design effect of clusters."""
-    rest = _left(motion, regressor, state)
+    rest = _left(terms, state)
     for j in range(rest.shape[1]):
-        use = motion.moving[:, j]
+        use = terms.motion.moving[:, j]
         if not use.any():
             continue
         state.sigma[j] = max(1.4826 * float(np.median(np.abs(rest[use, j]))), 1e-4)
         ratio = np.abs(rest[:, j]) / state.sigma[j]
         weight = np.where(use, np.minimum(1.0, _HUBER / np.maximum(ratio, 1e-9)), 0.0)
-        together = np.bincount(motion.cluster, weights=weight * rest[:, j])
-        alone = float(np.sum((weight * rest[:, j]) ** 2))
+        together = terms.by_cluster(np.where(use, weight * rest[:, j], 0.0))
+        alone = float(np.sum((weight * rest[:, j])[use] ** 2))
         state.weight[:, j] = weight / max(1.0, float(np.sum(together**2)) / max(alone, 1e-30))
 
 
 def _jacobian(
-    motion: Motion, regressor: FloatArray, state: _State, j: int, free: BoolArray, rest: FloatArray
-) -> FloatArray:
-    """(n, f) derivatives of joint j's torque by the free unknowns, friction and offset projected out, weighted."""
-    joints = motion.effort.shape[1]
-    p = state.inertials.size
-    torque = motion.effort[:, j] / state.gain[j]
-    smooth = torque - rest[:, j]
-    extra = np.zeros((motion.count, 2 * joints))
-    extra[:, j] = motion.acceleration[:, j]
-    extra[:, joints + j] = smooth / state.gain[j]
-    full = np.concatenate([regressor[:, j], extra], axis=1)[:, free]
-    assert full.shape[1] == int(free.sum()) and free.size == p + 2 * joints
-    root = np.sqrt(state.weight[:, j]) / state.sigma[j]
-    basis, _ = np.linalg.qr(_columns(motion, j) * root[:, None])
-    weighted = full * root[:, None]
-    return np.asarray(weighted - basis @ (basis.T @ weighted))
+    terms: Terms, state: _State, j: int, free: BoolArray, rest: FloatArray, root: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Which free unknowns joint j feels, and (n, f_j) weighted derivatives of its torque by them."""
+    p, joints = state.inertials.size, state.armature.size
+    parts, unknown = [terms.columns[j]], [terms.index[j]]
+    if free[p + j]:
+        parts.append(terms.motion.acceleration[:, j, None])
+        unknown.append(np.array([p + j]))
+    if free[p + joints + j]:
+        smooth = terms.motion.effort[:, j] / state.gain[j] - rest
+        parts.append((smooth / state.gain[j])[:, None])
+        unknown.append(np.array([p + joints + j]))
+    place = (np.cumsum(free) - 1)[np.concatenate(unknown)]
+    return np.asarray(place, dtype=np.int64), np.concatenate(parts, axis=1) * root[:, None]
 
 
-def _normal(motion: Motion, regressor: FloatArray, state: _State, free: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Gradient (f,) and data part of the precision matrix (f, f)."""
-    rest = _left(motion, regressor, state)
+def _normal(terms: Terms, state: _State, free: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient (f,) and data part of the precision matrix (f, f), friction and offset projected out."""
+    rest = _left(terms, state)
     size = int(free.sum())
     gradient, data = np.zeros(size), np.zeros((size, size))
-    for j in range(rest.shape[1]):
-        if state.weight[:, j].any():
-            jac = _jacobian(motion, regressor, state, j, free, rest)
-            gradient += jac.T @ (rest[:, j] * np.sqrt(state.weight[:, j]) / state.sigma[j])
-            data += jac.T @ jac
+    for j in _weighed(state):
+        root = np.sqrt(state.weight[:, j]) / state.sigma[j]
+        place, columns = _jacobian(terms, state, j, free, rest[:, j], root)
+        basis, _ = np.linalg.qr(terms.nuisance[j] * root[:, None])
+        shared = basis.T @ columns
+        target = rest[:, j] * root
+        gradient[place] += columns.T @ (target - basis @ (basis.T @ target))
+        data[np.ix_(place, place)] += columns.T @ columns - shared.T @ shared
     return gradient, data
 
 
-def _finish(motion: Motion, regressor: FloatArray, state: _State, free: BoolArray, precision: FloatArray) -> Solution:
-    """Covariance: H^-1 (sum of cluster scores squared + prior) H^-1, and the share that the data give."""
-    rest = _left(motion, regressor, state)
-    size, clusters = int(free.sum()), int(motion.cluster.max()) + 1
-    data, scores = np.zeros((size, size)), np.zeros((clusters, size))
-    nuisance_sd = np.zeros_like(state.nuisance)
-    for j in range(rest.shape[1]):
-        if not state.weight[:, j].any():
-            continue
-        root = np.sqrt(state.weight[:, j]) / state.sigma[j]
-        jac = _jacobian(motion, regressor, state, j, free, rest)
-        data += jac.T @ jac
-        np.add.at(scores, motion.cluster, jac * (rest[:, j] * root)[:, None])
-        nuisance_sd[j] = _clustered_sd(_columns(motion, j) * root[:, None], rest[:, j] * root, motion)
-    hessian = data + np.diag(precision[free])
-    inverse = np.linalg.pinv(hessian, hermitian=True)
-    small = clusters / max(1, clusters - 1)
-    covariance = inverse @ (small * scores.T @ scores + np.diag(precision[free])) @ inverse
-    information = np.diag(inverse @ data) if size else np.zeros(0)
+def _finish(terms: Terms, state: _State, free: BoolArray, precision: FloatArray) -> Solution:
+    _, data = _normal(terms, state, free)
     return Solution(
-        state.inertials,
-        state.armature,
-        state.gain,
-        state.nuisance,
-        covariance,
-        np.asarray(information),
-        free,
-        state.sigma,
-        hessian,
-        nuisance_sd,
+        inertials=state.inertials,
+        armature=state.armature,
+        gain=state.gain,
+        nuisance=state.nuisance,
+        free=free,
+        sigma=state.sigma,
+        hessian=data + np.diag(precision[free]),
     )
-
-
-def _clustered_sd(columns: FloatArray, rest: FloatArray, motion: Motion) -> FloatArray:
-    inverse = np.linalg.pinv(columns.T @ columns, hermitian=True)
-    scores = np.zeros((int(motion.cluster.max()) + 1, columns.shape[1]))
-    np.add.at(scores, motion.cluster, columns * rest[:, None])
-    out: FloatArray = np.sqrt(np.diag(inverse @ scores.T @ scores @ inverse))
-    return out

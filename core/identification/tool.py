@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.problem import Solution
+from collaudit.core.identification.problem import Errors, Solution
 from collaudit.core.result_identification import Bounds, IdentifiedTool
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray
@@ -24,7 +24,9 @@ def point_mass_inertia(before: FloatArray, after: FloatArray) -> FloatArray:
     return out
 
 
-def identified_tool(robot: RobotModel, config: Config, before: FloatArray, solution: Solution) -> IdentifiedTool:
+def identified_tool(
+    robot: RobotModel, config: Config, before: FloatArray, solution: Solution, errors: Errors
+) -> IdentifiedTool:
     """Mass and centre of what the tool's body carries: the described tool and what was found on top.
 
     A tool and the body it is fixed to move as one: what that body's description lacks is taken for the tool.
@@ -34,6 +36,7 @@ def identified_tool(robot: RobotModel, config: Config, before: FloatArray, solut
         config: says the tool's frame and the described tool.
         before: (p,) inertials before.
         solution: inertials after.
+        errors: how well they are known.
     """
     assert robot.bodies is not None
     frame = config.robot.tool.frame or robot.bodies.frame_names[-1]
@@ -45,7 +48,7 @@ def identified_tool(robot: RobotModel, config: Config, before: FloatArray, solut
     total = known + float(solution.inertials[k] - before[k])
     moment = known * at + solution.inertials[k + 1 : k + 4] - before[k + 1 : k + 4]
     in_frame = turn.T @ (moment - total * place)
-    covariance = _covariance(solution, k)
+    covariance = _covariance(solution, errors, k)
     # d(moment in frame) = R^T (dh - dm p)
     jacobian = np.column_stack([-turn.T @ place, turn.T])
     sd = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
@@ -61,8 +64,8 @@ def identified_tool(robot: RobotModel, config: Config, before: FloatArray, solut
     )
 
 
-def _covariance(solution: Solution, k: int) -> FloatArray:
+def _covariance(solution: Solution, errors: Errors, k: int) -> FloatArray:
     """(4, 4) covariance of mass and first moments of one body."""
     place = np.cumsum(solution.free) - 1
     wanted = [int(place[k + i]) for i in range(4)]
-    return np.asarray(solution.covariance[np.ix_(wanted, wanted)])
+    return np.asarray(errors.covariance[np.ix_(wanted, wanted)])

@@ -1,0 +1,100 @@
+"""How long everything ``fit`` identifies takes on an hour of seven joints at 500 Hz: ``python identification_hour.py``.
+
+Prints each stage's seconds, and what thinning the samples costs: standard errors of what was identified with
+``max_samples`` as it is and five times as large. Linear algebra runs on one thread, as in the command.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.fitting import fit_joints
+from collaudit.core.identification.apply import with_identified
+from collaudit.core.identification.channels import audit_channels
+from collaudit.core.identification.identify import identify
+from collaudit.core.identification.trends import trend_findings
+from collaudit.core.prepare import prepare
+from collaudit.core.result_identification import Identified
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.series import JointLog, LogSource
+from collaudit.fixtures.robots import robot_named
+
+T = TypeVar("T")
+
+
+def hour(robot: RobotModel, seconds: float = 3600.0) -> JointLog:
+    """Smooth motion of all joints, friction and noise: 1.8 million samples."""
+    t = np.arange(0, seconds, 0.002)
+    rng = np.random.default_rng(0)
+    q, v, a = (np.zeros((t.size, 7)) for _ in range(3))
+    for j in range(7):
+        for w in (0.4 + 0.07 * j, 1.1 + 0.11 * j):
+            size, p = 0.5 / (1 + w), rng.uniform(0, 6)
+            q[:, j] += size * np.sin(w * t + p)
+            v[:, j] += size * w * np.cos(w * t + p)
+            a[:, j] -= size * w * w * np.sin(w * t + p)
+    effort = robot.inverse_dynamics(q, v, a) + 3 * np.sign(v) + 2 * v + 0.3 * rng.standard_normal(v.shape)
+    source = LogSource("hour", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, robot.joint_names, q, v, effort, "Nm", None, source)
+
+
+def staged(log: JointLog, robot: RobotModel, config: Config) -> tuple[dict[str, float], Identified]:
+    """Seconds of each stage of ``fit`` after the log is read, and what was identified."""
+    took: dict[str, float] = {}
+
+    def timed(name: str, work: Callable[[], T]) -> T:
+        start = time.perf_counter()
+        out = work()
+        took[name] = time.perf_counter() - start
+        return out
+
+    prepared = timed("conditioning, model torque", lambda: prepare(log, robot, config))
+    found = timed("gains, inertials, tool", lambda: identify([prepared], config))
+    assert found is not None
+    seen = timed("model torque as identified", lambda: with_identified(prepared, found))
+    fits = timed("friction", lambda: fit_joints([seen], config))
+    assert all(fit.model for fit in fits.values())
+    timed("audit of channels", lambda: audit_channels(prepared, config))
+    timed("warm-up, ripple, load", lambda: trend_findings(seen, fits))
+    return took, found
+
+
+def growth(few: Identified, many: Identified) -> tuple[float, float]:
+    """Median and largest ratio of the intervals of base parameters that the data determine."""
+    wide = {b.name: (b.ci95[1] or 0.0) - (b.ci95[0] or 0.0) for b in many.base_parameters}
+    ratio = [((b.ci95[1] or 0.0) - (b.ci95[0] or 0.0)) / wide[b.name] for b in few.base_parameters if b.from_data > 0.5]
+    return float(np.median(ratio)), float(np.max(ratio))
+
+
+def main() -> None:
+    """Print the stages, then the loss; with ``--json`` as last line a dictionary of them."""
+    arm = robot_named("seven").model()
+    config = Config.model_validate({"fit": {"estimate": ["friction", "gain", "inertials", "tool"]}})
+    log = hour(arm)
+    took, found = staged(log, arm, config)
+    for name, seconds in took.items():
+        print(f"{name:28} {seconds:6.1f} s")
+    print(f"{'in all':28} {sum(took.values()):6.1f} s")
+    print(found.loss)
+    more = config.model_copy(update={"fit": config.fit.model_copy(update={"max_samples": 5 * config.fit.max_samples})})
+    median, most = growth(found, identify([prepare(log, arm, more)], more) or found)
+    print(
+        f"against five times the samples, intervals are wider by {100 * (median - 1):.0f} % (at most {most:.2f} times)"
+    )
+    if "--json" in sys.argv:
+        print(json.dumps({**took, "loss": median}))
+
+
+if __name__ == "__main__":
+    main()

@@ -16,7 +16,7 @@ from collaudit.core.friction.units import FrictionUnits
 from collaudit.core.identification.motion_points import motion_points
 from collaudit.core.prepare import Prepared
 from collaudit.core.result import FrictionFit, FrictionPoint
-from collaudit.core.sections import find_sections
+from collaudit.core.sections import SectionSet, find_sections
 from collaudit.core.series import FloatArray, UniformSeries
 
 
@@ -35,12 +35,20 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
     for log in prepared:
         found = find_sections(log.series, config.sections)
         for joint in log.judged:
-            sections = found.of(joint)
-            counts[joint] += len(sections)
+            counts[joint] += len(found.of(joint))
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
-            model = _model_in_effort_unit(log, joint)
-            points.setdefault(joint, []).extend(friction_points(log.series, sections, model, config.friction))
+            points.setdefault(joint, []).extend(_section_points(log, found, joint, config))
     return {joint: _fit_joint(joint, its, prepared, config, counts, rejected) for joint, its in points.items()}
+
+
+def joint_points(log: Prepared, config: Config) -> dict[str, tuple[FrictionPoint, ...]]:
+    """Friction points of every judged joint of one log, from its constant-velocity sections."""
+    found = find_sections(log.series, config.sections)
+    return {joint: _section_points(log, found, joint, config) for joint in log.judged}
+
+
+def _section_points(log: Prepared, found: SectionSet, joint: str, config: Config) -> tuple[FrictionPoint, ...]:
+    return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
 
 
 def _fit_joint(

@@ -117,10 +117,11 @@ def _split(
     lost: list[tuple[Span, str]] = []
     for start, stop in plateaus:
         whole = Span(span.start + start, span.start + stop)
-        inner = Span(whole.start + settle, whole.stop - settle)
-        if len(inner) < least:
+        if len(whole) < least + 2 * settle:
             lost.append((whole, "too short after settling"))
-        elif series.effort is None or not np.isfinite(series.effort[inner.slice, j]).all():
+            continue
+        inner = Span(whole.start + settle, whole.stop - settle)
+        if series.effort is None or not np.isfinite(series.effort[inner.slice, j]).all():
             lost.append((whole, "effort missing"))
         elif series.saturated[inner.slice, j].any():
             lost.append((whole, "effort saturated"))

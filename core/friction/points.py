@@ -14,6 +14,9 @@ from collaudit.core.series import FloatArray, UniformSeries
 
 _MIN_OVERLAP = 0.5  # share of the shorter section's stroke that both directions must cover
 _MIN_BLOCKS = 3
+#: Effort and position are of one moment only to half a sample either way: standard deviation, in samples. What gravity
+#: changes in that time has the sign of the motion, as friction has.
+_SIMULTANEOUS = 12.0**-0.5
 _BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error
 
 
@@ -115,19 +118,29 @@ def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint | N
     edges = np.linspace(pair.low_rad, pair.high_rad, min(_BLOCKS, max(_MIN_BLOCKS, shorter // 3)) + 1)
     plus, speed_plus = _by_position(series, pair.plus, j, edges)
     minus, speed_minus = _by_position(series, pair.minus, j, edges)
-    friction = 0.5 * (plus - minus)
-    friction = friction[np.isfinite(friction)]
+    friction, gravity = 0.5 * (plus - minus), 0.5 * (plus + minus)
+    known = np.isfinite(friction)
+    friction = friction[known]
     if friction.size < _MIN_BLOCKS:
         return None
+    speed = 0.5 * (speed_plus + speed_minus)
+    slope = _slope((0.5 * (edges[1:] + edges[:-1]))[known], gravity[known])
+    timing = slope * speed * _SIMULTANEOUS * series.period_s
     return FrictionPoint(
-        speed_rad_s=0.5 * (speed_plus + speed_minus),
+        speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(friction),
-        se_nm=_sd(friction) / float(np.sqrt(friction.size)),
+        se_nm=float(np.hypot(_sd(friction) / np.sqrt(friction.size), timing)),
         source="pair",
         direction=0,
         others_moving=False,
     )
+
+
+def _slope(x: FloatArray, y: FloatArray) -> float:
+    """Slope of a straight line."""
+    x = x - x.mean()
+    return float(x @ y) / float(x @ x)
 
 
 def _by_position(series: UniformSeries, section: Section, j: int, edges: FloatArray) -> tuple[FloatArray, float]:

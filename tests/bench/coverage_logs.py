@@ -1,0 +1,67 @@
+"""Simulated logs in memory for campaigns of many seeds: the motion is integrated once, the sensors differ by seed.
+
+The plant of an experiment without force control has nothing random in it, so that all seeds of ``friction`` share one
+motion; what a seed changes (noise, drift, ripple, stamps) is added to it as ``collaudit simulate`` does.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.series import JointLog, LogSource
+from collaudit.fixtures.experiments import Experiment
+from collaudit.fixtures.plant import Trace
+from collaudit.fixtures.robots import FixtureRobot
+from collaudit.fixtures.run import carry_out
+from collaudit.fixtures.sensors import record
+
+
+def streams(scenario: str, seed: int) -> list[np.random.Generator]:
+    """The random streams of ``collaudit simulate``: plan, control, sensors, robot file, faults."""
+    seeds = np.random.SeedSequence([seed, zlib.crc32(scenario.encode())]).spawn(5)
+    return [np.random.default_rng(s) for s in seeds]
+
+
+def motion(experiment: Experiment, arm: FixtureRobot, model: RobotModel, kept: Path | None) -> Trace:
+    """The true motion of an experiment, from ``kept`` when it is there."""
+    fields = tuple(Trace.__dataclass_fields__)
+    if kept is not None and kept.exists():
+        with np.load(kept) as stored:
+            return Trace(**{name: stored[name] for name in fields})
+    trace = carry_out(experiment, arm, model, np.random.default_rng(0)).trace
+    if kept is not None:
+        np.savez(kept, **{name: getattr(trace, name) for name in fields})
+    return trace
+
+
+def logged(trace: Trace, arm: FixtureRobot, model: RobotModel, rng: np.random.Generator, raw: bool = False) -> JointLog:
+    """What a log of the motion holds once its units are understood; without the wrist sensor, which takes long.
+
+    Args:
+        trace: the true motion.
+        arm, model: whose it is.
+        rng: of the sensors.
+        raw: leave the effort in the log's own unit and sign.
+    """
+    recording = record(trace, arm, replace(model, tool=None), rng)
+    joints = recording.publishers[0]
+    back = [joints.names.index(name) for name in arm.log.names]
+    angle = np.pi / 180.0 if arm.log.degrees else 1.0
+    scale = np.array(arm.log.effort_sign, dtype=float) * np.array(arm.log.torque_constant_nm_per_a or 1.0)
+    time_s = (joints.stamp_ns - joints.stamp_ns[0]) * 1e-9
+    log = JointLog(
+        time_s,
+        arm.joints,
+        angle * joints.position[:, back],
+        angle * joints.velocity[:, back],
+        joints.effort[:, back] * scale,
+        "Nm",
+        None,
+        LogSource("simulated", "0" * 64, "test", None, "column", "/joint_states"),
+    )
+    return replace(log, effort=joints.effort[:, back], effort_unit="raw") if raw else log

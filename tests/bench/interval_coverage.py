@@ -1,0 +1,135 @@
+"""How often 95 % intervals hold the truth on simulated logs: ``python interval_coverage.py CACHE [SEEDS] [DOCS]``.
+
+CACHE is a folder for the simulated motions and for what was read off each seed's log, so that fitting again is cheap.
+SEEDS (200) is their number for each arm. DOCS is the page whose tables between ``<!-- name -->`` marks are replaced.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import asdict
+from json import dumps, loads
+from pathlib import Path
+
+import numpy as np
+from coverage_logs import logged, motion, streams
+
+from collaudit.core.config.schema import Config
+from collaudit.core.fitting import joint_points
+from collaudit.core.friction.fit import fit_friction
+from collaudit.core.friction.units import FrictionUnits
+from collaudit.core.prepare import prepare
+from collaudit.core.result import FrictionFit, FrictionPoint
+from collaudit.fixtures.lugre import LuGre
+from collaudit.fixtures.robots import robot_named
+from collaudit.fixtures.simulate import plan
+
+ROBOTS = ("paper6", "seven")
+UNITS = FrictionUnits.of("revolute", "Nm")
+
+
+def points_of(cache: Path, robot: str, seeds: int) -> Iterator[dict[str, list[FrictionPoint]]]:
+    """Friction points of each joint, seed after seed."""
+    arm = robot_named(robot)
+    model = arm.model()
+    trace = None
+    for seed in range(1, seeds + 1):
+        kept = cache / f"{robot}-friction-{seed}.json"
+        if not kept.exists():
+            rngs = streams("friction", seed)
+            if trace is None:
+                trace = motion(plan("friction", arm, model, rngs[0]), arm, model, cache / f"{robot}-friction.npz")
+            prepared = prepare(logged(trace, arm, model, rngs[2]), model, Config())
+            found = {joint: [asdict(p) for p in its] for joint, its in joint_points(prepared, Config()).items()}
+            kept.write_text(dumps(found), encoding="utf-8")
+        stored = loads(kept.read_text(encoding="utf-8"))
+        yield {joint: [FrictionPoint(**p) for p in its] for joint, its in stored.items()}
+
+
+def truth(joint: LuGre) -> tuple[str, dict[str, float]]:
+    """The law a joint's mean over both directions follows, and its parameters."""
+    ahead, back = joint.forward, joint.backward
+    fc, fs, viscous = (
+        0.5 * (getattr(ahead, name) + getattr(back, name))
+        for name in ("coulomb_nm", "stiction_nm", "viscous_nm_s_per_rad")
+    )
+    vs = ahead.stribeck_rad_s
+    if joint.exponent == 2:
+        return "stribeck-gauss", {"Fc": fc, "Fs": fs, "vs": vs, "sigma2": viscous}
+    return "static-lugre", {"A": fc, "B": fs - fc, "C": 1.0 / vs, "D": viscous}
+
+
+class Tally:
+    """Intervals that held the truth, that were closed, and that were asked for."""
+
+    def __init__(self) -> None:
+        self.held = self.closed = self.asked = 0
+        self.error: list[float] = []
+        self.half: list[float] = []
+
+    def add(self, fit: FrictionFit, symbol: str, value: float) -> None:
+        """Count one parameter of one fit."""
+        self.asked += 1
+        bounds = fit.ci95.get(UNITS.key(symbol))
+        if fit.identifiable and bounds is not None and bounds[0] is not None and bounds[1] is not None:
+            self.closed += 1
+            self.held += bounds[0] <= value <= bounds[1]
+            self.error.append(fit.parameters[UNITS.key(symbol)] - value)
+            self.half.append(0.5 * (bounds[1] - bounds[0]))
+
+    @property
+    def coverage(self) -> float:
+        """Share of the closed intervals that held the truth."""
+        return self.held / self.closed if self.closed else float("nan")
+
+    def row(self) -> str:
+        """Coverage, how many intervals were closed, median half width, root mean square error."""
+        if not self.closed:
+            return "– | 0 % | – | –"
+        rms = float(np.sqrt(np.mean(np.square(self.error))))
+        share = 100 * self.closed / self.asked
+        return f"{100 * self.coverage:.1f} % | {share:.0f} % | {np.median(self.half):.3g} | {rms:.3g}"
+
+
+def friction(cache: Path, seeds: int) -> Iterator[str]:
+    """Each joint's own law fitted to the ``friction`` scenario."""
+    yield "| arm, joint | law | parameter | truth | held the truth | interval closed | half width | RMS error |"
+    yield "|---|---|---|---|---|---|---|---|"
+    total: dict[str, Tally] = defaultdict(Tally)
+    for robot in ROBOTS:
+        arm = robot_named(robot)
+        tallies: dict[tuple[str, str], Tally] = defaultdict(Tally)
+        for points in points_of(cache, robot, seeds):
+            for joint, dynamics in zip(arm.joints, arm.friction, strict=True):
+                law, values = truth(dynamics)
+                fit = fit_friction(points[joint], UNITS, law)
+                for symbol, value in values.items():
+                    tallies[joint, symbol].add(fit, symbol, value)
+                    total[symbol].add(fit, symbol, value)
+        for joint, dynamics in zip(arm.joints, arm.friction, strict=True):
+            law, values = truth(dynamics)
+            for symbol, value in values.items():
+                yield f"| {robot}, {joint} | {law} | {symbol} | {value:.4g} | {tallies[joint, symbol].row()} |"
+    for symbol, tally in total.items():
+        yield f"| all | | {symbol} | | {100 * tally.coverage:.1f} % | {100 * tally.closed / tally.asked:.0f} % | | |"
+
+
+def main(cache: Path, seeds: int, docs: Path | None) -> None:
+    """Print the table; put it into the page when one is given."""
+    cache.mkdir(parents=True, exist_ok=True)
+    lines = list(friction(cache, seeds))
+    print("\n".join(lines))
+    if docs is not None:
+        before, rest = docs.read_text(encoding="utf-8").split("<!-- coverage-friction -->\n")
+        after = rest[rest.index("<!-- /coverage-friction -->") :]
+        docs.write_text(before + "<!-- coverage-friction -->\n" + "\n".join(lines) + "\n" + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(
+        Path(sys.argv[1]),
+        int(sys.argv[2]) if len(sys.argv) > 2 else 200,
+        Path(sys.argv[3]) if len(sys.argv) > 3 else None,
+    )

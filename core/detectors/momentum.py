@@ -15,6 +15,8 @@ from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray
 
 _STEP_S = 1e-4
+#: Samples at a time: what is passed on stays in the cache.
+_BLOCK = 16384
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,14 +33,13 @@ def momentum_terms(robot: RobotModel, q: FloatArray, v: FloatArray) -> MomentumT
     Raises:
         NotJudgedError: the model has no inertials.
     """
-    still = np.zeros_like(v)
-    p = _mass_times(robot, q, v)
-    change = (_mass_times(robot, q + _STEP_S * v, v) - _mass_times(robot, q - _STEP_S * v, v)) / (2.0 * _STEP_S)
-    return MomentumTerms(p, change - robot.inverse_dynamics(q, v, still))
-
-
-def _mass_times(robot: RobotModel, q: FloatArray, w: FloatArray) -> FloatArray:
-    """M(q) w: inverse dynamics at rest less gravity."""
-    still = np.zeros_like(w)
-    out: FloatArray = robot.inverse_dynamics(q, still, w) - robot.inverse_dynamics(q, still, still)
+    light = robot.weightless()
+    out = MomentumTerms(np.empty_like(v), np.empty_like(v))
+    for start in range(0, v.shape[0], _BLOCK):
+        block = slice(start, start + _BLOCK)
+        at, speed = q[block], v[block]
+        still, step = np.zeros_like(speed), _STEP_S * speed
+        change = light.inverse_dynamics(at + step, still, speed) - light.inverse_dynamics(at - step, still, speed)
+        out.momentum[block] = light.inverse_dynamics(at, still, speed)
+        out.rest_nm[block] = change / (2.0 * _STEP_S) - robot.inverse_dynamics(at, speed, still)
     return out

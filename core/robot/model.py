@@ -91,6 +91,12 @@ class RigidBodies:
         """Gravity in base axes, (3,) m/s²."""
         self._model.gravity.linear = gravity_m_s2
 
+    def weightless(self) -> RigidBodies:
+        """A copy without gravity."""
+        model = self._model.copy()
+        model.gravity.linear = np.zeros(3)
+        return RigidBodies(model)
+
     def set_armature(self, armature: FloatArray) -> None:
         """Reflected rotor inertia (j,), kg·m² or kg; Pinocchio adds it to the diagonal of the mass matrix."""
         self._model.armature = armature

@@ -93,6 +93,10 @@ class RobotModel:
         still = np.zeros_like(q)
         return self.inverse_dynamics(q, still, still)
 
+    def weightless(self) -> RobotModel:
+        """The same arm without gravity: its inverse dynamics at rest are M(q) a."""
+        return replace(self, bodies=self._with_inertials().weightless())
+
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
 

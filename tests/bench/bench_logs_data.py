@@ -53,12 +53,18 @@ def _objects(store: Any) -> tuple[Any, Any]:
     return joints, types[WRENCH](header=header, wrench=wrench)
 
 
-def messages(minutes: float, encoding: str) -> Iterator[tuple[str, int, bytes]]:
-    """(topic, log time, bytes): one serialised template of each type, its stamp and numbers filled in."""
+Made = tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]
+
+
+def messages(minutes: float, encoding: str, made: Made | None = None) -> Iterator[tuple[str, int, bytes]]:
+    """(topic, log time, bytes): one serialised template of each type, its stamp and numbers filled in.
+
+    ``made`` takes the place of :func:`signals`.
+    """
     store = ROS1 if encoding == "ros1" else ROS2
     write: Callable[..., Any] = store.serialize_ros1 if encoding == "ros1" else store.serialize_cdr
     templates = [bytearray(write(o, k)) for o, k in zip(_objects(store), (JOINT_STATE, WRENCH), strict=True)]
-    joints, wrench = signals(minutes)
+    joints, wrench = signals(minutes) if made is None else made
     stamp_at = 4
     rng = np.random.default_rng(5)
     jitter = rng.integers(0, 100_000, joints.shape[0])
@@ -87,11 +93,14 @@ def mcap_log(minutes: float, compression: CompressionType, *, chunked: bool = Tr
     label = compression.name.lower() if chunked else "unchunked"
     path = cache_dir() / f"log-{minutes:g}min-{label}.mcap"
     if not path.exists():
-        _write(path, lambda part: _mcap(part, minutes, compression, chunked))
+        written(path, lambda part: mcap_file(part, messages(minutes, "cdr"), compression, chunked=chunked))
     return path
 
 
-def _mcap(path: Path, minutes: float, compression: CompressionType, chunked: bool) -> None:
+def mcap_file(
+    path: Path, its: Iterator[tuple[str, int, bytes]], compression: CompressionType, *, chunked: bool = True
+) -> None:
+    """Write messages in CDR into an MCAP."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=compression, use_chunking=chunked, index_types=IndexType.ALL)
         writer.start(profile="ros2")
@@ -101,7 +110,7 @@ def _mcap(path: Path, minutes: float, compression: CompressionType, chunked: boo
             channels[topic] = writer.register_channel(
                 topic, "cdr", writer.register_schema(kind, "ros2msg", text.encode())
             )
-        for topic, log_ns, data in messages(minutes, "cdr"):
+        for topic, log_ns, data in its:
             writer.add_message(channels[topic], log_ns, data, log_ns)
         writer.finish()
 
@@ -110,7 +119,7 @@ def bag_log(minutes: float, compression: str) -> Path:
     """A ROS 1 bag of so many minutes; ``compression`` is "", ``LZ4`` or ``BZ2``."""
     path = cache_dir() / f"log-{minutes:g}min-{compression.lower() or 'none'}.bag"
     if not path.exists():
-        _write(path, lambda part: _bag(part, minutes, compression))
+        written(path, lambda part: _bag(part, minutes, compression))
     return path
 
 
@@ -128,7 +137,7 @@ def db3_log(minutes: float) -> Path:
     """A ROS 2 bag folder with sqlite3 storage of so many minutes."""
     path = cache_dir() / f"log-{minutes:g}min-db3"
     if not path.exists():
-        _write(path, lambda part: _db3(part, minutes))
+        written(path, lambda part: _db3(part, minutes))
     return path
 
 
@@ -143,7 +152,7 @@ def csv_log(minutes: float) -> Path:
     """A CSV of 28 columns: time, position, velocity, effort, wrench."""
     path = cache_dir() / f"log-{minutes:g}min.csv"
     if not path.exists():
-        _write(path, lambda part: _csv(part, minutes))
+        written(path, lambda part: _csv(part, minutes))
     return path
 
 
@@ -159,7 +168,7 @@ def _csv(path: Path, minutes: float) -> None:
     frame.to_csv(path, index=False)
 
 
-def _write(path: Path, make: Callable[[Path], None]) -> None:
+def written(path: Path, make: Callable[[Path], None]) -> None:
     """Write beside and move into place, so that an interrupted run leaves nothing half-written behind."""
     part = path.with_name(f"part-{os.getpid()}-{path.name}")
     make(part)

@@ -1,0 +1,115 @@
+"""An hour of log to residuals and events, beside the straightforward script and beside the limit.
+
+The script is measured on its first minutes (``COLLAUDIT_BENCH_SCRIPT_MINUTES``, 2 when absent) and scaled linearly to
+the hour: it is one loop after the other over samples. ``COLLAUDIT_BENCH_DETECT_MINUTES`` sets the length of ours (60).
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import detection_hour as hour
+import detection_script as script
+from test_logs_bench import bare_decompression, say
+
+from collaudit.core.config import load_config
+from collaudit.core.evaluate import Evaluation, Grounds, evaluate
+from collaudit.core.fitting import friction_laws
+from collaudit.core.logs import read_log
+from collaudit.core.prepare import Prepared, judged_series, prepare
+from collaudit.core.robot import load_robot
+from collaudit.core.rule import make_rule
+from collaudit.core.signals import State
+from collaudit.reports.files import read_friction
+
+pytestmark = pytest.mark.bench
+
+MINUTES = float(os.environ.get("COLLAUDIT_BENCH_DETECT_MINUTES", "60"))
+SCRIPT_MINUTES = float(os.environ.get("COLLAUDIT_BENCH_SCRIPT_MINUTES", "2"))
+FASTER, HOUR_S = 50.0, 10.0
+
+
+def ours(path: Path, causal: bool) -> tuple[Prepared, Evaluation, dict[str, float]]:
+    """From a log to residuals and events, as ``collaudit detect`` does it; seconds by stage."""
+    marks = [time.perf_counter()]
+    loaded = load_config(path.with_suffix(".toml"), {"detect.causal": causal})
+    log = read_log((path,), loaded.config.log, robot_joints=hour.JOINTS)
+    marks.append(time.perf_counter())
+    prepared = prepare(log, load_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
+    marks.append(time.perf_counter())
+    series = judged_series(prepared)
+    laws, _ = friction_laws(read_friction(path.with_suffix(".friction.json")).joints, series)
+    rule, watch, _ = make_rule(series, prepared.phases, loaded.config)
+    found = evaluate(prepared, Grounds(laws, frozenset(), rule, watch), loaded.config)
+    marks.append(time.perf_counter())
+    stages = ("read", "condition, dynamics, wrench", "observer, friction, rule")
+    return prepared, found, dict(zip(stages, np.diff(marks), strict=True))
+
+
+def limit(path: Path, prepared: Prepared) -> dict[str, float]:
+    """Decompression in one thread and batched inverse dynamics, and nothing else."""
+    series = prepared.series
+    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+    start = time.perf_counter()
+    prepared.robot.inverse_dynamics(*motion)
+    return {"decompression": bare_decompression(path), "batched RNEA": time.perf_counter() - start}
+
+
+def assert_equal(prepared: Prepared, found: Evaluation, outcome: script.Outcome) -> None:
+    """Residuals where ours is evidence on its own, and every alarm."""
+    judged = found.judgement.state == State.JUDGED
+    assert judged.mean() > 0.9
+    difference = np.abs(found.residual.torque_nm - outcome.residual_nm)[judged]
+    say("results", largest_difference_nm=float(difference.max()), alarms=len(outcome.alarms))
+    assert difference.max() < 1e-4
+    time_s, names = prepared.series.time_s, prepared.series.joint_names
+    theirs = sorted((float(time_s[k]), names[joint]) for joint, k in outcome.alarms)
+    assert [(c.detected_s, c.joint) for c in found.judgement.collisions] == theirs
+    assert len(theirs) == len(hour.pushes(prepared.series.velocity_rad_s))
+
+
+def total(name: str, seconds: dict[str, float]) -> float:
+    say(name, **seconds, total=sum(seconds.values()))
+    return sum(seconds.values())
+
+
+def best(path: Path, causal: bool) -> tuple[Prepared, Evaluation, dict[str, float]]:
+    """The faster of two runs: the first one also imports and warms the file cache."""
+    runs: list[Any] = [ours(path, causal) for _ in range(2)]
+    return min(runs, key=lambda run: sum(run[2].values()))
+
+
+@pytest.mark.parametrize("causal", [False, True], ids=["after the fact", "causal"])
+def test_an_hour_to_events(causal: bool) -> None:
+    short, path = hour.hour_log(SCRIPT_MINUTES), hour.hour_log(MINUTES)
+    outcome = script.run(short, causal)
+    prepared, found, _ = ours(short, causal)
+    assert_equal(prepared, found, outcome)
+    scale = MINUTES / SCRIPT_MINUTES
+    theirs_s = total(f"script, scaled by {scale:g}", {k: scale * s for k, s in outcome.seconds.items()})
+    prepared, _, stages = best(path, causal)
+    ours_s = total("collaudit", stages)
+    limit_s = total("limit", limit(path, prepared))
+    say("ratios", times_faster=theirs_s / ours_s, bar=FASTER, over_the_limit=ours_s / limit_s)
+    assert theirs_s / ours_s >= FASTER
+    assert ours_s <= HOUR_S * MINUTES / 60.0
+
+
+def test_the_whole_command(tmp_path: Path) -> None:
+    """``collaudit detect`` as a user runs it: start-up, findings, contacts, recommendation, run folder."""
+    path = hour.hour_log(MINUTES)
+    start = time.perf_counter()
+    config, program = str(path.with_suffix(".toml")), "from collaudit.cli.main import main; main()"
+    command = [sys.executable, "-c", program, "detect", str(path), "-c", config, "-o", str(tmp_path / "run")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1, done.stderr
+    say("the whole command", seconds=time.perf_counter() - start)

@@ -14,8 +14,8 @@ from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray
 
 MARGIN = 1.25
-#: Hours of motion of a joint between two false alarms that a recommendation aims at.
-TARGET_H = 100.0
+#: Hours of motion of a joint between two false alarms that a recommendation promises, at 95 % confidence.
+TARGET_H = 10.0
 _STEP_NM = 0.1
 _MIN_CLEAN_S = 10.0
 _ENOUGH_HOURS = 1.0
@@ -71,8 +71,9 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
     """Recommend gamma for one joint at a persistence, over all its logs.
 
     gamma is 1.25 x the largest level sustained for n samples in the clean data, or the level that the tail of the
-    sustained peaks reaches once in ``TARGET_H`` hours, whichever is higher, rounded up to 0.1 N·m. On the data it
-    rests on it gives no alarm; what that alone says about other data is the Poisson bound.
+    sustained peaks reaches once in ``TARGET_H`` hours (at 95 % confidence in its scale), whichever is higher, rounded
+    up to 0.1 N·m. On the data it rests on it gives no alarm; what that alone says about other data is the Poisson
+    bound.
 
     Args:
         data: residuals of one joint, one entry a log.

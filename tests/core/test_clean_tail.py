@@ -10,19 +10,30 @@ from collaudit.core.clean_tail import clean_tail
 from collaudit.core.recommend import TARGET_H, CleanResidual, recommend_rule, sustained_peaks
 
 
-def test_exponential_peaks_give_their_own_rate() -> None:
-    """Over seeds the logarithm of the estimated rate at a far level scatters around the truth as its error says."""
-    scale, hours, far = 0.4, 1.0, 4.0
-    true = 3600.0 * np.exp(-far / scale)  # peaks an hour above the far level
-    errors = []
-    for seed in range(200):
-        tail = clean_tail(np.random.default_rng(seed).exponential(scale, 3600), hours)
+def test_the_scale_of_exponential_peaks() -> None:
+    """Over seeds the estimated scale scatters around the truth as its error says, and its bound holds in 95 %."""
+    errors, held = [], 0
+    for seed in range(400):
+        tail = clean_tail(np.random.default_rng(seed).exponential(0.4, 3600), 1.0)
         assert tail is not None
-        assert tail.level_at(tail.rate_per_hour(far)) == pytest.approx(far)
-        expected_sd = (far - tail.level_nm) / tail.scale_nm / np.sqrt(tail.peaks)
-        errors.append((np.log(tail.rate_per_hour(far)) - np.log(true)) / expected_sd)
-    assert abs(np.mean(errors)) < 4 / np.sqrt(200)
-    assert 0.8 < np.std(errors) < 1.25
+        assert tail.rate_per_hour(tail.level_at(0.1)) == pytest.approx(0.1)
+        errors.append((tail.scale_nm / 0.4 - 1) * np.sqrt(tail.peaks))
+        held += tail.scale_upper95_nm >= 0.4
+    assert abs(np.mean(errors)) < 4 / np.sqrt(400)
+    assert 0.85 < np.std(errors) < 1.15
+    assert 0.91 <= held / 400 <= 0.985
+
+
+def test_the_level_holds_its_confidence() -> None:
+    """The level for a rate is passed no more often than that in 95 of 100 cases, from as few as 160 peaks."""
+    scale, hours, rate = 0.4, 160 / 3600, 0.1
+    needed = scale * np.log(3600 / rate)
+    held = 0
+    for seed in range(1000):
+        tail = clean_tail(np.random.default_rng(seed).exponential(scale, 160), hours)
+        assert tail is not None
+        held += tail.level_at(rate) >= needed
+    assert held >= 0.92 * 1000  # 95 %, three standard errors, and the scatter of the level it starts from
 
 
 def test_too_few_peaks_have_no_tail() -> None:

@@ -63,6 +63,8 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         source=log.source,
         findings=tuple(findings),
         raw_velocity_rad_s=frozen(raw_velocity),
+        labels=log.labels,
+        phases=log.phases,
     )
 
 

@@ -79,6 +79,24 @@ class WrenchSeries:
     topic: str
 
 
+@dataclass(frozen=True, slots=True)
+class LogLabel:
+    """What a log itself says about stretches of time: a controller's flag, a mark of a person, a phase.
+
+    Attributes:
+        name: of the flag, or the phase's value as text.
+        source: topic or column it came from.
+        intervals_s: (start, end) of the stretches in which it holds, seconds from the log's first joint sample, in
+            order; the end is the last stamp at which it held.
+        joint: the joint it speaks of, or None for the whole arm.
+    """
+
+    name: str
+    source: str
+    intervals_s: tuple[tuple[float, float], ...]
+    joint: str | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class JointLog:
     """Joint signals as recorded, in SI units, columns in ``joint_names`` order.
@@ -97,6 +115,8 @@ class JointLog:
         wrench: the wrist sensor, or None.
         source: provenance.
         findings: what reading the log showed.
+        labels: flags of the controller and marks of true events that the log holds.
+        phases: the phases that the log itself states, one label a value.
     """
 
     time_s: FloatArray
@@ -108,6 +128,8 @@ class JointLog:
     wrench: WrenchSeries | None
     source: LogSource
     findings: tuple[Finding, ...] = ()
+    labels: tuple[LogLabel, ...] = ()
+    phases: tuple[LogLabel, ...] = ()
 
     def __post_init__(self) -> None:
         n, j = self.time_s.shape[0], len(self.joint_names)
@@ -136,6 +158,7 @@ class UniformSeries:
         source: provenance of the log.
         findings: those of the log and those made here.
         raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept.
+        labels, phases: those of the log.
     """
 
     time_s: FloatArray
@@ -154,6 +177,8 @@ class UniformSeries:
     source: LogSource
     findings: tuple[Finding, ...] = ()
     raw_velocity_rad_s: FloatArray | None = None
+    labels: tuple[LogLabel, ...] = ()
+    phases: tuple[LogLabel, ...] = ()
 
     def column(self, joint: str) -> int:
         """Index of a joint's column."""

@@ -62,24 +62,29 @@ def audit(log: JointLog, cfg: Config, friction: FrictionFile | None) -> Audit:
     return audit_log(prepare(log, robot, cfg), cfg, friction, NOBODY)
 
 
-@pytest.fixture(scope="module")
-def friction() -> FrictionFile:
+def fitted(seed: int) -> FrictionFile:
     q, v = strokes(SPEEDS)
     a = np.gradient(v, PERIOD)
-    noise = np.random.default_rng(1).normal(0, 0.2, q.size)
+    noise = np.random.default_rng(seed).normal(0, 0.2, q.size)
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], (torque(q, v, a) + noise)[:, None])
     cfg = config()
     return fit_logs([prepare(log, load_robot(cfg.robot, Path(), log.joint_names), cfg)], cfg, NOBODY)
 
 
-def test_friction_is_found_within_its_intervals(friction: FrictionFile) -> None:
-    fit = friction.joints["joint1"]
-    assert fit.identifiable
-    assert fit.n_pairs == len(SPEEDS)
-    low_high = [fit.ci95[k] for k in fit.parameters]
-    assert (
-        sum(lo <= x <= hi for (lo, hi), x in zip(low_high, FRICTION, strict=True)) >= 3
-    )  # one draw of four 95 % intervals
+@pytest.fixture(scope="module")
+def friction() -> FrictionFile:
+    return fitted(1)
+
+
+def test_friction_is_found_within_its_intervals() -> None:
+    """Parameters of one draw err together: of twelve draws at 95 % three or fewer miss (1 in 400 otherwise)."""
+    inside = []
+    for seed in range(12):
+        fit = fitted(seed).joints["joint1"]
+        assert fit.identifiable
+        assert fit.n_pairs == len(SPEEDS)
+        inside += [lo <= x <= hi for (lo, hi), x in zip(fit.ci95.values(), FRICTION, strict=True)]
+    assert sum(inside) >= 0.75 * len(inside)
 
 
 def test_clean_motion_passes_with_a_residual_of_the_noise(friction: FrictionFile) -> None:

@@ -20,13 +20,14 @@ def undelayed(series: UniformSeries, config: LogConfig) -> UniformSeries:
         config: the delays, ms; positive when the channel is stamped late.
     """
     if series.effort is not None and config.effort_delay_ms:
-        series = replace(series, effort=_moved(series.effort, series, 1e-3 * config.effort_delay_ms))
+        series = replace(series, effort=moved(series.effort, series, 1e-3 * config.effort_delay_ms))
     if series.wrench is not None and config.wrench_delay_ms:
-        series = replace(series, wrench=_moved(series.wrench, series, 1e-3 * config.wrench_delay_ms))
+        series = replace(series, wrench=moved(series.wrench, series, 1e-3 * config.wrench_delay_ms))
     return series
 
 
-def _moved(values: FloatArray, series: UniformSeries, delay_s: float) -> FloatArray:
+def moved(values: FloatArray, series: UniformSeries, delay_s: float) -> FloatArray:
+    """(n, k) values at their times plus a delay, s; NaN within it of a gap."""
     out = np.full_like(values, np.nan)
     steps = delay_s / series.period_s
     for span in series.segments:

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from collaudit.core.channel_delay import undelayed
 from collaudit.core.conditioning import condition
 from collaudit.core.config.schema import Config
-from collaudit.core.effort_check import EffortGain, effort_findings, effort_gains
+from collaudit.core.effort_check import EffortGain, effort_gains
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.phases import configured, find_phases, label_phases, phase_findings
+from collaudit.core.identification.late import effort_said
+from collaudit.core.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.position_check import position_findings
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray, JointLog, UniformSeries
@@ -59,9 +60,10 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
     series = undelayed(condition(_in_model_order(log, robot), config.conditioning), config.log)
     judged = _judged(config, series.joint_names, log.source.name)
     findings = [*series.findings, *robot.findings]
-    labels = _phases(series, robot, config)
+    labels, more = _phases(series, robot, config)
+    findings += more
     findings += position_findings(series.position_rad, series.joint_names, robot, config.log.units.position)
-    findings += phase_findings(series.time_s, labels, config.phases)
+    findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     rigid = None
     gains: tuple[EffortGain, ...] = ()
     if robot.has_inertials:
@@ -71,19 +73,23 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
     if rigid is not None and series.effort is not None:
         expected = rigid if contact is None else rigid + np.nan_to_num(contact)
         gains = tuple(g for g in effort_gains(series, expected) if g.joint in judged)
-        findings += effort_findings(gains, judged, series.effort_unit)
+        findings += effort_said(series, robot, expected, contact, gains, judged, config.log.effort_delay_ms)
     return Prepared(series, robot, rigid, contact, judged, labels, gains, tuple(findings))
 
 
-def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> NDArray[np.int8]:
-    """Phases as configured; found from the wrench when that is asked for and none are."""
+def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:
+    """Phases as configured, else as the log states them, else found from the wrench when that is asked for."""
     labels = label_phases(series.time_s, config.phases)
-    if configured(config.phases) or config.phases.find == "off":
-        return labels
+    if configured(config.phases):
+        return labels, []
+    if series.phases:
+        return logged_phases(series.time_s, series.phases, config.phases)
+    if config.phases.find == "off":
+        return labels, []
     force, _ = tool_force(series, robot, labels, config)
     if force is None:
-        return labels
-    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s, config.phases)
+        return labels, []
+    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s, config.phases), []
 
 
 def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:

@@ -41,9 +41,12 @@ def with_identified(prepared: Prepared, identified: Identified | None) -> Prepar
     rigid = robot.inverse_dynamics(series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
     expected = rigid if prepared.contact_nm is None else rigid + np.nan_to_num(prepared.contact_nm)
     gains = tuple(g for g in effort_gains(series, expected) if g.joint in prepared.judged)
-    kept = tuple(f for f in prepared.findings if not f.code.startswith("effort-"))
+    kept = tuple(f for f in prepared.findings if not f.code.startswith("effort-") or f.code == "effort-delay")
     said = Finding("identified-used", "info", _words(identified), where="friction file")
-    findings = (*kept, *effort_findings(gains, prepared.judged, series.effort_unit), said)
+    about = effort_findings(gains, prepared.judged, series.effort_unit)
+    if any(f.code == "effort-delay" for f in kept):  # signs mean nothing until the delay is taken off
+        about = [f for f in about if f.code != "effort-sign-inverted"]
+    findings = (*kept, *about, said)
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, gains=gains, findings=findings)
 
 

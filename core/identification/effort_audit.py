@@ -8,6 +8,8 @@ import numpy as np
 
 from collaudit.core.effort_check import EffortGain
 from collaudit.core.findings import Finding
+from collaudit.core.identification.late import gains_at
+from collaudit.core.identification.shift import Delay
 from collaudit.core.prepare import Prepared
 from collaudit.core.series import FloatArray
 
@@ -18,15 +20,26 @@ _MOVING = 0.02
 _COARSE = 0.5
 
 
-def audit_effort(prepared: Prepared) -> list[Finding]:
-    """What all joints' efforts together look like, and efforts in coarse steps. Nothing is changed by it."""
-    return [*_kind(prepared), *_steps(prepared)]
+def audit_effort(prepared: Prepared, late: Delay | None = None) -> list[Finding]:
+    """What all joints' efforts together look like, and efforts in coarse steps. Nothing is changed by it.
+
+    Args:
+        prepared: the log.
+        late: a delay of the effort that would spoil its gains, to be taken off before they are read.
+    """
+    return [*_kind(prepared, late), *_steps(prepared)]
 
 
-def _kind(prepared: Prepared) -> list[Finding]:
+def _kind(prepared: Prepared, late: Delay | None) -> list[Finding]:
     """One verdict for the log: a single joint's gain may be off because its model is, all together are not."""
-    known = [g for g in prepared.gains if g.known]
-    if not known or prepared.rigid_nm is None:
+    if prepared.rigid_nm is None:
+        return []
+    gains = prepared.gains
+    if late is not None:
+        contact = 0.0 if prepared.contact_nm is None else np.nan_to_num(prepared.contact_nm)
+        gains = gains_at(prepared.series, prepared.rigid_nm + contact, late)
+    known = [g for g in gains if g.known and g.joint in prepared.judged]
+    if not known:
         return []
     weight = np.array([_load(prepared, g) for g in known])
     gain = np.array([g.gain for g in known])
@@ -37,6 +50,8 @@ def _kind(prepared: Prepared) -> list[Finding]:
     negative = float(weight[gain < 0].sum() / weight.sum())
     numbers = "; ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g}, {g.ci95[1]:.3g}]" for g in known)
     text = _words(known, typical, alike, negative, prepared.series.effort_unit)
+    if late is not None:
+        text = f"With its delay of {1e3 * late.seconds:.0f} ms taken off: {text[0].lower()}{text[1:]}"
     return [Finding("effort-kind", "info", f"{text} Effort per N·m of model torque [95 %]: {numbers}.")]
 
 

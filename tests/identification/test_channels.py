@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import Config
+from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
@@ -35,12 +36,12 @@ def settings(**log: object) -> Config:
     return Config.model_validate({"robot": {"dh_convention": "standard", "dh": rows, "base_rpy_deg": base}, "log": log})
 
 
-def moving_log(late_s: float = 0.0, wrench: bool = False) -> JointLog:
+def moving_log(late_s: float = 0.0, wrench: bool = False, pace: float = 1.0) -> JointLog:
     """Smooth motion; effort and wrench stamped ``late_s`` after the motion they belong to."""
     t = np.arange(0, 60, PERIOD)
 
     def motion(at: np.ndarray) -> tuple[np.ndarray, ...]:
-        w, size, p = np.array([0.7, 0.9, 1.3]), np.array([0.9, 0.7, 0.9]), np.array([0.3, 1.0, 2.0])
+        w, size, p = pace * np.array([0.7, 0.9, 1.3]), np.array([0.9, 0.7, 0.9]), np.array([0.3, 1.0, 2.0])
         angle = w * at[:, None] + p
         q, v, a = size * np.sin(angle), size * w * np.cos(angle), -size * w**2 * np.sin(angle)
         return q, v, a
@@ -95,14 +96,14 @@ def test_coarse_steps_are_noticed_and_fine_ones_are_not() -> None:
     assert not any(f.code == "effort-quantised" for f in fine)
 
 
-@pytest.mark.parametrize("late", [0.0, 0.016, 0.042])
+@pytest.mark.parametrize("late", [0.0, 0.016, 0.3])
 def test_a_late_effort_is_measured_and_corrected(late: float) -> None:
     log = moving_log(late)
     found = effort_delay(prepared(log, settings()))
     assert found is not None
     assert found.seconds == pytest.approx(late, abs=0.0015)
     assert found.ci95[0] - 0.0005 <= late <= found.ci95[1] + 0.0005
-    said = audit_delays(prepared(log, settings()), settings())
+    said = audit_delays(prepared(log, settings()), settings(), found)
     assert said[0].severity == ("warning" if late else "info")
     if late:
         assert "effort_delay_ms" in said[0].text
@@ -112,9 +113,24 @@ def test_a_late_effort_is_measured_and_corrected(late: float) -> None:
         assert after.seconds == pytest.approx(0.0, abs=0.0015)
 
 
+def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
+    late = prepared(moving_log(0.5, pace=4.0), settings())
+    assert any(g.inverted for g in late.gains)
+    assert not any(f.code == "effort-sign-inverted" for f in late.findings)
+    said = next(f for f in late.findings if f.code == "effort-delay")
+    assert "effort_delay_ms = 500" in said.text
+    kind = audit_channels(late, settings())[0]
+    assert "With its delay of 500 ms taken off: the effort looks like a torque in N·m." in kind.text
+    turned = moving_log(pace=4.0)
+    assert turned.effort is not None
+    found = prepared(replace(turned, effort=-turned.effort), settings()).findings
+    assert any(f.code == "effort-sign-inverted" for f in found)
+    assert not any(f.code == "effort-delay" for f in found)
+
+
 def test_a_late_wrench_is_measured() -> None:
     config = settings(wrench="/w", wrench_frame="tool0")
-    said = audit_delays(prepared(moving_log(0.02, wrench=True), config), config)
+    said = audit_delays(prepared(moving_log(0.02, wrench=True), config), config, None)
     wrench = next(f for f in said if f.code == "wrench-delay")
     assert wrench.severity == "warning"
     assert " 20." in wrench.text or " 19." in wrench.text

@@ -1,0 +1,145 @@
+"""By how much a channel is stamped late: the shift at which it follows the motion best, block of time by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.filters import differentiate, low_pass
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import BoolArray, FloatArray, IntArray, UniformSeries
+
+_REACH_S = (-0.2, 0.7)
+_COARSE_S = 0.01
+_STEADY_S = 0.1
+_BLOCKS = 10
+_MAX_ROWS = 12_000
+MOVING = 0.02
+
+Cost = Callable[[IntArray, int], FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """How much later than the motion a channel is, s, with the interval from blocks of time."""
+
+    seconds: float
+    ci95: tuple[float, float]
+
+
+def effort_shift(
+    series: UniformSeries, robot: RobotModel, joints: Sequence[str], contact: FloatArray | None
+) -> Delay | None:
+    """Delay of effort against the model torque of the motion; None without enough motion.
+
+    At each shift effort is regressed on model torque, sgn(v), v and a constant; the joints' sums of squares, each
+    in units of its smallest, are added. Velocity and acceleration are those of the positions: a logged velocity that
+    the drive filters is itself late.
+
+    Args:
+        series: the log, with effort.
+        robot: with inertials.
+        joints: whose efforts count.
+        contact: (n, j) torque of the meant tool force, or None.
+    """
+    if series.effort is None or not joints:
+        return None
+    effort, loaded = series.effort, [series.column(j) for j in joints]
+    v, a = position_motion(series)
+    known = np.isfinite(series.position_rad + v + a).all(axis=1) & ~series.edge
+    if contact is not None:
+        known &= np.isfinite(contact).all(axis=1)
+    steady = {j: _steady(v[:, j], round(_STEADY_S / series.period_s)) for j in loaded}
+    rows = thinned(np.flatnonzero(known & np.any([steady[j] for j in loaded], axis=0)), series, effort[:, loaded])
+    if rows.size == 0:
+        return None
+    rigid = robot.inverse_dynamics(*(np.ascontiguousarray(x[rows]) for x in (series.position_rad, v, a)))
+    if contact is not None:
+        rigid = rigid + contact[rows]
+
+    def cost(pick: IntArray, shift: int) -> FloatArray:
+        out = []
+        for j in loaded:
+            use = pick[steady[j][rows[pick]]]
+            speed = v[rows[use], j]
+            columns = np.column_stack([rigid[use, j], np.sign(speed), speed, np.ones(use.size)])
+            out.append(left_over(columns, effort[rows[use] + shift, j : j + 1]))
+        return np.array(out)
+
+    return best_shift(rows.size, cost, series.period_s)
+
+
+def position_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
+    """(n, j) velocity and acceleration from the positions alone, filtered as the logged ones are."""
+    raw = differentiate(series.position_rad, series.segments, series.period_s)
+    v = low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)
+    return v, differentiate(v, series.segments, series.period_s)
+
+
+def thinned(rows: IntArray, series: UniformSeries, channel: FloatArray) -> IntArray:
+    """At most ``_MAX_ROWS`` of the rows, none without the channel (n, k) within reach of the shifts."""
+    back, ahead = _reach(series.period_s)
+    holes = np.concatenate([[0], np.cumsum(~np.isfinite(channel).all(axis=1))])
+    rows = rows[(rows + back >= 0) & (rows + ahead < channel.shape[0])]
+    rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
+    return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
+
+
+def best_shift(count: int, cost: Cost, period_s: float) -> Delay | None:
+    """Best shift by a parabola through the smallest cost, in each block of time; mean and t interval over blocks.
+
+    Args:
+        count: number of samples, in order of time.
+        cost: sums of squares (k,) of some samples (their numbers) at a shift in samples of the grid.
+        period_s: of the grid.
+    """
+    if count < 40 * _BLOCKS:
+        return None
+    every = np.arange(count)
+    back, ahead = _reach(period_s)
+    step = max(1, round(_COARSE_S / period_s))
+    coarse = np.arange(back, ahead + 1, step)
+    total = np.array([cost(every[::3], int(k)) for k in coarse])
+    weights = np.maximum(total.min(axis=0), 1e-30)
+    near = int(coarse[int(np.argmin((total / weights).sum(axis=1)))])
+    shifts = np.arange(max(back, near - 2 * step - 2), min(ahead, near + 2 * step + 2) + 1)
+    best = []
+    for part in np.array_split(every, _BLOCKS):
+        sums = np.array([(cost(part, int(k)) / weights).sum() for k in shifts])
+        k = int(np.clip(np.argmin(sums), 1, shifts.size - 2))
+        bend = sums[k - 1] - 2 * sums[k] + sums[k + 1]
+        move = 0.5 * (sums[k - 1] - sums[k + 1]) / bend if bend > 0 else 0.0
+        best.append((shifts[k] + float(np.clip(move, -1, 1))) * period_s)
+    from scipy.stats import t
+
+    values = np.array(best)
+    middle = float(np.median(values))
+    spread = 1.4826 * float(np.median(np.abs(values - middle)))
+    # a block without acceleration says nothing of time: medians, and the efficiency of a median
+    half = float(t.ppf(0.975, _BLOCKS - 1)) * 1.2533 * max(spread, 0.02 * period_s) / float(np.sqrt(_BLOCKS))
+    return Delay(middle, (middle - half, middle + half))
+
+
+def left_over(columns: FloatArray, target: FloatArray) -> float:
+    """Sum of squares that a linear fit leaves."""
+    if target.shape[0] <= columns.shape[1]:
+        return 0.0
+    found = np.linalg.lstsq(columns, target, rcond=None)[0]
+    return float(np.sum((target - columns @ found) ** 2))
+
+
+def _reach(period_s: float) -> tuple[int, int]:
+    back, ahead = (round(x / period_s) for x in _REACH_S)
+    return min(back, -3), max(ahead, 3)
+
+
+def _steady(v: FloatArray, margin: int) -> BoolArray:
+    """Samples around which a joint moves one way for ``margin`` samples: friction there is that of sliding."""
+    out = np.zeros(v.size, dtype=bool)
+    for mask in (v > MOVING, v < -MOVING):
+        for start, stop in zip(*run_bounds(mask), strict=True):
+            out[start + margin : max(start + margin, stop - margin)] = True
+    return out

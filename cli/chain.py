@@ -83,8 +83,16 @@ def friction_path(loaded: LoadedConfig) -> Path | None:
     return None if file is None else loaded.base_dir / file
 
 
-def judge(files: LogFiles, loaded: LoadedConfig, progress: Progress | None = None) -> tuple[Audit, FrictionFile | None]:
+def judge(
+    files: LogFiles, loaded: LoadedConfig, progress: Progress | None = None, truth: Path | None = None
+) -> tuple[Audit, FrictionFile | None]:
     """Audit one log with the settings' friction, or with friction fitted on the log itself.
+
+    Args:
+        files: of the log.
+        loaded: settings.
+        progress: of reading.
+        truth: file of known events to score the detection against.
 
     Returns:
         The audit, and the friction file it was judged with (None: fitted on the log).
@@ -99,4 +107,4 @@ def judge(files: LogFiles, loaded: LoadedConfig, progress: Progress | None = Non
     friction = read_friction(path) if path else None
     prepared = prepare_log(files, loaded, progress)
     provenance = make_provenance(loaded, path, prepared.robot.sha256)
-    return audit_log(prepared, loaded.config, friction, provenance), friction
+    return audit_log(prepared, loaded.config, friction, provenance, truth), friction

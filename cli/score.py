@@ -1,36 +1,14 @@
-"""Scoring an audit of a labelled log: recall, precision, false alarms an hour, delay, area under the ROC."""
+"""The scores of an audit against known events, for a terminal and as a file of their own."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collaudit.core.evidence import Audit
-    from collaudit.core.scoring import Score
+    from collaudit.core.result_detection import Score
 
 SCORE_SCHEMA = "collaudit/score/1"
-
-
-def score_audit(audit: Audit, truth: Path) -> list[Score]:
-    """Score an audit against a truth file or a table of labels; all joints combined first.
-
-    Raises:
-        LogError: the file cannot be read or understood.
-    """
-    import numpy as np
-
-    from collaudit.core.scoring import Alarm, Evidence, score
-    from collaudit.core.truth_events import read_events
-
-    signals = audit.signals
-    events = read_events(truth, [j for j in signals.joint_names if j in audit.result.rule.watch])
-    alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in audit.result.collisions]
-    with np.errstate(invalid="ignore"):
-        ratio = signals.residual_nm / signals.gamma_nm
-    evidence = Evidence(signals.time_s, ratio, signals.state, signals.joint_names, audit.result.rule.n)
-    return score(events, alarms, evidence)
 
 
 def score_text(scores: Sequence[Score]) -> str:

@@ -113,6 +113,12 @@ def rule_options(function: CommandFunction) -> CommandFunction:
     return _all(flags, function)
 
 
+def labels_option(function: CommandFunction) -> CommandFunction:
+    """The flag that says which labels of a log mark true events."""
+    words = "Labels of the log (topics, columns, names) that mark true events, to score against."
+    return _flag("--labels", "detect.true_events", _names, "NAMES", words)(function)
+
+
 def _all(flags: tuple[Decorator, ...], function: CommandFunction) -> CommandFunction:
     for flag in reversed(flags):
         function = flag(function)

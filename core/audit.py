@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 
@@ -58,7 +59,13 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     )
 
 
-def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None, provenance: Provenance) -> Audit:
+def audit_log(
+    prepared: Prepared,
+    config: Config,
+    friction: FrictionFile | None,
+    provenance: Provenance,
+    truth: Path | None = None,
+) -> Audit:
     """Judge one log: residual, events, recommendation, coverage, verdict.
 
     Args:
@@ -66,6 +73,7 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         config: thresholds, persistence, policy.
         friction: fitted friction, or None to fit it on this very log (a finding says so).
         provenance: versions and hashes.
+        truth: file of known events to score the detection against, if any.
     """
     prepared = with_identified(prepared, None if friction is None else friction.identified)
     series = judged_series(prepared)
@@ -117,7 +125,7 @@ def audit_log(prepared: Prepared, config: Config, friction: FrictionFile | None,
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
-        detection=detection_facts(prepared, found, grounds, config, clean),
+        detection=detection_facts(prepared, found, grounds, config, clean, truth),
     )
     return Audit(result, signals)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.flags import compare_flags
 from collaudit.core.friction_level import LARGEST
 from collaudit.core.incidents import find_incidents
+from collaudit.core.known_events import controller_alarms_s, score_detection
 from collaudit.core.prepare import Prepared, judged_series
 from collaudit.core.result_detection import DetectionFacts, DetectorFacts, LevelFacts
 from collaudit.core.runs import run_bounds
@@ -26,7 +28,12 @@ _LISTED_CUTS = 50
 
 
 def detection_facts(
-    prepared: Prepared, found: Evaluation, grounds: Grounds, config: Config, clean: Mapping[str, BoolArray]
+    prepared: Prepared,
+    found: Evaluation,
+    grounds: Grounds,
+    config: Config,
+    clean: Mapping[str, BoolArray],
+    truth: Path | None = None,
 ) -> DetectionFacts:
     """Everything about the detection that the events alone do not tell.
 
@@ -36,6 +43,11 @@ def detection_facts(
         grounds: what all detectors share.
         config: which others judge side by side.
         clean: (n,) clean samples by joint.
+        truth: file of known events to score against, if any.
+
+    Raises:
+        LogError: the known events cannot be understood.
+        ConfigError: a label that marks them is not in the log.
     """
     series = judged_series(prepared)
     others: dict[str, DetectorFacts] = {}
@@ -61,8 +73,9 @@ def detection_facts(
         },
         incidents=incidents,
         detectors=others,
-        flags=compare_flags(config.detect.controller_alarms_s, incidents),
+        flags=compare_flags(controller_alarms_s(series, config.detect), incidents),
         control=control_modes(series, prepared.phases, config.detect),
+        scores=score_detection(series, found, grounds, config.detect, truth),
     )
 
 

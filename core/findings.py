@@ -85,6 +85,8 @@ CODES: dict[str, str] = {
     "identified-worse": "What was identified explains time left out worse than the robot's description does.",
     "identified-not-possible": "Identified inertials belong to no physically possible body.",
     "friction-warm-up": "Friction changes with running time.",
+    "friction-temperature": "Friction changes with the joint's temperature.",
+    "friction-load": "Friction changes with the load on the gear.",
     "friction-ripple": "A ripple of the gear over position explains part of the residual.",
     "friction-any-motion": "Friction was read off any motion, for want of constant-velocity sections.",
     "friction-not-fitted": "A joint's friction could not be fitted.",
@@ -103,6 +105,7 @@ CODES: dict[str, str] = {
     "event-cut": "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
     "hidden-at-rest": "A standing joint hides external torque up to about its breakaway friction.",
     "phases-unknown": "No phases were given; the whole log is one free phase.",
-    "phases-found": "Phases were found from the wrench, not configured.",
+    "phases-found": "Phases were found from the wrench or in the log, not configured.",
+    "phases-outside": "Configured phases lie outside the log.",
     "force-outside-contact": "Force was commanded outside the contact phase (eq. 1).",
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.findings import Finding
 from collaudit.core.result import Phase, PhaseSpan
 from collaudit.core.runs import run_bounds
-from collaudit.core.series import BoolArray, FloatArray
+from collaudit.core.series import BoolArray, FloatArray, LogLabel
 
 #: Force is smoothed over this before it is compared.
 _SMOOTH_S = 0.05
@@ -26,6 +28,37 @@ def label_phases(time_s: FloatArray, config: PhasesConfig) -> NDArray[np.int8]:
         for start, end in getattr(config, name):
             labels[(time_s >= start) & (time_s < end)] = code
     return labels
+
+
+def logged_phases(
+    time_s: FloatArray, stated: Sequence[LogLabel], config: PhasesConfig
+) -> tuple[NDArray[np.int8], list[Finding]]:
+    """(n,) phases as the log itself states them, and what its values were taken for.
+
+    Args:
+        time_s: (n,) s.
+        stated: one label a value of the log's phase topic or column.
+        config: which phase a value means, where it is not the phase's own name.
+    """
+    labels = np.zeros(time_s.size, dtype=np.int8)
+    meaning, unknown = {}, []
+    for label in stated:
+        phase = config.values.get(label.name, label.name.strip().lower())
+        if phase not in PHASES:
+            unknown.append(label.name)
+            continue
+        meaning[label.name] = phase
+        for start, end in label.intervals_s:
+            labels[(time_s >= start) & (time_s <= end)] = PHASES.index(phase)
+    text = "Phases were taken from the log: " + ", ".join(f"'{k}' is {v}" for k, v in meaning.items()) + "."
+    findings = [Finding("phases-found", "info", text, where=stated[0].source)] if meaning else []
+    if unknown:
+        text = (
+            f"The log states phases that are not known: {', '.join(unknown)}; they were taken as free motion. "
+            "[phases.values] says which phase each means."
+        )
+        findings.append(Finding("phases-unknown", "warning", text, where=stated[0].source))
+    return labels, findings
 
 
 def phase_spans(time_s: FloatArray, labels: NDArray[np.int8], period_s: float) -> tuple[PhaseSpan, ...]:
@@ -87,16 +120,34 @@ def _without_short(mask: BoolArray, least_s: float, period_s: float) -> BoolArra
     return out
 
 
-def phase_findings(time_s: FloatArray, labels: NDArray[np.int8], config: PhasesConfig) -> list[Finding]:
+def _outside(time_s: FloatArray, config: PhasesConfig) -> list[Finding]:
+    """Configured stretches that hold no sample of the log: the phases of another run, perhaps."""
+    first, last = float(time_s[0]), float(time_s[-1])
+    out = []
+    for name in (*PHASES[1:], "force_control"):
+        for start, end in getattr(config, name):
+            if start > last or end <= first:
+                text = (
+                    f"[phases] {name} from {start:.6g} to {end:.6g} s lies outside the log ({first:.4g} to "
+                    f"{last:.6g} s): are these the phases of another run?"
+                )
+                out.append(Finding("phases-outside", "warning", text, start_s=start, end_s=end))
+    return out
+
+
+def phase_findings(
+    time_s: FloatArray, labels: NDArray[np.int8], config: PhasesConfig, stated: bool = False
+) -> list[Finding]:
     """Whether phases are known at all, and when force was commanded outside contact (eq. 1).
 
     Args:
         time_s: (n,) s.
         labels: (n,) phases, configured or found.
         config: what was configured; ``force_control`` is t_c of eq. (1).
+        stated: whether the log itself stated them.
     """
-    findings = []
-    if not configured(config):
+    findings = _outside(time_s, config)
+    if not configured(config) and not stated:
         if not labels.any():
             text = "No phases are configured ([phases]); the whole log is judged as free motion."
             findings.append(Finding("phases-unknown", "info", text))

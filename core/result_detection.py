@@ -170,6 +170,39 @@ class ControlMode:
 
 
 @dataclass(frozen=True, slots=True)
+class Score:
+    """How right a detector was, on one joint or on all combined.
+
+    Attributes:
+        joint: name, or None for all joints combined (an event is found when any required joint alarms).
+        events: events that had to be found.
+        found: events found.
+        not_observable: events not found while the joint rested, had just reversed, or was not judged: they hid
+            behind friction or missing data, and are counted neither as found nor in the recall.
+        alarms, false_alarms: alarms in all, and those that belong to no event.
+        judged_h: hours judged.
+        recall, precision, false_alarms_per_hour: None where undefined.
+        delay_s: from crossing gamma to the alarm, one each found event, sorted.
+        auc: area under the ROC of windows with an event against clean windows of one second, None without both.
+        roc: (false positive share, true positive share) at falling thresholds.
+    """
+
+    joint: str | None
+    events: int
+    found: int
+    not_observable: int
+    alarms: int
+    false_alarms: int
+    judged_h: float
+    recall: float | None
+    precision: float | None
+    false_alarms_per_hour: float | None
+    delay_s: tuple[float, ...]
+    auc: float | None
+    roc: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class DetectionFacts:
     """What stands behind the events of an audit.
 
@@ -183,6 +216,7 @@ class DetectionFacts:
         detectors: other detectors on the same log.
         control: by joint and phase, how the joint was controlled.
         flags: the controller's own alarms compared with ours; empty when none were given.
+        scores: against known events, all joints combined first; empty when none are known.
     """
 
     causal: bool
@@ -194,3 +228,4 @@ class DetectionFacts:
     detectors: dict[str, DetectorFacts]
     flags: tuple[FlagComparison, ...]
     control: dict[str, dict[str, ControlMode]] = field(default_factory=dict)
+    scores: tuple[Score, ...] = ()

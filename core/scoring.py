@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.result_detection import Score
 from collaudit.core.series import BoolArray, FloatArray
 from collaudit.core.signals import State
 
@@ -26,11 +27,18 @@ class TrueEvent:
         onset_s, end_s: when.
         required: joints that have to alarm, with the time their true torque crosses gamma (None: not known, the
             onset stands in). Empty: the event must not count as a false alarm, but need not be found.
+        whole_arm: it is not known which joints it loads: any of ``required`` will do, and no single joint is
+            scored by it.
     """
 
     onset_s: float
     end_s: float
     required: Mapping[str, float | None]
+    whole_arm: bool = False
+
+    def counts_for(self, joint: str | None) -> bool:
+        """Whether a joint, or all combined (None), have to find it."""
+        return bool(self.required) if joint is None else joint in self.required and not self.whole_arm
 
     def covers(self, time_s: float) -> bool:
         """Whether an alarm at this time belongs to the event."""
@@ -57,39 +65,6 @@ class Evidence:
     n: int
 
 
-@dataclass(frozen=True, slots=True)
-class Score:
-    """How right a detector was, on one joint or on all combined.
-
-    Attributes:
-        joint: name, or None for all joints combined (an event is found when any required joint alarms).
-        events: events that had to be found.
-        found: events found.
-        not_observable: events not found while the joint rested, had just reversed, or was not judged: they hid
-            behind friction or missing data, and are counted neither as found nor in the recall.
-        alarms, false_alarms: alarms in all, and those that belong to no event.
-        judged_h: hours judged.
-        recall, precision, false_alarms_per_hour: None where undefined.
-        delay_s: from crossing gamma to the alarm, one each found event, sorted.
-        auc: area under the ROC of windows with an event against clean windows of one second, None without both.
-        roc: (false positive share, true positive share) at falling thresholds.
-    """
-
-    joint: str | None
-    events: int
-    found: int
-    not_observable: int
-    alarms: int
-    false_alarms: int
-    judged_h: float
-    recall: float | None
-    precision: float | None
-    false_alarms_per_hour: float | None
-    delay_s: tuple[float, ...]
-    auc: float | None
-    roc: tuple[tuple[float, float], ...]
-
-
 def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Evidence) -> list[Score]:
     """Score all joints combined first, then each joint.
 
@@ -105,7 +80,7 @@ def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Eviden
 
 
 def _score(joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Evidence) -> Score:
-    needed = [e for e in events if e.required and (joint is None or joint in e.required)]
+    needed = [e for e in events if e.counts_for(joint)]
     found, hidden, delays = 0, 0, []
     for event in needed:
         wanted = event.required if joint is None else {joint: event.required[joint]}
@@ -166,7 +141,7 @@ def _roc(
     for event in events:
         a, b = (int(k) for k in np.searchsorted(evidence.time_s, [event.onset_s - BEFORE_S, event.end_s + AFTER_S]))
         taken[a:b] = True
-        if event.required and (joint is None or joint in event.required):
+        if event.counts_for(joint):
             stop = int(np.searchsorted(evidence.time_s, event.end_s + BEFORE_S))
             positive.append(float(level[a:stop].max(initial=0.0)))
     negative = _clean_windows(level, taken, evidence)
@@ -198,11 +173,15 @@ def _clean_windows(level: FloatArray, taken: BoolArray, evidence: Evidence) -> F
 
 
 def _curve(positive: FloatArray, negative: FloatArray) -> tuple[tuple[tuple[float, float], ...], float]:
-    levels = np.unique(np.concatenate([positive, negative]))[::-1]
-    true = (positive[None, :] >= levels[:, None]).mean(axis=1)
-    false = (negative[None, :] >= levels[:, None]).mean(axis=1)
-    higher = (positive[:, None] > negative[None, :]).mean()
-    equal = (positive[:, None] == negative[None, :]).mean()
-    turn = np.flatnonzero(np.concatenate(([True], (np.diff(true) != 0) | (np.diff(false) != 0))))
-    points = [(0.0, 0.0), *((float(false[k]), float(true[k])) for k in turn)]
-    return tuple(points), float(higher + 0.5 * equal)
+    """Corners of the staircase of shares at or above falling levels, and the area under it."""
+    up, down = np.sort(positive), np.sort(negative)
+    levels = np.unique(np.concatenate([up, down]))[::-1]
+    true = 1.0 - np.searchsorted(up, levels) / up.size
+    false = 1.0 - np.searchsorted(down, levels) / down.size
+    below = np.searchsorted(down, up, side="left")
+    equal = np.searchsorted(down, up, side="right") - below
+    area = float((below + 0.5 * equal).sum()) / (up.size * down.size)
+    x, y = np.concatenate(([0.0], false)), np.concatenate(([0.0], true))
+    straight = (np.diff(x[:-1]) == 0) & (np.diff(x[1:]) == 0) | (np.diff(y[:-1]) == 0) & (np.diff(y[1:]) == 0)
+    keep = np.concatenate(([True], ~straight, [True]))
+    return tuple((float(a), float(b)) for a, b in zip(x[keep], y[keep], strict=True)), area

@@ -99,5 +99,5 @@ def _labels(text: str, path: Path, joints: Sequence[str]) -> list[TrueEvent]:
             raise LogError(
                 "a label does not run forward", where=f"{path}, line {number}", found=f"{onset:g} to {end:g}"
             )
-        out.append(TrueEvent(onset, end, dict.fromkeys([joint] if joint else joints, None)))
+        out.append(TrueEvent(onset, end, dict.fromkeys([joint] if joint else joints, None), whole_arm=not joint))
     return sorted(out, key=lambda e: e.onset_s)

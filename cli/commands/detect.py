@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
 from collaudit.cli.words import note, progress
 
 
@@ -29,6 +29,7 @@ from collaudit.cli.words import note, progress
     metavar="FILE",
     help="Known events to score against: NAME.truth.json, or a .csv with onset_s, end_s, joint.",
 )
+@labels_option
 @config_option
 @robot_options
 @rule_options
@@ -42,7 +43,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     """
     from collaudit.cli.chain import judge, one_log
     from collaudit.cli.detection_text import detection_text
-    from collaudit.cli.score import score_audit, score_json, score_text
+    from collaudit.cli.score import score_json, score_text
     from collaudit.cli.summary import exit_code, rule_text
     from collaudit.reports.atomic import atomic_write
     from collaudit.reports.files import audit_json, write_audit
@@ -53,11 +54,11 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     if output is not None:
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
     with progress("reading") as report:
-        audit, friction = judge(files, loaded, report)
-    scores = None if truth is None else score_audit(audit, truth)
+        audit, friction = judge(files, loaded, report, truth)
+    scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None:
         write_audit(output, audit, friction)
-        if scores is not None:
+        if scores:
             atomic_write(output / "score.json", score_json(scores))
     if as_json:
         click.echo(audit_json(audit.result), nl=False)
@@ -65,7 +66,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
         click.echo(audit_text(audit.result), nl=False)
         click.echo(rule_text(audit.result.rule))
         click.echo(detection_text(audit.result), nl=False)
-        if scores is not None:
+        if scores:
             click.echo("\nAgainst the known events\n" + score_text(scores), nl=False)
     if output is not None:
         note(f"run written to {output}: collaudit report {output} -o report.html makes the page")

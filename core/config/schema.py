@@ -264,7 +264,14 @@ class DetectConfig(_Section):
     )
     reversal_amplitude_rad: Positive = Field(0.02, description="… if its strokes are smaller than this.")
     controller_alarms_s: list[float] = Field(
-        [], description="The controller's own collision alarms, seconds from the log's first sample, to compare with."
+        [],
+        description="The controller's own collision alarms, seconds from the log's first sample, to compare with; "
+        "labels of the log that are not `true_events` count as such alarms, too.",
+    )
+    true_events: list[str] = Field(
+        [],
+        description="Labels of the log (by name, topic or column) that mark what really happened; the detection is "
+        "scored against them.",
     )
 
     @model_validator(mode="after")
@@ -289,6 +296,10 @@ class PhasesConfig(_Section):
     find: Literal["off", "wrench"] = Field(
         "off",
         description="wrench: where no phase is given, find approach, contact and retreat from the measured force.",
+    )
+    values: dict[str, Literal["free", "approach", "contact", "retreat"]] = Field(
+        {},
+        description="Phase meant by each value of the log's phase topic or column, where that is not the phase's name.",
     )
     contact_force_n: Positive = Field(3.0, description="Force that tells contact from free motion, N.")
     contact_min_s: Positive = Field(0.5, description="Contacts and separations shorter than this are not phases, s.")

@@ -1,7 +1,8 @@
-"""Writes the tables of docs/detectors.md from simulated logs: ``python detection_table.py LOGS [DOCS]``.
+"""Writes the tables of docs/detectors.md from simulated logs: ``python detection_table.py LOGS [DOCS [NAME...]]``.
 
-LOGS is a folder for the simulated logs (made when they are not there; some hours of arm time, about a tenth of that on
-one core). DOCS is the page whose tables, between ``<!-- name -->`` and ``<!-- /name -->``, are replaced.
+LOGS is a folder for the simulated logs (made when they are not there; ten hours of arm time, about an hour on one
+core). DOCS is the page whose tables, between ``<!-- name -->`` and ``<!-- /name -->``, are replaced ("-" for none);
+NAMEs choose some of them.
 """
 
 from __future__ import annotations
@@ -15,17 +16,17 @@ import numpy as np
 from detection_runs import Total, add_up, bench, friction_of, off_calibration, simulated
 
 from collaudit.core.detectors import ENGINES
-from collaudit.core.scoring import Score
+from collaudit.core.result_detection import Score
+from collaudit.fixtures.robots import robot_named
 
 SEEDS = range(1, 21)
-HITS = {"paper6": SEEDS, "seven": range(1, 4)}
 #: (robot, scenario, seed, seconds): an hour each of fast motion and of stop-and-go, on stiff and soft joints.
 HOURS = [
     (robot, scenario, seed, seconds)
     for robot, parts in (
         ("paper6", ((1, 600.0), (2, 1000.0), (3, 1000.0), (4, 1000.0))),
         ("paper6-soft", ((1, 300.0), (2, 1100.0), (3, 1100.0), (4, 1100.0))),
-        ("seven", ((1, 300.0), (2, 1000.0), (3, 1000.0))),
+        ("seven", ((1, 300.0), (2, 1000.0))),
     )
     for scenario in ("free-clean", "stop-go")
     for seed, seconds in parts
@@ -41,13 +42,15 @@ def pushes(logs: Path) -> Iterator[str]:
     for title, robot, scenario in (
         ("free-hits, paper6", "paper6", "free-hits"),
         ("free-hits, seven", "seven", "free-hits"),
-        ("run A", "paper6", "polish-const"),
-        ("run B", "paper6", "polish-sine"),
+        ("run A, paper6", "paper6", "polish-const"),
+        ("run B, paper6", "paper6", "polish-sine"),
+        ("run A, seven", "seven", "polish-const"),
+        ("run B, seven", "seven", "polish-sine"),
     ):
         friction = friction_of(logs, robot)
-        watch = None if scenario == "free-hits" else ["joint1"]
+        watch = None if scenario == "free-hits" else [robot_named(robot).joints[0]]
         scores: dict[tuple[str, str], list[Score]] = defaultdict(list)
-        for seed in HITS[robot]:
+        for seed in SEEDS:
             made = bench(simulated(logs, robot, scenario, seed), friction, watch)
             for name in ENGINES:
                 for mode, causal in RUNS:
@@ -68,8 +71,8 @@ def _row(title: str, name: str, mode: str, total: Total) -> str:
     )
 
 
-def hours(logs: Path) -> Iterator[str]:
-    """False alarms in clean motion after the fact, by detector and by how friction is off its calibration."""
+def hours(logs: Path, causal: bool = False) -> Iterator[str]:
+    """False alarms in clean motion, by detector and by how friction is off its calibration."""
     yield "| motion | friction | hours | " + " | ".join(ENGINES) + " |"
     yield "|---|---|---|" + "---|" * len(ENGINES)
     for robot, scenario in dict.fromkeys((r, s) for r, s, _, _ in HOURS):
@@ -84,20 +87,10 @@ def hours(logs: Path) -> Iterator[str]:
             for state, share in OFF.items():
                 other = made.with_friction(off_calibration(friction_of(logs, robot), share))
                 for name in ENGINES:
-                    false[state, name] += len(other.judged(name, False).judgement.collisions)
+                    false[state, name] += len(other.judged(name, causal).judgement.collisions)
         for state in OFF:
             cells = " | ".join(str(false[state, name]) for name in ENGINES)
             yield f"| {scenario}, {robot.replace('-', ', ')} | {state} | {total_h:.2f} | {cells} |"
-
-
-def causal_hours(logs: Path) -> Iterator[str]:
-    """The same with causal engines, on ten minutes of each motion."""
-    yield "| motion, causal | hours | " + " | ".join(ENGINES) + " |"
-    yield "|---|---|" + "---|" * len(ENGINES)
-    for scenario in ("free-clean", "stop-go"):
-        made = bench(simulated(logs, "paper6", scenario, 1, 600.0), friction_of(logs, "paper6"))
-        cells = " | ".join(str(len(made.judged(name, True).judgement.collisions)) for name in ENGINES)
-        yield f"| {scenario}, paper6 | {float(made.prepared.series.time_s[-1]) / 3600.0:.2f} | {cells} |"
 
 
 def replace_table(page: Path, name: str, lines: list[str]) -> None:
@@ -111,12 +104,15 @@ def replace_table(page: Path, name: str, lines: list[str]) -> None:
 
 def main(arguments: list[str]) -> None:
     logs = Path(arguments[0])
-    for name, table in (("pushes", pushes), ("hours", hours), ("causal-hours", causal_hours)):
+    tables = {"pushes": pushes, "hours": hours, "causal-hours": lambda folder: hours(folder, True)}
+    for name, table in tables.items():
+        if arguments[2:] and name not in arguments[2:]:
+            continue
         lines = []
         for line in table(logs):
             print(line, flush=True)
             lines.append(line)
-        if len(arguments) > 1:
+        if len(arguments) > 1 and arguments[1] != "-":
             replace_table(Path(arguments[1]), name, lines)
 
 

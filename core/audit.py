@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.coverage import measure_coverage
+from collaudit.core.coverage import coverage_findings, measure_coverage
 from collaudit.core.detection_facts import detection_facts, detection_findings
 from collaudit.core.evaluate import Grounds, evaluate
 from collaudit.core.evidence import Audit
@@ -23,7 +23,7 @@ from collaudit.core.identification.identify import identify
 from collaudit.core.identification.trends import trend_findings
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
-from collaudit.core.recommend import CleanResidual, recommend_rule
+from collaudit.core.recommend import CleanResidual, little_data_findings, recommend_rule
 from collaudit.core.result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -103,13 +103,14 @@ def audit_log(
     clean = {joint: clean_samples(signals, judgement.collision_times(joint), joint) for joint in series.joint_names}
     stats = {joint: _stats(signals, joint, clean[joint], series.period_s) for joint in series.joint_names}
     findings += _level_findings(stats, rule.gamma_nm) + scatter_findings(fits, rule.gamma_nm)
-    findings += detection_findings(series, found, grounds)
+    findings += detection_findings(series, found, grounds) + coverage_findings(coverage, config.policy.min_coverage)
     verdict, reasons = decide(config.policy, judgement.collisions, judgement.near_misses, coverage, findings)
     recommended = {
         joint: recommend_rule([_clean_residual(signals, joint, clean[joint], series.period_s)], rule.persistence_s)
         for joint in series.joint_names
         if watch[joint].watched
     }
+    findings += little_data_findings(recommended)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
         verdict=verdict,
@@ -131,8 +132,8 @@ def audit_log(
 
 
 def _contradicted(prepared: Prepared) -> frozenset[str]:
-    """Joints whose effort runs against the model; all of them where positions are in the wrong unit."""
-    if any(f.code == "log-position-unit-suspect" for f in prepared.findings):
+    """Joints whose effort runs against the model; all of them where the arm's pose is not known."""
+    if any(f.code in ("log-position-unit-suspect", "model-joint-between") for f in prepared.findings):
         return frozenset(prepared.judged)
     return frozenset(g.joint for g in prepared.gains if g.inverted)
 

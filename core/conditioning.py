@@ -11,6 +11,7 @@ from collaudit.core.filters import default_bandwidth_hz, differentiate, low_pass
 from collaudit.core.findings import Finding
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, IntArray, JointLog, UniformSeries, WrenchSeries, frozen
+from collaudit.core.stalled import without_stalls
 from collaudit.core.timebase import Timebase, make_timebase
 from collaudit.core.velocity import choose_velocity
 
@@ -24,6 +25,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
     Raises:
         NotJudgedError: no stretch without a gap is long enough.
     """
+    log = without_stalls(log)
     base = make_timebase(log.time_s, log.position_rad, config.gap_factor)
     segments, period = base.grid, base.period_s
     bandwidth = min(config.bandwidth_hz or default_bandwidth_hz(period), 0.4 / period)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.findings import Finding
 from collaudit.core.result import Coverage, JointCoverage, NotJudgedSpan
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import FloatArray, UniformSeries
@@ -54,6 +55,21 @@ def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray,
         },
         spans=_spans(series.time_s, state, period),
     )
+
+
+def coverage_findings(coverage: Coverage, least: float) -> list[Finding]:
+    """Watched joints of whose motion less than the share ``least`` could be judged."""
+    out = []
+    for joint, cover in coverage.joints.items():
+        if cover.watched and cover.moving_s > 0 and cover.judged_s < least * cover.moving_s:
+            worst = sorted(cover.not_judged_s.items(), key=lambda item: -item[1])[:2]
+            why = "".join(f", {reason} {seconds:.4g} s" for reason, seconds in worst)
+            text = (
+                f"Of the {cover.moving_s:.4g} s in which joint '{joint}' moved, {cover.judged_s:.4g} s could be judged "
+                f"(asked: {100 * least:g} %){why}."
+            )
+            out.append(Finding("coverage-low", "warning", text, joint=joint))
+    return out
 
 
 def _spans(time_s: FloatArray, state: NDArray[np.int8], period_s: float) -> tuple[NotJudgedSpan, ...]:

@@ -59,6 +59,7 @@ CODES: dict[str, str] = {
     "log-columns-guessed": "CSV columns were recognised by their names, not by the configuration.",
     "log-units-guessed": "A unit was assumed, not stated.",
     "log-position-unit-suspect": "Positions look like degrees while radians were stated, or the reverse.",
+    "log-stalled": "The logger repeated one sample while the arm moved; the repeats were left out.",
     "log-wrench-missing": "A wrench was configured and is not in the log.",
     "log-wrench-bias": "The zero offset of the wrench sensor was taken from the log itself.",
     "log-wrench-partial": "The wrench does not cover the whole log.",
@@ -80,6 +81,7 @@ CODES: dict[str, str] = {
     "effort-unit-raw": "The effort is not in N·m; thresholds in N·m cannot be judged.",
     "model-no-inertials": "The robot model has no inertials; no model torque can be computed.",
     "model-joint-locked": "A joint of the model is not in the log and was held at zero.",
+    "model-joint-between": "A joint between judged joints is not in the log: their model torque is not known.",
     "model-approximate": "A property of the model was left out or simplified.",
     "identified-used": "Gains, offsets, inertials or a tool from the friction file were used.",
     "identified-worse": "What was identified explains time left out worse than the robot's description does.",
@@ -107,5 +109,6 @@ CODES: dict[str, str] = {
     "phases-unknown": "No phases were given; the whole log is one free phase.",
     "phases-found": "Phases were found from the wrench or in the log, not configured.",
     "phases-outside": "Configured phases lie outside the log.",
+    "tool-force-unusual": "The tool's force stood far out of what was usual or allowed in contact; the excess was judged.",
     "force-outside-contact": "Force was commanded outside the contact phase (eq. 1).",
 }

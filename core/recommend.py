@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, log
 
 import numpy as np
 
 from collaudit.core.clean_tail import BLOCK_S, CleanTail, clean_tail
+from collaudit.core.findings import Finding
 from collaudit.core.result import RecommendedRule
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray
@@ -154,3 +155,15 @@ def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
             f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour (95 %); beyond them the tail is extrapolated"
         )
     return tuple(missing)
+
+
+def little_data_findings(recommended: Mapping[str, RecommendedRule]) -> list[Finding]:
+    """Joints for which the clean data do not support a threshold, and what is missing."""
+    return [
+        Finding(
+            "recommend-little-data", "info", f"No threshold is recommended for joint '{joint}': {missing}", joint=joint
+        )
+        for joint, rule in recommended.items()
+        if rule.gamma_nm is None
+        for missing in rule.missing[:1]
+    ]

@@ -10,7 +10,9 @@ from collaudit.core.findings import Finding
 from collaudit.core.result import Collision, Coverage, JointCoverage, NearMiss, Verdict
 
 #: Findings with which a log cannot pass, whatever was judged of it.
-_FORBID_A_PASS = frozenset({"log-partial", "event-cut", "log-position-unit-suspect", "judged-joint-missing"})
+_FORBID_A_PASS = frozenset(
+    {"log-partial", "event-cut", "log-position-unit-suspect", "judged-joint-missing", "model-joint-between"}
+)
 #: Reasons that concern the whole log and are said once.
 _NOT_THE_JOINTS = frozenset({"gap", "edge"})
 _WORTH_SAYING_S = 0.1

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
-from collaudit.core.phases import PHASES
+from collaudit.core.phases import PHASES, contact_mask
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+from collaudit.core.usual_force import meant_share
 
 _BIAS_S = 1.0
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.
@@ -35,6 +36,10 @@ def contact_torque(
     if force is None:
         return None, findings
     torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
+    size = np.sqrt((force[:, :3] ** 2).sum(axis=1))
+    share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
+    torque *= share[:, None]
+    findings = [*findings, *unusual]
     if np.any(phases != PHASES.index("free")):
         torque[~_meant(phases, series.period_s)] = 0.0  # eq. (1): outside contact no force is meant
     else:

@@ -150,13 +150,23 @@ def _headline(result: AuditResult) -> tuple[tuple[str, str], ...]:
     watched = [joint for joint in result.coverage.joints.values() if joint.watched]
     moving = sum(joint.moving_s for joint in watched)
     judged = sum(joint.judged_s for joint in watched)
+    there = len(watched) * (result.coverage.recorded_s + result.coverage.gaps_s)
     return (
         ("Collisions", counted(len(result.collisions), result)),
         ("Near misses", counted(len(result.near_misses), result)),
-        ("Joints watched", f"{len(watched)} of {len(result.coverage.joints)}"),
+        ("Joints watched", _watched(result)),
         ("Their motion that was judged", percent(judged / moving) if moving > 0 else "none"),
+        ("All their time in which a contact could be seen", percent(judged / there) if there > 0 else "none"),
         ("Recorded", duration(result.coverage.recorded_s)),
     )
+
+
+def _watched(result: AuditResult) -> str:
+    """How many, and how many of them were left out in some phase."""
+    joints = result.coverage.joints.values()
+    parts = sum(joint.watched and "not-watched" in joint.not_judged_s for joint in joints)
+    text = f"{sum(joint.watched for joint in joints)} of {len(joints)}"
+    return f"{text}, {parts} of them not in every phase" if parts else text
 
 
 def _bar(audit: Audit, joint: str) -> Bar:

@@ -55,6 +55,9 @@ class RobotConfig(_Section):
     joints: list[str] | None = Field(
         None, description="Judged joints in model order; every moving joint the log has when absent."
     )
+    parked: dict[str, float] = Field(
+        {}, description="Joints that are not in the log and stand still, and where, rad (m if prismatic)."
+    )
     base_rpy_deg: Vec3 = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw of the base in the world, degrees.")
     gravity_m_s2: Vec3 = Field((0.0, 0.0, -9.80665), description="Gravity in the world, m/s².")
     armature_kg_m2: list[NonNegative] | dict[str, NonNegative] | None = Field(
@@ -302,6 +305,11 @@ class PhasesConfig(_Section):
         description="Phase meant by each value of the log's phase topic or column, where that is not the phase's name.",
     )
     contact_force_n: Positive = Field(3.0, description="Force that tells contact from free motion, N.")
+    force_limit_n: Positive | None = Field(
+        None,
+        description="Largest tool force that is meant, N; what exceeds it is judged. When absent: 1.5 times what 95 % "
+        "of the contact stays below, and 5 N more.",
+    )
     contact_min_s: Positive = Field(0.5, description="Contacts and separations shorter than this are not phases, s.")
     approach: list[Interval] = Field([], description="No contact yet (t1).")
     contact: list[Interval] = Field([], description="Force-controlled contact (t2).")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -41,23 +41,45 @@ def inertial_findings(description: Description, bodies: RigidBodies) -> tuple[bo
 _LIGHT_KG = 0.2
 
 
-def locked_finding(
-    description: Description, locked: Sequence[str], names: Sequence[str], whole: RigidBodies
-) -> Finding:
+def locked_findings(
+    description: Description,
+    locked: Mapping[str, float],
+    parked: Sequence[str],
+    names: Sequence[str],
+    whole: RigidBodies,
+) -> list[Finding]:
     """Which joints are held, and how much that matters.
 
     A joint between the base and a judged joint changes every torque after it; one beside or beyond them changes
-    where its mass is.
+    where its mass is. With one between judged joints, whose position nobody stated, no torque of theirs is known.
+
+    Args:
+        description: the robot's.
+        locked: joints that are held, and where.
+        parked: those of them whose place was stated.
+        names: joints of the log.
+        whole: the bodies with all joints free.
     """
     heavy = [name for name, mass, _ in whole.bodies() if name in locked and mass >= _LIGHT_KG]
     order = [joint.name for joint in description.joints]
     first_judged = min(order.index(name) for name in names)
     last_judged = max(order.index(name) for name in names)
-    between = [name for name in locked if order.index(name) < last_judged]
-    text = f"Not in the log and held at zero: {', '.join(locked)}."
-    if any(order.index(name) < first_judged for name in between):
+    before = [name for name in locked if name not in parked and order.index(name) < last_judged]
+    at_zero = ", ".join(name for name in locked if name not in parked)
+    stated = ", ".join(f"{name} at {locked[name]:.6g}" for name in locked if name in parked)
+    text = f"Not in the log and held at zero: {at_zero}." if at_zero else ""
+    text += f" Not in the log and parked as configured: {stated}." if stated else ""
+    if any(order.index(name) < first_judged for name in before):
         text += " Torques are wrong if such a joint lies below the others and was not at zero."
-    return Finding("model-joint-locked", "warning" if between or heavy else "info", text, where=description.where)
+    severe = before or any(name not in parked for name in heavy)
+    out = [Finding("model-joint-locked", "warning" if severe else "info", text.strip(), where=description.where)]
+    for name in whole.between([name for name in locked if name not in parked], names):
+        text = (
+            f"Joint '{name}' lies between joints of the log and is not in it: where it stood is not known, so no model "
+            f"torque is, and nothing is judged. If it stood still: [robot.parked] {name} = its position."
+        )
+        out.append(Finding("model-joint-between", "error", text, where=description.where, joint=name))
+    return out
 
 
 def _possible(inertia: FloatArray) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.errors import RobotError
 from collaudit.core.findings import Finding
-from collaudit.core.robot.checks import inertial_findings, locked_finding
+from collaudit.core.robot.checks import inertial_findings, locked_findings
 from collaudit.core.robot.description import Description, JointFacts, describe_robot, dh_names
 from collaudit.core.robot.model import RigidBodies, dh_model, urdf_model
 from collaudit.core.robot.names import unknown_name
@@ -42,7 +42,8 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
     whole = _whole(description)
     follow = [joint for joint in description.joints if joint.leader in names]
     moving = {*names, *(joint.name for joint in follow)}
-    locked = {j.name: j.offset if j.leader else 0.0 for j in description.joints if j.name not in moving}
+    _check_parked(config, description, moving)
+    locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
     bodies = whole.locked(locked)
     expansion, offset = _expansion(bodies.joint_names, names, follow)
     gravity = np.array(config.gravity_m_s2)
@@ -52,7 +53,7 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
     bodies.set_armature(np.array([armature.get(name, 0.0) for name in bodies.joint_names]))
     has_inertials, findings = inertial_findings(description, bodies)
     if locked:
-        findings = (*findings, locked_finding(description, tuple(locked), names, whole))
+        findings = (*findings, *locked_findings(description, locked, tuple(config.parked), names, whole))
     tool, tool_findings = _add_tool(config, bodies, kept[-1].link)
     return RobotModel(
         joint_names=names,
@@ -69,6 +70,14 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
         expansion=frozen(expansion),
         offset=frozen(offset),
     )
+
+
+def _check_parked(config: RobotConfig, description: Description, moving: Set[str]) -> None:
+    for name in config.parked:
+        if name not in description.movable:
+            raise unknown_name("the robot has no such joint", "robot.parked", name, description.movable)
+        if name in moving:
+            raise RobotError("a parked joint is in the log", where="robot.parked", found=name)
 
 
 def _whole(description: Description) -> RigidBodies:

@@ -91,6 +91,17 @@ class RigidBodies:
         """Gravity in base axes, (3,) m/s²."""
         self._model.gravity.linear = gravity_m_s2
 
+    def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
+        """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
+        moved = {self._model.getJointId(name) for name in kept}
+        out = []
+        for name in names:
+            joint = self._model.getJointId(name)
+            inside, outside = set(self._model.supports[joint]), set(self._model.subtrees[joint])
+            if moved & inside and moved & outside:
+                out.append(name)
+        return out
+
     def weightless(self) -> RigidBodies:
         """A copy without gravity."""
         model = self._model.copy()

@@ -16,10 +16,12 @@ from collaudit.core.series import FloatArray
 
 #: Contacts that rise faster than this are blows, slower than that are leaning on.
 _FAST_RISE_S, _SLOW_RISE_S = 0.1, 0.4
-#: Share of a contact's torque variation above 5 Hz that speaks for a blow.
-_HIGH_SHARE, _HIGH_HZ = 0.3, 5.0
+#: Shares of a contact's torque variation above 5 Hz: more speaks for a blow, less for a force that is applied.
+_HIGH_SHARE, _LOW_SHARE, _HIGH_HZ = 0.3, 0.05, 5.0
 _ALIGNED = 0.8
 _SAFE_SCORE = 2
+#: A vote that no slow and smooth shape outweighs: outside contact no force is meant at all.
+_DECIDES = 4
 
 
 def classify(
@@ -31,7 +33,8 @@ def classify(
 ) -> tuple[ContactKind, tuple[str, ...]]:
     """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
 
-    Phase outside contact counts twice, for there no force is meant at all; so does a direction across the meant force.
+    A phase outside contact decides, for there no force is meant at all; a direction across the meant force, and a
+    torque that the measured tool force leaves over, count twice.
 
     Returns:
         accidental or meant with a lead of two votes, else undecided; and the evidence in words.
@@ -46,13 +49,26 @@ def classify(
     if known and phase == "contact":
         votes.append((-1, "it began in the contact phase, in which force is meant"))
     elif known:
-        votes.append((2, f"it began in the {phase} phase, in which no force is meant"))
+        votes.append((_DECIDES, f"it began in the {phase} phase, in which no force is meant"))
+    if known and phase == "contact":
+        votes += _sensor_vote(prepared, a, b)
     votes += _shape_votes(found.residual.torque_nm[:, j], a, b, series.period_s)
     if known and phase == "contact" and force is not None:
         votes += _direction_vote(prepared, force, a, config)
     score = sum(v for v, _ in votes)
     kind: ContactKind = "accidental" if score >= _SAFE_SCORE else "meant" if score <= -_SAFE_SCORE else "undecided"
     return kind, tuple(text for _, text in votes)
+
+
+def _sensor_vote(prepared: Prepared, a: int, b: int) -> list[tuple[int, str]]:
+    """What the wrist sensor saw was taken out of the residual: what is left did not come through the tool."""
+    if prepared.contact_nm is None or not np.isfinite(prepared.contact_nm[a : b + 1]).all():
+        return []
+    first, last = (float(prepared.series.time_s[min(k, prepared.series.time_s.size - 1)]) for k in (a, b))
+    unusual = [f for f in prepared.findings if f.code == "tool-force-unusual"]
+    if any((f.start_s or 0.0) <= last and first <= (f.end_s or 0.0) for f in unusual):
+        return [(2, "the tool met far more force than is usual or allowed in contact")]
+    return [(2, "the force at the tool does not explain it: that was measured and taken out")]
 
 
 def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[tuple[int, str]]:
@@ -70,7 +86,7 @@ def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[
     share = _high_share(residual[max(0, a - round(0.1 / period_s)) : b + round(0.1 / period_s)], period_s)
     if share is not None:
         text = f"{100 * share:.0f} % of its variation lies above {_HIGH_HZ:g} Hz"
-        votes.append((1 if share > _HIGH_SHARE else 0, text))
+        votes.append((1 if share > _HIGH_SHARE else -1 if share < _LOW_SHARE else 0, text))
     return votes
 
 

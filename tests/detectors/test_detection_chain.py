@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from collaudit.cli.chain import prepare_log
-from collaudit.core.audit import Audit, audit_log, fit_logs
+from collaudit.core.audit import Audit, audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.phases import PHASES, find_phases, phase_findings
@@ -17,27 +17,9 @@ from collaudit.core.result import FrictionFile, Provenance
 from collaudit.core.scoring import Alarm, Evidence, score
 from collaudit.core.threshold import dynamic_level, learn_dynamic
 from collaudit.core.truth_events import read_events
-from collaudit.fixtures.simulate import Reduction, simulate_to
 
 NOBODY = Provenance("test", {})
 T = 0.002
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("logs")
-
-
-@pytest.fixture(scope="module")
-def friction(folder: Path) -> FrictionFile:
-    files = simulate_to("friction", "paper6", 1, "mcap", folder / "friction.mcap", reduction=Reduction(speeds=10))
-    loaded = load_config(files.config)
-    return fit_logs([prepare_log(files.log, loaded)], loaded.config, NOBODY)
-
-
-@pytest.fixture(scope="module")
-def hits(folder: Path) -> Path:
-    return simulate_to("free-hits", "paper6", 2, "mcap", folder / "hits.mcap").log[0]
 
 
 def audited(log: Path, friction: FrictionFile, **overrides: object) -> Audit:

@@ -16,11 +16,11 @@ from collaudit.core.evaluate import Grounds, evaluate
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
-from collaudit.core.identification.apply import with_identified
+from collaudit.core.identification.apply import with_identified, with_sensor
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.findings import identified_findings
 from collaudit.core.identification.identify import identify
-from collaudit.core.identification.trends import trend_findings
+from collaudit.core.identification.trends import joint_trends, merged, trend_findings
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
 from collaudit.core.recommend import CleanResidual, little_data_findings, recommend_rule
@@ -34,6 +34,7 @@ from collaudit.core.result import (
     RecommendedRule,
     ResidualStats,
 )
+from collaudit.core.result_identification import Identification
 from collaudit.core.rule import make_rule
 from collaudit.core.series import BoolArray, UniformSeries
 from collaudit.core.signals import Signals, State
@@ -49,13 +50,22 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     identified = identify(prepared, config)
     seen = [with_identified(p, identified) for p in prepared]
     fits = fit_joints(seen, config)
-    findings = [f for p in prepared for f in (*p.findings, *audit_channels(p, config))]
-    findings += identified_findings(identified) + friction_findings(fits)
-    findings += [f for p in seen for f in trend_findings(p, fits)]
-    logs = {p.series.source.name: p.series.source.sha256 for p in prepared}
-    model = prepared[0].robot.sha256
+    audited = [audit_channels(p, config) for p in prepared]
+    trends = merged([joint_trends(p, fits) for p in seen])
+    findings = [f for p, (_, said) in zip(prepared, audited, strict=True) for f in (*p.findings, *said)]
+    findings += identified_findings(identified) + friction_findings(fits) + trend_findings(trends, fits)
     return FrictionFile(
-        FRICTION_SCHEMA, fits, tuple(findings), replace(provenance, logs=logs, model_sha256=model), identified
+        schema=FRICTION_SCHEMA,
+        joints=fits,
+        findings=tuple(findings),
+        provenance=replace(
+            provenance,
+            logs={p.series.source.name: p.series.source.sha256 for p in prepared},
+            model_sha256=prepared[0].robot.sha256,
+        ),
+        identified=identified,
+        channels={p.series.source.name: facts for p, (facts, _) in zip(prepared, audited, strict=True)},
+        trends=trends,
     )
 
 
@@ -75,6 +85,7 @@ def audit_log(
         provenance: versions and hashes.
         truth: file of known events to score the detection against, if any.
     """
+    prepared = with_sensor(prepared, {} if friction is None else friction.channels, config)
     prepared = with_identified(prepared, None if friction is None else friction.identified)
     series = judged_series(prepared)
     findings = list(prepared.findings)
@@ -123,6 +134,9 @@ def audit_log(
         near_misses=judgement.near_misses,
         recommended=recommended,
         friction=fits,
+        identification=None
+        if friction is None
+        else Identification(friction.identified, friction.channels, friction.trends),
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),

@@ -30,6 +30,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
     segments, period = base.grid, base.period_s
     bandwidth = min(config.bandwidth_hz or default_bandwidth_hz(period), 0.4 / period)
     position = _to_grid(log.position_rad, base)
+    heat = None if log.temperature_c is None else _to_grid(log.temperature_c, base)
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
     raw_velocity, findings = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names)
@@ -65,6 +66,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         source=log.source,
         findings=tuple(findings),
         raw_velocity_rad_s=frozen(raw_velocity),
+        temperature_c=None if heat is None else frozen(heat),
         labels=log.labels,
         phases=log.phases,
     )

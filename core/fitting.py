@@ -19,6 +19,9 @@ from collaudit.core.result import FrictionFit, FrictionPoint
 from collaudit.core.sections import SectionSet, find_sections
 from collaudit.core.series import FloatArray, UniformSeries
 
+#: A friction file may hold a joint without a law and without a word on it.
+_UNSTATED = "the friction file has no law for it and does not say why"
+
 
 def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, FrictionFit]:
     """Sections, points and fit of each judged joint, the points of all logs together.
@@ -72,6 +75,10 @@ def _fit_joint(
     rated = float(robot.effort_limit_nm[column])
     share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
     lost = dict(rejected[joint].most_common())
+    known = fit.identifiability
+    if known is not None and known.motion_needed:
+        needed = tuple(f"{text} on joint '{joint}'" for text in known.motion_needed)
+        fit = replace(fit, identifiability=replace(known, motion_needed=needed))
     return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
 
 
@@ -110,7 +117,7 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
     for joint, fit in fits.items():
         if fit.model is None:
             lost = "; ".join(f"{reason}: {count}" for reason, count in fit.rejected.items())
-            text = f"The friction of joint '{joint}' could not be fitted: {fit.reason}."
+            text = f"The friction of joint '{joint}' could not be fitted: {fit.reason or _UNSTATED}."
             if lost:
                 text += f" Stretches rejected: {lost}."
             findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))

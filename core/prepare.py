@@ -107,6 +107,7 @@ def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
         position_rad=np.ascontiguousarray(log.position_rad[:, pick]),
         velocity_rad_s=take(log.velocity_rad_s),
         effort=take(log.effort),
+        temperature_c=take(log.temperature_c),
     )
 
 
@@ -145,4 +146,5 @@ def judged_series(prepared: Prepared) -> UniformSeries:
         effort=None if series.effort is None else take(series.effort),
         saturated=series.saturated[:, columns],
         raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
+        temperature_c=None if series.temperature_c is None else take(series.temperature_c),
     )

@@ -12,7 +12,7 @@ from typing import Literal
 
 from collaudit.core.findings import Finding
 from collaudit.core.result_detection import DetectionFacts
-from collaudit.core.result_identification import Identified
+from collaudit.core.result_identification import ChannelFacts, Identification, Identified, JointTrends
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
@@ -46,6 +46,8 @@ class FrictionPoint:
         direction: +1 or -1 for ``model`` points, 0 for pairs.
         others_moving: True when other joints moved in the section.
         weight: share of its weight the point kept in a robust fit; 1 in an ordinary one.
+        timing_nm: change of ``friction_nm`` if effort were stamped one standard deviation (0.29 samples) later than
+            position; common to all points, in none of their standard errors.
     """
 
     speed_rad_s: float
@@ -56,6 +58,7 @@ class FrictionPoint:
     direction: int
     others_moving: bool
     weight: float = 1.0
+    timing_nm: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,13 +204,19 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class FrictionFile:
-    """``friction.json``. ``identified`` is what else was identified, None when only friction was asked for."""
+    """``friction.json``.
+
+    ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
+    each log's channels; ``trends`` what moves in each joint's friction.
+    """
 
     schema: str
     joints: dict[str, FrictionFit]
     findings: tuple[Finding, ...]
     provenance: Provenance
     identified: Identified | None = None
+    channels: dict[str, ChannelFacts] = field(default_factory=dict)
+    trends: dict[str, JointTrends] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -399,3 +408,4 @@ class AuditResult:
     coverage: Coverage
     provenance: Provenance
     detection: DetectionFacts | None = None
+    identification: Identification | None = None

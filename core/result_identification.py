@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 Bounds = tuple[float | None, float | None]
 
@@ -125,3 +126,112 @@ class Identified:
     samples: int
     sample_rate_hz: float
     loss: str
+
+
+@dataclass(frozen=True, slots=True)
+class SensorFacts:
+    """The wrist sensor and what hangs on it, from poses at rest. Intervals are 95 %.
+
+    Attributes:
+        frame: of the sensor.
+        poses: number of poses at rest.
+        mass_kg, mass_ci95: mass that the sensor carries.
+        com_m, com_ci95: its centre in the sensor's frame; None when the mass is not clearly above zero.
+        offset, offset_ci95: reading without load: force N (3), moment N·m (3).
+        turn_deg: rotation vector by which the sensor is turned against its frame; None where the poses do not tell.
+        turn_half_deg: half width of its interval.
+        drift, drift_ci95: change of the six zeros over the log.
+        missing: which poses are missing, in words.
+    """
+
+    frame: str
+    poses: int
+    mass_kg: float
+    mass_ci95: Bounds
+    com_m: tuple[float, float, float] | None
+    com_ci95: tuple[Bounds, Bounds, Bounds] | None
+    offset: tuple[float, ...]
+    offset_ci95: tuple[Bounds, ...]
+    turn_deg: tuple[float, float, float] | None
+    turn_half_deg: float | None
+    drift: tuple[float, ...]
+    drift_ci95: tuple[Bounds, ...]
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelFacts:
+    """Offsets in time of one log's channels, ms behind the positions, and its wrist sensor; None where not told.
+
+    Attributes:
+        effort_delay_ms, effort_delay_ci95_ms: of the effort.
+        velocity_delay_ms: of the logged velocity, to first order.
+        wrench_delay_ms, wrench_delay_ci95_ms: of the wrench.
+        sensor: calibration of the wrist sensor.
+    """
+
+    effort_delay_ms: float | None
+    effort_delay_ci95_ms: Bounds | None
+    velocity_delay_ms: float | None
+    wrench_delay_ms: float | None
+    wrench_delay_ci95_ms: Bounds | None
+    sensor: SensorFacts | None
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """How friction of one joint goes with something else, over settled motion.
+
+    Attributes:
+        against: ``time``, ``temperature`` or ``load``.
+        per_unit: share of friction a minute; share of friction a kelvin; N·m of friction per N·m of load.
+        ci95: its interval.
+        span: how much of the other there was: minutes, kelvin, N·m.
+        log: name of the log.
+    """
+
+    against: Literal["time", "temperature", "load"]
+    per_unit: float
+    ci95: Bounds
+    span: float
+    log: str
+
+    @property
+    def shown(self) -> bool:
+        """Whether the interval excludes zero."""
+        low, high = self.ci95
+        return low is not None and high is not None and not low <= 0.0 <= high
+
+
+@dataclass(frozen=True, slots=True)
+class RippleFacts:
+    """The strongest harmonic of a joint's residual over its position, and the share of the variance it explains."""
+
+    amplitude_nm: float
+    cycles_per_turn: float
+    explained: float
+    log: str
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrends:
+    """What moves in one joint's friction; ``untold`` says what the data cannot tell, and why."""
+
+    trends: tuple[Trend, ...]
+    ripple: tuple[RippleFacts, ...]
+    untold: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Everything a friction file holds besides friction.
+
+    Attributes:
+        identified: gains, inertials, tool, when they were asked for.
+        channels: by log.
+        trends: by joint.
+    """
+
+    identified: Identified | None
+    channels: dict[str, ChannelFacts]
+    trends: dict[str, JointTrends]

@@ -117,6 +117,7 @@ class JointLog:
         findings: what reading the log showed.
         labels: flags of the controller and marks of true events that the log holds.
         phases: the phases that the log itself states, one label a value.
+        temperature_c: (n, j) temperature of each joint, °C; None when the log has none.
     """
 
     time_s: FloatArray
@@ -130,10 +131,11 @@ class JointLog:
     findings: tuple[Finding, ...] = ()
     labels: tuple[LogLabel, ...] = ()
     phases: tuple[LogLabel, ...] = ()
+    temperature_c: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n, j = self.time_s.shape[0], len(self.joint_names)
-        for name in ("position_rad", "velocity_rad_s", "effort"):
+        for name in ("position_rad", "velocity_rad_s", "effort", "temperature_c"):
             array = getattr(self, name)
             if array is not None and array.shape != (n, j):
                 raise ValueError(f"{name} has shape {array.shape}, expected {(n, j)}")
@@ -159,6 +161,7 @@ class UniformSeries:
         findings: those of the log and those made here.
         raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept.
         labels, phases: those of the log.
+        temperature_c: (n, j), or None.
     """
 
     time_s: FloatArray
@@ -179,6 +182,7 @@ class UniformSeries:
     raw_velocity_rad_s: FloatArray | None = None
     labels: tuple[LogLabel, ...] = ()
     phases: tuple[LogLabel, ...] = ()
+    temperature_c: FloatArray | None = None
 
     def column(self, joint: str) -> int:
         """Index of a joint's column."""

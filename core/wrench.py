@@ -9,6 +9,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.phases import PHASES, contact_mask
+from collaudit.core.result_identification import SensorFacts
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
@@ -20,7 +21,11 @@ _RELEASE_S = 0.25
 
 
 def contact_torque(
-    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
+    series: UniformSeries,
+    robot: RobotModel,
+    phases: NDArray[np.int8],
+    config: Config,
+    sensor: SensorFacts | None = None,
 ) -> tuple[FloatArray | None, list[Finding]]:
     """Joint torque of the force that the tool is meant to exert, eq. (2).
 
@@ -32,7 +37,7 @@ def contact_torque(
     Raises:
         ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
     """
-    force, findings = tool_force(series, robot, phases, config)
+    force, findings = tool_force(series, robot, phases, config, sensor)
     if force is None:
         return None, findings
     torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
@@ -48,12 +53,17 @@ def contact_torque(
 
 
 def tool_force(
-    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
+    series: UniformSeries,
+    robot: RobotModel,
+    phases: NDArray[np.int8],
+    config: Config,
+    sensor: SensorFacts | None = None,
 ) -> tuple[FloatArray | None, list[Finding]]:
     """What the tool does to the environment, in the sensor's frame.
 
     The sensor reads ``sign · (F - W) + bias`` with F what the robot does to the environment, W the
-    tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``.
+    tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``. Bias and weight are
+    those of ``sensor`` where it is given.
 
     Returns:
         (n, 6) N and N·m, or None without a wrench; and findings on how its offset was found.
@@ -65,11 +75,29 @@ def tool_force(
         return None, _expected_a_wrench(config)
     frame = _frame(robot, config)
     sign = float(config.log.wrench_sign)
+    if sensor is not None:
+        weight = _calibrated_weight(series, robot, sensor)
+        return np.asarray(sign * (series.wrench - np.array(sensor.offset)) + weight), [_calibrated(sensor)]
     weight = np.zeros_like(series.wrench)
     if config.robot.tool.mass_kg not in (0.0, "estimate"):
         weight = robot.tool_wrench(series.position_rad, frame)
     bias, findings = _bias(series, sign, weight, phases, config)
     return np.asarray(sign * (series.wrench - bias) + weight), findings
+
+
+def _calibrated_weight(series: UniformSeries, robot: RobotModel, sensor: SensorFacts) -> FloatArray:
+    """(n, 6) weight of the calibrated tool on the sensor."""
+    weight = sensor.mass_kg * robot.gravity_in(series.position_rad, sensor.frame)
+    centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+    return np.hstack([weight, np.cross(centre, weight)])
+
+
+def _calibrated(sensor: SensorFacts) -> Finding:
+    text = (
+        f"The wrist sensor's offset and its tool ({sensor.mass_kg:.3g} kg) are those that the friction file holds, "
+        f"from {sensor.poses} poses at rest."
+    )
+    return Finding("log-wrench-bias", "info", text)
 
 
 def _meant(phases: NDArray[np.int8], period_s: float) -> BoolArray:
@@ -120,7 +148,7 @@ def _bias(
 ) -> tuple[FloatArray, list[Finding]]:
     """Zero offset of the sensor, (6,): configured, or the median before contact."""
     assert series.wrench is not None
-    if config.log.wrench_bias != "estimate":
+    if not isinstance(config.log.wrench_bias, str):
         return np.asarray(config.log.wrench_bias, dtype=np.float64), []
     free, where = _free_samples(series, phases)
     readings = (series.wrench + sign * weight)[free]

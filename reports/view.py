@@ -15,7 +15,9 @@ from collaudit.core.friction.model import FrictionModel
 from collaudit.core.result import AuditResult, Collision, FrictionFit, NearMiss
 from collaudit.reports import rows
 from collaudit.reports.coverage_bar import coverage_bar
+from collaudit.reports.identified import Table, identification_tables
 from collaudit.reports.numbers import against, duration, interval, percent, significant, stated
+from collaudit.reports.plot_against import draw_against
 from collaudit.reports.plot_events import draw_event
 from collaudit.reports.plot_friction import draw_friction
 from collaudit.reports.plot_overview import draw_overview
@@ -101,6 +103,8 @@ class AuditView:
     residual: tuple[rows.ResidualRow, ...]
     overviews: tuple[Plot, ...]
     friction: tuple[FrictionView, ...]
+    against: tuple[Plot, ...]
+    identified: tuple[Table, ...]
     recommended: tuple[rows.RuleRow, ...]
     findings: tuple[FindingRow, ...]
     gammas: tuple[tuple[str, str], ...]
@@ -128,6 +132,8 @@ def make_view(audit: Audit, key: str, max_collisions: int, max_near_misses: int)
         residual=tuple(rows.residual_row(joint, result) for joint in result.residual),
         overviews=_overviews(audit, key),
         friction=tuple(_friction(joint, fit, f"{key}-friction-{k}") for k, (joint, fit) in _numbered(result)),
+        against=_against(audit, key),
+        identified=() if result.identification is None else identification_tables(result.identification),
         recommended=tuple(rows.rule_row(joint, rule, result) for joint, rule in result.recommended.items()),
         findings=tuple(
             FindingRow(finding, rows.finding_place(finding, result)) for finding in rows.worst_first(result.findings)
@@ -238,6 +244,20 @@ def _overviews(audit: Audit, key: str) -> tuple[Plot, ...]:
         label = visible(f"Residual of {joint} over the whole log, {caption}")
         svg, note = draw_overview(audit.result, audit.signals, joint, unit, anchor, label)
         plots.append(Plot(anchor, "", joint, caption, svg, f"{note} {unit}" if note else None))
+    return tuple(plots)
+
+
+def _against(audit: Audit, key: str) -> tuple[Plot, ...]:
+    plots = []
+    for k, joint in enumerate(audit.signals.joint_names, 1):
+        fit = audit.result.friction.get(joint)
+        prismatic = fit is not None and speed_unit(fit) == "m/s"
+        unit = torque_unit(audit.result, joint)
+        anchor = f"{key}-against-{k}"
+        label = visible(f"Residual of {joint} against its speed and its position, {unit}")
+        svg = draw_against(audit.signals, joint, unit, prismatic, anchor, label)
+        if svg is not None:
+            plots.append(Plot(anchor, "", joint, "against speed (left) and position (right)", svg, None))
     return tuple(plots)
 
 

@@ -50,6 +50,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     if output is not None:
         write_friction(output, friction)
     click.echo(friction_json(friction) if as_json else fit_table(friction), nl=not as_json)
+    if not as_json:
+        click.echo(identification_text(friction), nl=False)
     print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True)
     if output is not None:
         note(f"friction written to {output}")
@@ -59,6 +61,21 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     return EXIT_PASS if fitted else EXIT_NOT_JUDGED
 
 
+def identification_text(friction: FrictionFile) -> str:
+    """What was identified besides friction, table by table; long tables stay in friction.json and the page."""
+    from collaudit.core.result_identification import Identification
+    from collaudit.reports.identified import identification_tables
+    from collaudit.reports.text import table
+
+    found = Identification(friction.identified, friction.channels, friction.trends)
+    parts = []
+    for each in identification_tables(found):
+        if not each.folded:
+            notes = "".join(f"  {note}\n" for note in each.notes)
+            parts.append(f"\n{each.title}\n{table(each.head, each.rows)}{notes}")
+    return "".join(parts)
+
+
 def fit_table(friction: FrictionFile) -> str:
     """One line a joint: model, parameters with intervals, quality; below it what is not identifiable."""
     from collaudit.reports.text import table
@@ -66,11 +83,15 @@ def fit_table(friction: FrictionFile) -> str:
     rows = []
     remarks = []
     for name, fit in friction.joints.items():
-        rows.append((name, fit.model or "not fitted", _parameters(fit), str(fit.n_points), _rmse(fit), _speeds(fit)))
+        rows.append(
+            (name, fit.model or "not fitted", _parameters(fit), str(fit.n_points), *_quality(fit), _speeds(fit))
+        )
         if fit.reason:
             remarks.append(f"  {name}: {fit.reason}")
         remarks += [f"  {name}: {text}" for text in fit.not_identifiable]
-    head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE", "speeds")
+        if fit.identifiability is not None and fit.identifiability.motion_needed:
+            remarks.append(f"  {name}: to settle it: {'; '.join(fit.identifiability.motion_needed)}")
+    head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE (of rated)", "R²", "speeds")
     return "\n".join([table(head, rows, numeric=(3,)).rstrip(), *remarks])
 
 
@@ -87,8 +108,12 @@ def _bound(value: float | None) -> str:
     return "open" if value is None else f"{value:.3g}"
 
 
-def _rmse(fit: FrictionFit) -> str:
-    return "" if fit.rmse_nm is None else f"{fit.rmse_nm:.3g} {fit.effort_unit}"
+def _quality(fit: FrictionFit) -> tuple[str, str]:
+    """RMSE with its share of the joint's rated torque, and R²."""
+    if fit.rmse_nm is None:
+        return "", ""
+    share = "" if fit.rmse_share is None else f" ({100 * fit.rmse_share:.2g} %)"
+    return f"{fit.rmse_nm:.3g} {fit.effort_unit}{share}", "" if fit.r_squared is None else f"{fit.r_squared:.4f}"
 
 
 def _speeds(fit: FrictionFit) -> str:

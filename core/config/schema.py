@@ -84,6 +84,9 @@ class CsvConfig(_Section):
     position: ColumnPattern | None = Field(None, description="Position columns: a pattern, names, or numbers from 1.")
     velocity: ColumnPattern | None = Field(None, description="Velocity columns; derived from position when absent.")
     effort: ColumnPattern | None = Field(None, description="Effort columns.")
+    temperature: ColumnPattern | None = Field(
+        None, description="Joint temperature columns, °C: friction is then compared with them."
+    )
     wrench: list[str] | list[int] | None = Field(None, description="Six columns: fx, fy, fz, mx, my, mz.")
     delimiter: str = Field("auto", description="`auto`, or the character between cells.")
     decimal: Literal["auto", ".", ","] = Field("auto", description="Decimal mark.")
@@ -117,8 +120,10 @@ class LogConfig(_Section):
     wrench: str | None = Field(None, description="Topic of the wrist force/torque sensor.")
     wrench_frame: str | None = Field(None, description="Frame of the model the wrench is measured in.")
     wrench_sign: Literal[-1, 1] = Field(1, description="+1: what the robot does to the environment; -1: the reverse.")
-    wrench_bias: Literal["estimate"] | Vec6 = Field(
-        "estimate", description="Zero offset of the sensor (N, N·m), or `estimate`: the mean before contact."
+    wrench_bias: Literal["estimate", "calibrated"] | Vec6 = Field(
+        "estimate",
+        description="Zero offset of the sensor (N, N·m); `estimate`: the median before contact; or `calibrated`: "
+        "offset, tool weight and centre that the friction file holds, from poses at rest.",
     )
     effort_delay_ms: float = Field(0.0, description="How much later than the motion the effort is stamped; taken off.")
     wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; taken off.")

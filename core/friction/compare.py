@@ -78,7 +78,7 @@ def _predict(train: ls.Points, test: ls.Points, model: str, ridge: float | None)
     estimate = ls.solve(design, train.target).estimate
     if law.non_negative:
         estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
-    return np.asarray((test.design(law, c) * test.sd[:, None]) @ estimate)
+    return np.asarray(test.raw(law, c) @ estimate)
 
 
 def aicc(data: ls.Points, candidate: Candidate) -> float | None:

@@ -30,6 +30,7 @@ class Points:
         sd: (n,) standard deviation of each.
         offset: (n,) column of the nuisance offset (+1/-1 by direction of model points, 0 for pairs), or None.
         direction: (n,) +1 or -1 of model points, 0 for pairs.
+        timing: (n,) error that all points share: what one standard deviation of the effort's stamp does to each.
     """
 
     speed: FloatArray
@@ -37,6 +38,7 @@ class Points:
     sd: FloatArray
     offset: FloatArray | None
     direction: FloatArray
+    timing: FloatArray
 
     @property
     def n(self) -> int:
@@ -46,24 +48,38 @@ class Points:
     def columns(self, *shape: FloatArray) -> FloatArray:
         """(n, k) weighted design matrix of the given columns, with the offset last."""
         parts = [*shape] if self.offset is None else [*shape, self.offset]
-        return np.asarray(np.stack(parts, axis=-1) / self.sd[:, None])
+        return self._weighted(np.stack(parts, axis=-1))
+
+    def raw(self, law: Law, c: float = 0.0) -> FloatArray:
+        """(n, k) columns of a law at a rate, not weighted; directional laws carry the offset themselves."""
+        shape = law.shape(self.speed, self.direction, c)
+        parts = [*shape] if self.offset is None or law.directional else [*shape, self.offset]
+        return np.asarray(np.stack(parts, axis=-1))
 
     def design(self, law: Law, c: float = 0.0) -> FloatArray:
-        """(n, k) weighted design matrix of a law at a rate; directional laws carry the offset themselves."""
-        shape = law.shape(self.speed, self.direction, c)
-        if law.directional:
-            return np.asarray(np.stack(shape, axis=-1) / self.sd[:, None])
-        return self.columns(*shape)
+        """(n, k) weighted design matrix of a law at a rate."""
+        return self._weighted(self.raw(law, c))
+
+    def _weighted(self, x: FloatArray) -> FloatArray:
+        """Rows (n, …) in units of their errors: the inverse root of diag(sd²) + timing timingᵀ applied to them."""
+        shared = self.timing / self.sd
+        size = float(shared @ shared)
+        x = (x.T / self.sd).T
+        if size == 0.0:
+            return np.asarray(x)
+        share = (1.0 - 1.0 / np.sqrt(1.0 + size)) / size
+        return np.asarray(x - share * np.multiply.outer(shared, shared @ x))
 
     def take(self, rows: IntArray) -> Points:
         """Only these rows."""
         offset = None if self.offset is None else self.offset[rows]
-        return Points(self.speed[rows], self.friction[rows], self.sd[rows], offset, self.direction[rows])
+        direction, timing = self.direction[rows], self.timing[rows]
+        return Points(self.speed[rows], self.friction[rows], self.sd[rows], offset, direction, timing)
 
     @property
     def target(self) -> FloatArray:
         """(n,) weighted friction."""
-        return np.asarray(self.friction / self.sd)
+        return self._weighted(self.friction)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

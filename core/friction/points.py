@@ -125,22 +125,23 @@ def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint | N
         return None
     speed = 0.5 * (speed_plus + speed_minus)
     slope = _slope((0.5 * (edges[1:] + edges[:-1]))[known], gravity[known])
-    timing = slope * speed * _SIMULTANEOUS * series.period_s
     return FrictionPoint(
         speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(friction),
-        se_nm=float(np.hypot(_sd(friction) / np.sqrt(friction.size), timing)),
+        se_nm=_sd(friction) / float(np.sqrt(friction.size)),
         source="pair",
         direction=0,
         others_moving=False,
+        timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
     )
 
 
 def _slope(x: FloatArray, y: FloatArray) -> float:
-    """Slope of a straight line."""
+    """Slope of a straight line; 0 where there is nothing to draw it through."""
     x = x - x.mean()
-    return float(x @ y) / float(x @ x)
+    power = float(x @ x)
+    return float(x @ y) / power if power > 0 else 0.0
 
 
 def _by_position(series: UniformSeries, section: Section, j: int, edges: FloatArray) -> tuple[FloatArray, float]:
@@ -164,15 +165,18 @@ def _model_point(series: UniformSeries, section: Section, model_torque: FloatArr
     friction = sign * (series.effort[s, j] - model_torque[s, j])
     if not np.isfinite(friction).all():
         return None
+    speed = abs(section.velocity_rad_s)
+    slope = _slope(series.position_rad[s, j], model_torque[s, j])
     blocks = np.array([np.mean(b) for b in np.array_split(friction, min(_BLOCKS, friction.size))])
     return FrictionPoint(
-        speed_rad_s=abs(section.velocity_rad_s),
+        speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(blocks),
         se_nm=_sd(blocks) / float(np.sqrt(blocks.size)),
         source="model",
         direction=sign,
         others_moving=bool(section.others_moving),
+        timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
     )
 
 

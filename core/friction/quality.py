@@ -54,7 +54,8 @@ def point_arrays(points: list[FrictionPoint] | tuple[FrictionPoint, ...]) -> ls.
     both = np.count_nonzero(direction > 0) >= 2 and np.count_nonzero(direction < 0) >= 2
     offset = direction if both and len(points) >= 6 else None
     speed = np.array([p.speed_rad_s for p in points])
-    return ls.Points(speed, friction, np.maximum(se, floor), offset, direction)
+    timing = np.array([p.timing_nm for p in points])
+    return ls.Points(speed, friction, np.maximum(se, floor), offset, direction, timing)
 
 
 def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
@@ -168,7 +169,7 @@ def _reweighted(data: ls.Points, law: Law, method: str) -> tuple[FloatArray, flo
         now = replace(equal, sd=equal.sd / np.sqrt(np.maximum(weight, 1e-6)))
         c = ls.quick_rate(now, law) if law.has_rate else 0.0
         fit = ls.fit_at(now, law, c)
-        rest = np.abs(data.friction - (now.design(law, c) * now.sd[:, None]) @ fit.estimate)
+        rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
         scale = max(1.4826 * float(np.median(rest)), 1e-12)
         ratio = rest / scale
         fresh = np.minimum(1.0, 1.345 / np.maximum(ratio, 1e-12))

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from collaudit.core.config.schema import Config
 from collaudit.core.effort_check import effort_findings, effort_gains
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.prepare import Prepared
-from collaudit.core.result_identification import Identified
+from collaudit.core.result_identification import ChannelFacts, Identified
 from collaudit.core.robot.robot import RobotModel
+from collaudit.core.wrench import contact_torque
 
 
 def with_identified(prepared: Prepared, identified: Identified | None) -> Prepared:
@@ -48,6 +51,29 @@ def with_identified(prepared: Prepared, identified: Identified | None) -> Prepar
         about = [f for f in about if f.code != "effort-sign-inverted"]
     findings = (*kept, *about, said)
     return replace(prepared, series=series, robot=robot, rigid_nm=rigid, gains=gains, findings=findings)
+
+
+def with_sensor(prepared: Prepared, channels: Mapping[str, ChannelFacts], config: Config) -> Prepared:
+    """The same log with the wrist sensor's offset and tool of the friction file; unchanged unless that is asked for.
+
+    Args:
+        prepared: the log.
+        channels: what the friction file holds, by the log it was found on; the log of most poses counts.
+        config: ``[log] wrench_bias = "calibrated"`` asks for it.
+    """
+    if config.log.wrench_bias != "calibrated" or prepared.series.wrench is None:
+        return prepared
+    found = [c.sensor for c in channels.values() if c.sensor is not None]
+    sensor = max((s for s in found if s.frame == config.log.wrench_frame), key=lambda s: s.poses, default=None)
+    if sensor is None:
+        text = (
+            f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "
+            "estimated from this log instead."
+        )
+        return replace(prepared, findings=(*prepared.findings, Finding("log-wrench-bias", "warning", text)))
+    contact, said = contact_torque(prepared.series, prepared.robot, prepared.phases, config, sensor)
+    kept = tuple(f for f in prepared.findings if f.code not in {"log-wrench-bias", *(g.code for g in said)})
+    return replace(prepared, contact_nm=contact, findings=(*kept, *said))
 
 
 def _robot(robot: RobotModel, identified: Identified) -> RobotModel:

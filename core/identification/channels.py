@@ -4,17 +4,38 @@ from __future__ import annotations
 
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
-from collaudit.core.identification.delays import audit_delays, effort_delay, told
+from collaudit.core.identification.delays import audit_delays, effort_delay, told, velocity_delay, wrench_delay
 from collaudit.core.identification.effort_audit import audit_effort
-from collaudit.core.identification.force_sensor import audit_force_sensor
+from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
+from collaudit.core.identification.shift import Delay
 from collaudit.core.prepare import Prepared
+from collaudit.core.result_identification import Bounds, ChannelFacts
 
 _MATTERS_S = 0.02
 
 
-def audit_channels(prepared: Prepared, config: Config) -> list[Finding]:
+def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, list[Finding]]:
     """Everything that can be said about the channels of one log."""
-    delay = effort_delay(prepared)
-    late = delay is not None and told(delay, prepared.series.period_s) and abs(delay.seconds) > _MATTERS_S
-    kind = audit_effort(prepared, delay if late else None)
-    return [*kind, *audit_delays(prepared, config, delay), *audit_force_sensor(prepared, config)]
+    effort, wrench = effort_delay(prepared), wrench_delay(prepared, config)
+    late = effort is not None and told(effort, prepared.series.period_s) and abs(effort.seconds) > _MATTERS_S
+    calibration = calibrate_sensor(prepared, config)
+    velocity = velocity_delay(prepared.series)
+    facts = ChannelFacts(
+        effort_delay_ms=_ms(effort),
+        effort_delay_ci95_ms=_bounds_ms(effort),
+        velocity_delay_ms=None if velocity is None else 1e3 * velocity,
+        wrench_delay_ms=_ms(wrench),
+        wrench_delay_ci95_ms=_bounds_ms(wrench),
+        sensor=None if calibration is None else sensor_facts(calibration, config),
+    )
+    findings = audit_effort(prepared, effort if late else None)
+    findings += audit_delays(prepared, config, effort, wrench)
+    return facts, findings + audit_force_sensor(prepared, config, facts.sensor)
+
+
+def _ms(delay: Delay | None) -> float | None:
+    return None if delay is None else 1e3 * delay.seconds
+
+
+def _bounds_ms(delay: Delay | None) -> Bounds | None:
+    return None if delay is None else (1e3 * delay.ci95[0], 1e3 * delay.ci95[1])

@@ -21,18 +21,18 @@ from collaudit.core.series import FloatArray, IntArray, UniformSeries
 _UNSHARP_S = 0.03
 
 
-def audit_delays(prepared: Prepared, config: Config, effort: Delay | None) -> list[Finding]:
+def audit_delays(prepared: Prepared, config: Config, effort: Delay | None, wrench: Delay | None) -> list[Finding]:
     """Findings on channels whose offset is clearly not zero, with the line that would correct it.
 
     Args:
         prepared: the log.
         config: delays that are taken off already.
-        effort: from :func:`effort_delay`.
+        effort, wrench: from :func:`effort_delay` and :func:`wrench_delay`.
     """
     findings = []
     for delay, code, channel, key, on in (
         (effort, "effort-delay", "effort", "effort_delay_ms", config.log.effort_delay_ms),
-        (wrench_delay(prepared, config), "wrench-delay", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
+        (wrench, "wrench-delay", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
     ):
         if delay is None or any(f.code == code for f in prepared.findings):
             continue

@@ -13,12 +13,14 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
 from collaudit.core.prepare import Prepared
+from collaudit.core.result_identification import Bounds, SensorFacts
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import FloatArray
 
 _STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
 _SAME_POSE = 0.05  # rad
 _MIN_POSES = 4
+_Z95 = 1.96
 _STANDARD_G = 9.80665
 
 
@@ -76,38 +78,74 @@ def calibrate_sensor(prepared: Prepared, config: Config) -> SensorCalibration | 
     )
 
 
-def audit_force_sensor(prepared: Prepared, config: Config) -> list[Finding]:
+def sensor_facts(found: SensorCalibration, config: Config) -> SensorFacts:
+    """A calibration with its intervals."""
+    e, half = found.estimate, _Z95 * found.sd
+    com = com_ci = None
+    if e[0] > half[0]:
+        centre = e[1:4] / e[0]
+        # to first order: d(mc/m) = (d(mc) - c dm)/m, the mass being far better known than the moments
+        com, com_ci = _three(centre), _bounds(centre, half[1:4] / e[0])
+    return SensorFacts(
+        frame=config.log.wrench_frame or "",
+        poses=found.poses,
+        mass_kg=float(e[0]),
+        mass_ci95=_bounds(e[:1], half[:1])[0],
+        com_m=com,
+        com_ci95=None if com_ci is None else (com_ci[0], com_ci[1], com_ci[2]),
+        offset=tuple(float(x) for x in e[4:]),
+        offset_ci95=_bounds(e[4:], half[4:]),
+        turn_deg=None if found.turn_deg is None else _three(found.turn_deg),
+        turn_half_deg=None if found.turn_sd_deg is None else _Z95 * found.turn_sd_deg,
+        drift=tuple(float(x) for x in found.drift),
+        drift_ci95=_bounds(found.drift, _Z95 * found.drift_sd),
+        missing=found.missing,
+    )
+
+
+def _three(x: FloatArray) -> tuple[float, float, float]:
+    return float(x[0]), float(x[1]), float(x[2])
+
+
+def _bounds(x: FloatArray, half: FloatArray) -> tuple[Bounds, ...]:
+    return tuple((float(a - b), float(a + b)) for a, b in zip(x, half, strict=True))
+
+
+def audit_force_sensor(prepared: Prepared, config: Config, found: SensorFacts | None) -> list[Finding]:
     """What static poses say of the sensor and the tool, or which poses are missing."""
     if prepared.series.wrench is None or config.log.wrench_frame is None:
         return []
-    found = calibrate_sensor(prepared, config)
     if found is None:
         text = (
             f"The wrist sensor cannot be calibrated from this log: it needs at least {_MIN_POSES} poses at rest of "
             f"{_REST_S} s in which the sensor is turned differently against gravity, about two axes."
         )
         return [Finding("wrench-calibration", "info", text)]
-    e, half = found.estimate, 1.96 * found.sd
-    com = e[1:4] / e[0] if e[0] > half[0] else None
-    parts = [f"tool mass {e[0]:.4g} ± {half[0]:.2g} kg"]
-    if com is not None:
-        # to first order: d(mc/m) = (d(mc) - c dm)/m, the mass being far better known than the moments
-        centre = ", ".join(f"{c:.4f} ± {w / e[0]:.2g}" for c, w in zip(com, half[1:4], strict=True))
+    parts = [f"tool mass {found.mass_kg:.4g} ± {_half(found.mass_ci95):.2g} kg"]
+    if found.com_m is not None and found.com_ci95 is not None:
+        centre = ", ".join(f"{c:.4f} ± {_half(b):.2g}" for c, b in zip(found.com_m, found.com_ci95, strict=True))
         parts.append(f"centre of mass [{centre}] m")
-    parts.append(
-        "offset [" + ", ".join(f"{x:.3g} ± {w:.2g}" for x, w in zip(e[4:], half[4:], strict=True)) + "] N, N·m"
-    )
-    if found.turn_deg is not None and found.turn_sd_deg is not None:
+    offset = ", ".join(f"{x:.3g} ± {_half(b):.2g}" for x, b in zip(found.offset, found.offset_ci95, strict=True))
+    parts.append(f"offset [{offset}] N, N·m")
+    if found.turn_deg is not None and found.turn_half_deg is not None:
         turn = ", ".join(f"{x:.2f}" for x in found.turn_deg)
-        parts.append(f"sensor turned against its frame by [{turn}] ± {1.96 * found.turn_sd_deg:.2f} degrees")
-    text = f"From {found.poses} poses at rest (95 %): {'; '.join(parts)}. {' '.join(found.missing)}".strip()
+        parts.append(f"sensor turned against its frame by [{turn}] ± {found.turn_half_deg:.2f} degrees")
+    use = 'To use it: [log] wrench_bias = "calibrated", and this friction file.'
+    text = f"From {found.poses} poses at rest (95 %): {'; '.join(parts)}. {' '.join((*found.missing, use))}"
     findings = [Finding("wrench-calibration", "info", text)]
-    strong = np.abs(found.drift) > np.maximum(3.0 * found.drift_sd, [0.5] * 3 + [0.02] * 3)
-    if strong.any():
+    least = [0.5] * 3 + [0.02] * 3
+    strong = [
+        abs(x) > max(1.5 * _half(b), floor) for x, b, floor in zip(found.drift, found.drift_ci95, least, strict=True)
+    ]
+    if any(strong):
         size = ", ".join(f"{x:.3g}" for x in found.drift)
         text = f"The zero of the wrist sensor drifts over the log by [{size}] (N, N·m)."
         findings.append(Finding("wrench-drift", "warning", text))
     return findings
+
+
+def _half(bounds: Bounds) -> float:
+    return 0.5 * ((bounds[1] or 0.0) - (bounds[0] or 0.0))
 
 
 def _static_poses(prepared: Prepared) -> list[tuple[FloatArray, FloatArray, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -55,13 +56,28 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     return tuple(points)
 
 
-def settled_residual(
-    prepared: Prepared, joint: str, law: FrictionModel
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
-    """Time, position, torque left and friction (signed), each (n,), at settled samples of one joint.
+@dataclass(frozen=True, slots=True, eq=False)
+class Settled:
+    """Settled samples of one joint, each (n,).
 
-    The effort is not filtered: ripple passes at the speed of the motion.
+    Attributes:
+        time_s, position: when and where.
+        residual: torque that model and friction leave, not filtered: ripple passes at the speed of the motion.
+        friction: as fitted, signed.
+        load: size of the model's torque and the tool's: what the gear carries.
+        temperature: of the joint, °C; None without such a channel.
     """
+
+    time_s: FloatArray
+    position: FloatArray
+    residual: FloatArray
+    friction: FloatArray
+    load: FloatArray
+    temperature: FloatArray | None
+
+
+def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Settled | None:
+    """Settled samples of one joint against its friction law; None without a model torque or motion."""
     series = prepared.series
     if prepared.rigid_nm is None or series.effort is None:
         return None
@@ -72,11 +88,18 @@ def settled_residual(
         known = known + prepared.contact_nm[:, j]
     friction = law.torque(v)
     left = series.effort[:, j] - known - friction
+    heat = None if series.temperature_c is None else series.temperature_c[:, j]
+    if heat is not None and not np.isfinite(heat).any():
+        heat = None
     rows = _settled(v, round(_SETTLED_S / series.period_s))
     rows = rows[np.isfinite(left[rows]) & ~series.edge[rows] & ~series.saturated[rows, j]]
+    if heat is not None:
+        rows = rows[np.isfinite(heat[rows])]
     if rows.size == 0:
         return None
-    return series.time_s[rows], series.position_rad[rows, j], left[rows], friction[rows]
+    at = None if heat is None else heat[rows]
+    position = series.position_rad[rows, j]
+    return Settled(series.time_s[rows], position, left[rows], friction[rows], np.abs(known[rows]), at)
 
 
 def _settled(v: FloatArray, margin: int) -> IntArray:

@@ -1,79 +1,95 @@
-"""What moves while a log runs: friction warming up, and ripple of the gear over position."""
+"""What moves in friction: with running time, temperature, load on the gear, and over position."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.friction.model import FrictionModel
-from collaudit.core.identification.motion_points import settled_residual
+from collaudit.core.identification.motion_points import Settled, settled_residual
 from collaudit.core.prepare import Prepared
 from collaudit.core.result import FrictionFit
+from collaudit.core.result_identification import Bounds, JointTrends, RippleFacts, Trend
 from collaudit.core.series import FloatArray
 
 _BLOCK_S = 2.0
 _MIN_BLOCKS = 12
 _MIN_RUN_S = 60.0
+_MIN_KELVIN = 2.0
+_MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads tells nothing
 _MOST_CYCLES = 400  # a turn
 _NOTEWORTHY = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class WarmUp:
-    """Change of friction with running time: share of friction a minute and its interval."""
-
-    per_minute: float
-    ci95: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Ripple:
-    """The strongest harmonic of the residual over a joint's position.
-
-    Attributes:
-        amplitude_nm: its amplitude.
-        cycles_per_turn: its frequency; m^-1 times 2 pi for a prismatic joint.
-        explained: share of the settled residual's variance that it explains.
-    """
-
-    amplitude_nm: float
-    cycles_per_turn: float
-    explained: float
-
-
-def warm_up(time_s: FloatArray, residual: FloatArray, friction: FloatArray) -> WarmUp | None:
-    """Slope of residual/friction over time, from means over blocks of two seconds (t interval).
+def friction_slope(
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, against: FloatArray
+) -> tuple[float, Bounds] | None:
+    """Slope of residual/friction over something else, from means over blocks of two seconds (t interval).
 
     Args:
         time_s, residual, friction: (n,) settled samples: time, torque that is left, friction as fitted, signed.
+        against: (n,) what friction may go with.
+
+    Returns:
+        Share of friction per unit and its interval; None with too few blocks, or nothing to compare.
     """
-    if time_s.size == 0 or np.ptp(time_s) < _MIN_RUN_S:
-        return None
     ids, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
     if ids.size < _MIN_BLOCKS:
         return None
-    level = np.bincount(label, weights=residual * friction) / np.bincount(label, weights=friction**2)
     weight = np.bincount(label, weights=friction**2)
-    clock = np.bincount(label, weights=time_s) / np.bincount(label)
-    centre = float(np.sum(weight * clock) / weight.sum())
+    level = np.bincount(label, weights=residual * friction) / np.maximum(weight, 1e-30)
+    at = np.bincount(label, weights=against) / np.bincount(label)
+    at = at - float(np.sum(weight * at) / weight.sum())
     mean = float(np.sum(weight * level) / weight.sum())
-    power = float(np.sum(weight * (clock - centre) ** 2))
-    slope = float(np.sum(weight * (clock - centre) * (level - mean))) / power
-    score = weight * (clock - centre) * (level - mean - slope * (clock - centre))
+    power = float(np.sum(weight * at**2))
+    if power <= 1e-12 * float(weight.sum()):
+        return None
+    slope = float(np.sum(weight * at * (level - mean))) / power
     # neighbouring blocks err alike: sums of four blocks are taken as one error
-    together = np.add.reduceat(score, np.arange(0, score.size, 4))
+    score: FloatArray = np.asarray(weight * at * (level - mean - slope * at), dtype=np.float64)
+    return slope, _interval(slope, score, power, 4)
+
+
+def load_slope(
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, load: FloatArray
+) -> tuple[float, Bounds] | None:
+    """N·m of friction per N·m of load on the gear, sample by sample, errors alike over two seconds (t interval).
+
+    Args:
+        time_s, residual, friction: as for :func:`friction_slope`.
+        load: (n,) size of the torque that the gear carries, N·m.
+    """
+    ids, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    if ids.size < _MIN_BLOCKS:
+        return None
+    along = residual * np.sign(friction)
+    at = load - load.mean()
+    power = float(at @ at)
+    if power <= 1e-12 * at.size:
+        return None
+    slope = float(at @ (along - along.mean())) / power
+    score: FloatArray = np.bincount(label, weights=at * (along - along.mean() - slope * at)).astype(np.float64)
+    return slope, _interval(slope, score, power, 4)
+
+
+def _interval(slope: float, score: FloatArray, power: float, together: int) -> Bounds:
     from scipy.stats import t
 
-    se = float(np.sqrt(np.sum(together**2) * together.size / max(1, together.size - 2))) / power
-    half = float(t.ppf(0.975, max(1, together.size - 2))) * se
-    return WarmUp(60.0 * slope, (60.0 * (slope - half), 60.0 * (slope + half)))
+    sums = np.add.reduceat(score, np.arange(0, score.size, together))
+    freedom = max(1, sums.size - 2)
+    half = float(t.ppf(0.975, freedom)) * float(np.sqrt(np.sum(sums**2) * sums.size / freedom)) / power
+    return slope - half, slope + half
 
 
-def ripple(position_rad: FloatArray, residual: FloatArray) -> Ripple | None:
-    """The strongest harmonic over position, by projection onto sine and cosine at whole cycles a turn."""
+def ripple(position_rad: FloatArray, residual: FloatArray, log: str) -> RippleFacts | None:
+    """The strongest harmonic over position, by projection onto sine and cosine at whole cycles a turn.
+
+    Args:
+        position_rad, residual: (n,) settled samples.
+        log: its name.
+    """
     if position_rad.size < 500 or np.ptp(position_rad) < 0.2:
         return None
     step = max(1, position_rad.size // 20_000)
@@ -86,33 +102,92 @@ def ripple(position_rad: FloatArray, residual: FloatArray) -> Ripple | None:
     wave = np.array([np.mean(r * np.exp(-1j * n * q)) for n in cycles])
     best = int(np.argmax(np.abs(wave)))
     amplitude = 2.0 * float(np.abs(wave[best]))
-    return Ripple(amplitude, float(cycles[best]), min(1.0, 0.5 * amplitude**2 / power))
+    return RippleFacts(amplitude, float(cycles[best]), min(1.0, 0.5 * amplitude**2 / power), log)
 
 
-def trend_findings(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> list[Finding]:
-    """Warm-up and ripple of every joint whose friction is known, where they are worth a word."""
-    findings = []
+def joint_trends(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[str, JointTrends]:
+    """Friction of every joint whose law is known, against time, temperature, load and position."""
+    out = {}
     for joint, fit in fits.items():
         law = FrictionModel.of(fit)
         if law is None or joint not in prepared.judged or fit.effort_unit == "raw":
             continue
         left = settled_residual(prepared, joint, law)
-        if left is None:
-            continue
-        time_s, position, residual, friction = left
-        trend = warm_up(time_s, residual, friction)
-        if trend is not None and (trend.ci95[0] > 0 or trend.ci95[1] < 0):
-            low, high = (100 * x for x in trend.ci95)
-            text = (
-                f"The friction of joint '{joint}' changes with running time by {100 * trend.per_minute:.2g} % a minute "
-                f"(95 %: {low:.2g} to {high:.2g} %)."
-            )
-            findings.append(Finding("friction-warm-up", "info", text, joint=joint))
-        wave = ripple(position, residual)
-        if wave is not None and wave.explained > _NOTEWORTHY:
-            text = (
-                f"A ripple of {wave.amplitude_nm:.2g} {fit.effort_unit} with {wave.cycles_per_turn:.0f} cycles a turn "
-                f"explains {100 * wave.explained:.0f} % of what friction and model leave on joint '{joint}'."
-            )
-            findings.append(Finding("friction-ripple", "info", text, joint=joint))
+        if left is not None:
+            out[joint] = _of(prepared, joint, left)
+    return out
+
+
+def _of(prepared: Prepared, joint: str, left: Settled) -> JointTrends:
+    name, data = prepared.series.source.name, (left.time_s, left.residual, left.friction)
+    trends, untold = [], []
+    minutes = float(np.ptp(left.time_s)) / 60.0
+    found = friction_slope(*data, left.time_s / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
+    if found is not None:
+        trends.append(Trend("time", found[0], found[1], minutes, name))
+    else:
+        untold.append(f"change with running time: {60 * minutes:.0f} s of motion are too short")
+    if left.temperature is not None:
+        span = float(np.ptp(left.temperature))
+        found = friction_slope(*data, left.temperature) if span >= _MIN_KELVIN else None
+        if found is not None:
+            trends.append(Trend("temperature", found[0], found[1], span, name))
+        else:
+            untold.append(f"change with temperature: it moved by {span:.2g} K only")
+    span = float(np.ptp(np.quantile(left.load, [0.05, 0.95])))
+    enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
+    found = load_slope(*data, left.load) if enough else None
+    if found is not None:
+        trends.append(Trend("load", found[0], found[1], span, name))
+    else:
+        untold.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
+    wave = ripple(left.position, left.residual, name)
+    return JointTrends(tuple(trends), () if wave is None else (wave,), tuple(untold))
+
+
+def merged(parts: Sequence[dict[str, JointTrends]]) -> dict[str, JointTrends]:
+    """Trends of several logs, joint by joint."""
+    out: dict[str, JointTrends] = {}
+    for part in parts:
+        for joint, found in part.items():
+            before = out.get(joint, JointTrends((), (), ()))
+            untold = tuple(dict.fromkeys((*before.untold, *found.untold)))
+            out[joint] = JointTrends((*before.trends, *found.trends), (*before.ripple, *found.ripple), untold)
+    return out
+
+
+_CODES = {"time": "friction-warm-up", "temperature": "friction-temperature", "load": "friction-load"}
+
+
+def trend_findings(joints: Mapping[str, JointTrends], fits: Mapping[str, FrictionFit]) -> list[Finding]:
+    """Trends that are shown and ripple worth a word."""
+    findings = []
+    for joint, found in joints.items():
+        for trend in found.trends:
+            if trend.shown:
+                text = f"The friction of joint '{joint}' {trend_words(trend)}."
+                findings.append(Finding(_CODES[trend.against], "info", text, joint=joint))
+        for wave in found.ripple:
+            if wave.explained > _NOTEWORTHY:
+                text = (
+                    f"A ripple of {wave.amplitude_nm:.2g} {fits[joint].effort_unit} with {wave.cycles_per_turn:.0f} "
+                    f"cycles a turn explains {100 * wave.explained:.0f} % of what friction and model leave on joint "
+                    f"'{joint}'."
+                )
+                findings.append(Finding("friction-ripple", "info", text, joint=joint))
     return findings
+
+
+def trend_words(trend: Trend) -> str:
+    """A trend as the end of a sentence."""
+    low, high = (x or 0.0 for x in trend.ci95)
+    if trend.against == "load":
+        return (
+            f"rises with the load on the gear by {trend.per_unit:.2g} N·m per N·m (95 %: {low:.2g} to {high:.2g}, "
+            f"over {trend.span:.2g} N·m of load)"
+        )
+    unit = "a minute of running" if trend.against == "time" else "a kelvin"
+    return (
+        f"changes by {100 * trend.per_unit:.2g} % {unit} (95 %: {100 * low:.2g} to {100 * high:.2g} %, "
+        f"over {trend.span:.2g} {'min' if trend.against == 'time' else 'K'})"
+    )

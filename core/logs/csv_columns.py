@@ -14,7 +14,8 @@ from collaudit.core.logs.naming import listed
 if TYPE_CHECKING:
     from collaudit.core.config.schema import ColumnPattern, CsvConfig
 
-QUANTITIES = ("position", "velocity", "effort")
+MOTION = ("position", "velocity", "effort")
+QUANTITIES = (*MOTION, "temperature")
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 #: Common names of the time column, compared without case, blanks and units.
@@ -26,7 +27,8 @@ _VELOCITY = ("velocity", "vel", "dq", "qd", "speed", "qdot", "actual_qd", "joint
              "omega", "velocities")  # fmt: skip
 _EFFORT = ("effort", "eff", "tau", "torque", "current", "actual_current", "joint_torque", "joint_effort", "moment",
            "tau_j", "i_act", "actual_torque", "efforts")  # fmt: skip
-_WORDS = {"position": _POSITION, "velocity": _VELOCITY, "effort": _EFFORT}
+_TEMPERATURE = ("temperature", "temp", "joint_temperature", "motor_temperature", "temperatures")
+_WORDS = {"position": _POSITION, "velocity": _VELOCITY, "effort": _EFFORT, "temperature": _TEMPERATURE}
 #: Words that say the numbers are currents.
 CURRENT_WORDS = ("current", "actual_current", "i_act")
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.csv_columns import CURRENT_WORDS, QUANTITIES, Assignment, assign, unit_of
+from collaudit.core.logs.csv_columns import CURRENT_WORDS, MOTION, QUANTITIES, Assignment, assign, unit_of
 from collaudit.core.logs.csv_table import read_columns, stamps_ns
 from collaudit.core.logs.csv_text import Dialect, dialect_of
 from collaudit.core.logs.naming import listed
@@ -183,7 +183,7 @@ def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatA
 
 def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
     """One set of joint names for all quantities; a joint without a quantity gets NaN there."""
-    names = tuple(dict.fromkeys(name for quantity in QUANTITIES for joints, _ in blocks[quantity] for name in joints))
+    names = tuple(dict.fromkeys(name for quantity in MOTION for joints, _ in blocks[quantity] for name in joints))
     columns = {}
     for quantity, parts in blocks.items():
         if len(parts) == 1 and parts[0][0] == names:
@@ -191,7 +191,8 @@ def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...]
         elif parts:
             out = np.full((rows, len(names)), np.nan)
             for joints, values in parts:
-                out[:, [names.index(name) for name in joints]] = values
+                known = [k for k, name in enumerate(joints) if name in names]  # a sensor alone makes no joint
+                out[:, [names.index(joints[k]) for k in known]] = values[:, known]
             columns[quantity] = out
     return names, columns
 

@@ -183,6 +183,8 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
     named = finder.names(profile.names) if profile.names is not None else ()
     columns = {name: finder.numbers(path) for name, path in profile.quantities().items()}
     columns = {name: parts for name, parts in columns.items() if _count(parts)}
+    if _count(columns.get("temperature", ())) != len(named):
+        columns.pop("temperature", None)  # some joints have no such sensor: motion is not lost for that
     counts = {name: _count(parts) for name, parts in columns.items()}
     names = check_counts(profile, named, counts)
     stamp = finder.numbers(profile.stamp) if profile.stamp is not None else ()

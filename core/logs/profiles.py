@@ -30,6 +30,7 @@ class Profile:
         names: path of the joint names, or None where the type has none.
         fixed_names: names in the order of the arrays, where the type has none of its own; ``{i}`` counts from 1.
         position, velocity, effort: paths of (j,) numbers.
+        temperature: path of (j,) numbers, °C, where the type has them.
         effort_unit: unit of the effort by the type's definition.
         effort_gravity: whether the effort contains the arm's own weight; None where the type does not say.
         wrench: path of the six numbers, force then torque.
@@ -49,6 +50,7 @@ class Profile:
     effort_unit: Literal["Nm", "A"] = "Nm"
     effort_gravity: bool | None = None
     wrench: str | None = None
+    temperature: str | None = None
     labels: tuple[tuple[str, str], ...] = ()
     family: str = ""
 
@@ -56,6 +58,7 @@ class Profile:
         """Quantity (labels with their mark in front) to field path, of those the profile has."""
         pairs = (
             ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
+            ("temperature", self.temperature),
         )  # fmt: skip
         flags = {f"{LABEL}{name}": path for name, path in self.labels}
         return {key: path for key, path in pairs if path is not None} | flags
@@ -115,6 +118,7 @@ PROFILES: tuple[Profile, ...] = (
         position="interface_values[*]{interface_names:values=position}",
         velocity="interface_values[*]{interface_names:values=velocity}",
         effort="interface_values[*]{interface_names:values=effort}",
+        temperature="interface_values[*]{interface_names:values=temperature}",
     ),
     Profile(
         name="franka-state",

@@ -68,6 +68,7 @@ def read_csv_log(
             topic=name,
         ),
         findings=(*findings, *wrench_findings),
+        temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
     )
 
 

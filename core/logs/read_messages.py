@@ -88,6 +88,7 @@ def read_message_log(
         wrench=series,
         source=LogSource(name, hashing.result(), reader.format, start_of(origin), clock, joints.name),
         findings=tuple(findings),
+        temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
     )
 
 

@@ -80,3 +80,10 @@ def test_standing_still_is_no_section() -> None:
     _, found = sections_of(q, np.zeros_like(q))
     assert found.sections == ()
     assert found.rejected == ()
+
+
+def test_a_settling_time_longer_than_a_cruise_rejects_it() -> None:
+    q, v = strokes(SPEEDS)
+    _, found = sections_of(q[:, None], v[:, None], settle_s=5.0)
+    assert found.sections == ()
+    assert found.rejected

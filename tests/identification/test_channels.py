@@ -9,12 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from collaudit.core.audit import fit_logs
 from collaudit.core.config.schema import Config
+from collaudit.core.identification.apply import with_sensor
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare import prepare
+from collaudit.core.result import Provenance
 from collaudit.core.robot import load_robot
 from collaudit.core.series import JointLog, LogSource, WrenchSeries
 
@@ -103,7 +106,7 @@ def test_a_late_effort_is_measured_and_corrected(late: float) -> None:
     assert found is not None
     assert found.seconds == pytest.approx(late, abs=0.0015)
     assert found.ci95[0] - 0.0005 <= late <= found.ci95[1] + 0.0005
-    said = audit_delays(prepared(log, settings()), settings(), found)
+    said = audit_delays(prepared(log, settings()), settings(), found, None)
     assert said[0].severity == ("warning" if late else "info")
     if late:
         assert "effort_delay_ms" in said[0].text
@@ -119,7 +122,7 @@ def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
     assert not any(f.code == "effort-sign-inverted" for f in late.findings)
     said = next(f for f in late.findings if f.code == "effort-delay")
     assert "effort_delay_ms = 500" in said.text
-    kind = audit_channels(late, settings())[0]
+    kind = audit_channels(late, settings())[1][0]
     assert "With its delay of 500 ms taken off: the effort looks like a torque in N·m." in kind.text
     turned = moving_log(pace=4.0)
     assert turned.effort is not None
@@ -130,8 +133,9 @@ def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
 
 def test_a_late_wrench_is_measured() -> None:
     config = settings(wrench="/w", wrench_frame="tool0")
-    said = audit_delays(prepared(moving_log(0.02, wrench=True), config), config, None)
+    facts, said = audit_channels(prepared(moving_log(0.02, wrench=True), config), config)
     wrench = next(f for f in said if f.code == "wrench-delay")
+    assert facts.wrench_delay_ms == pytest.approx(20.0, abs=1.0)
     assert wrench.severity == "warning"
     assert " 20." in wrench.text or " 19." in wrench.text
 
@@ -197,3 +201,37 @@ def test_poses_that_are_missing_are_named() -> None:
     assert any("another axis" in text for text in found.missing)
     few = calibrate_sensor(prepared(static_log(flat[:3], 0), config), config)
     assert few is None
+
+
+def test_a_calibrated_sensor_is_used_where_that_is_asked_for() -> None:
+    config = settings(wrench="/w", wrench_frame="tool0", wrench_bias="calibrated")
+    log = prepared(static_log(many_poses(), 0), config)
+    facts, said = audit_channels(log, config)
+    assert facts.sensor is not None
+    assert any('wrench_bias = "calibrated"' in f.text for f in said)
+    assert log.contact_nm is not None
+    seen = with_sensor(log, {"calibration": facts}, config)
+    assert seen.contact_nm is not None
+    assert np.nanstd(seen.contact_nm) < 0.1 * np.nanstd(log.contact_nm)  # the tool's weight was left in before
+    assert any(f.code == "log-wrench-bias" and "1.4 kg" in f.text for f in seen.findings)
+    none = with_sensor(log, {}, config)
+    assert none.contact_nm is log.contact_nm
+    assert any("holds no calibration" in f.text for f in none.findings)
+    usual = settings(wrench="/w", wrench_frame="tool0")
+    assert with_sensor(log, {"calibration": facts}, usual) is log
+
+
+def test_friction_is_compared_with_a_temperature_channel() -> None:
+    log = moving_log()
+    assert log.effort is not None
+    assert log.velocity_rad_s is not None
+    warm = 25.0 + 10.0 * (1.0 - np.exp(-log.time_s / 20.0))
+    friction = 3.0 * np.sign(log.velocity_rad_s) + 2.0 * log.velocity_rad_s
+    effort = log.effort - 0.02 * (warm - 30.0)[:, None] * friction
+    heated = replace(log, effort=effort, temperature_c=np.repeat(warm[:, None], 3, axis=1))
+    config = Config.model_validate({**settings().model_dump(exclude_defaults=True), "fit": {"motion": "any"}})
+    found = fit_logs([prepared(heated, config)], config, Provenance("0", {}))
+    trend = next(t for t in found.trends["joint2"].trends if t.against == "temperature")
+    assert trend.shown
+    assert trend.per_unit == pytest.approx(-0.02, rel=0.3)
+    assert {f.joint for f in found.findings if f.code == "friction-temperature"} >= {"joint2"}

@@ -1,40 +1,72 @@
-"""Warm-up and ripple against what was put in."""
+"""Warm-up, temperature, load and ripple against what was put in."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from collaudit.core.identification.trends import ripple, warm_up
+from collaudit.core.identification.trends import friction_slope, load_slope, ripple
+
+
+def motion(seconds: float = 300.0) -> tuple[np.ndarray, np.ndarray]:
+    t = np.arange(0, seconds, 0.01)
+    return t, 8.0 * np.sign(np.sin(0.9 * t)) + 4.0 * np.sin(0.9 * t)
 
 
 def test_a_warm_up_trend_lies_in_its_interval() -> None:
-    t = np.arange(0, 300, 0.01)
-    friction = 8.0 * np.sign(np.sin(0.9 * t)) + 4.0 * np.sin(0.9 * t)
+    t, friction = motion()
     hits = 0
     for seed in range(40):
         noise = 0.3 * np.random.default_rng(seed).standard_normal(t.size)
-        found = warm_up(t, -0.01 * friction * t / 60.0 + noise, friction)
+        found = friction_slope(t, -0.01 * friction * t / 60.0 + noise, friction, t / 60.0)
         assert found is not None
-        assert found.per_minute == pytest.approx(-0.01, abs=0.001)
-        hits += found.ci95[0] <= -0.01 <= found.ci95[1]
+        assert found[0] == pytest.approx(-0.01, abs=0.001)
+        hits += found[1][0] <= -0.01 <= found[1][1]
     assert 33 <= hits <= 40
 
 
-def test_a_short_log_has_no_warm_up() -> None:
-    t = np.arange(0, 30, 0.01)
-    assert warm_up(t, np.zeros(t.size), np.ones(t.size)) is None
+def test_a_trend_with_temperature_lies_in_its_interval() -> None:
+    t, friction = motion()
+    warm = 25.0 + 8.0 * (1.0 - np.exp(-t / 90.0))
+    hits = 0
+    for seed in range(40):
+        noise = 0.3 * np.random.default_rng(seed).standard_normal(t.size)
+        found = friction_slope(t, -0.02 * friction * (warm - 30.0) + noise, friction, warm)
+        assert found is not None
+        assert found[0] == pytest.approx(-0.02, abs=0.002)
+        hits += found[1][0] <= -0.02 <= found[1][1]
+    assert 33 <= hits <= 40
+
+
+def test_a_trend_with_load_lies_in_its_interval() -> None:
+    t, friction = motion()
+    load = np.abs(40.0 * np.sin(0.31 * t))
+    hits = 0
+    for seed in range(40):
+        noise = 0.5 * np.random.default_rng(seed).standard_normal(t.size)
+        found = load_slope(t, np.sign(friction) * 0.03 * (load - 20.0) + noise, friction, load)
+        assert found is not None
+        assert found[0] == pytest.approx(0.03, abs=0.003)
+        hits += found[1][0] <= 0.03 <= found[1][1]
+    assert 33 <= hits <= 40
+
+
+def test_too_little_says_nothing() -> None:
+    t, friction = motion(15.0)
+    assert friction_slope(t, np.zeros(t.size), friction, t) is None
+    t, friction = motion()
+    assert load_slope(t, np.zeros(t.size), friction, np.full(t.size, 7.0)) is None
 
 
 def test_ripple_is_found_with_its_frequency_and_share() -> None:
     rng = np.random.default_rng(0)
     q = 0.5 * np.sin(0.7 * np.arange(0, 60, 0.002))
     wave = 0.8 * np.sin(200 * q + 0.4)
-    found = ripple(q, wave + 0.4 * rng.standard_normal(q.size))
+    found = ripple(q, wave + 0.4 * rng.standard_normal(q.size), "log")
     assert found is not None
     assert found.cycles_per_turn == pytest.approx(200, abs=2)
     assert found.amplitude_nm == pytest.approx(0.8, rel=0.15)
     assert found.explained == pytest.approx(0.32 / (0.32 + 0.16), abs=0.15)
-    quiet = ripple(q, 0.4 * rng.standard_normal(q.size))
+    quiet = ripple(q, 0.4 * rng.standard_normal(q.size), "log")
     assert quiet is not None
     assert quiet.explained < 0.02

@@ -235,6 +235,21 @@ def test_wrench_columns(tmp_path: Path) -> None:
     np.testing.assert_array_equal(log.wrench.wrench, np.arange(240).reshape(40, 6))
 
 
+def test_temperature_columns(tmp_path: Path) -> None:
+    warm = [(*row, 30.0 + k, 31.0 + k) for k, row in enumerate(ROWS)]
+    for head, settings in (
+        (f"{PLAIN},temp1,temp2", NM),
+        (
+            f"{PLAIN},a,b",
+            {**NM, "csv": {"time": "t", "position": "q{i}", "effort": "tau{i}", "temperature": ["a", "b"]}},
+        ),
+    ):
+        log = read(write(tmp_path / "t.csv", table(head, rows=warm)), settings)
+        check(log)
+        np.testing.assert_allclose(log.temperature_c, np.array(warm)[:, 5:])
+    assert read(write(tmp_path / "c.csv", table()), NM).temperature_c is None
+
+
 def test_a_guess_can_be_written_down_and_read_without_guessing(tmp_path: Path) -> None:
     path = write(tmp_path / "log.csv", table(header="zeit;q1;q2;tau1;tau2".replace(";", ","), sep=";", decimal=","))
     assert guess_csv_columns([path]) is not None

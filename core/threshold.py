@@ -7,6 +7,8 @@ while moving fast is blind while moving slowly.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
@@ -86,3 +88,15 @@ def learn_dynamic(
     scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
     base, speed, turn = (float(scale * x) for x in shape)
     return DynamicThreshold(base, speed, turn)
+
+
+def pooled_dynamic(laws: Sequence[DynamicThreshold | None]) -> DynamicThreshold | None:
+    """One law of a joint that is at least as high as each of its runs', at any motion; None without any."""
+    known = [law for law in laws if law is not None]
+    if not known:
+        return None
+    return DynamicThreshold(
+        max(law.base_nm for law in known),
+        max(law.speed_nm_s_per_rad for law in known),
+        max(law.acceleration_nm_s2_per_rad for law in known),
+    )

@@ -18,6 +18,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 if TYPE_CHECKING:
     from collaudit.core.evidence import Audit
     from collaudit.core.result import RecommendedRule
+    from collaudit.core.result_detection import DynamicThreshold
 
 RECOMMEND_SCHEMA = "collaudit/recommend/1"
 
@@ -27,17 +28,22 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend run/",
     "collaudit recommend out/monday out/tuesday --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
+    "collaudit recommend run/ --dynamic >> collaudit.toml",
 )
 @click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option(
+    "--dynamic", "as_dynamic", is_flag=True, help="Print [detect.dynamic] tables: thresholds that grow with the motion."
+)
 @config_option
 @robot_options
 @rule_options
-def command(inputs: tuple[str, ...], as_json: bool) -> int:
+def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
     """Recommend gamma and n per joint from collision-free residuals of finished runs, or of logs.
 
     All inputs count together. Each threshold comes with the hours it rests on, the false alarms they allow
-    for, and the evidence that is missing. Collisions found in the inputs are left out.
+    for, and the evidence that is missing. Collisions found in the inputs are left out. With --dynamic, what comes
+    out goes into the configuration as it is, with gamma_nm = "dynamic".
 
     Exit code 3 when nothing could be recommended for any joint.
     """
@@ -45,7 +51,11 @@ def command(inputs: tuple[str, ...], as_json: bool) -> int:
 
     audits = _audits(inputs)
     rules = recommend_rules(audits, _persistence_s(audits))
-    click.echo(_json(audits, rules) if as_json else rules_table(rules))
+    laws = _dynamic(audits)
+    if as_dynamic and not as_json:
+        click.echo(_dynamic_tables(laws), nl=False)
+    else:
+        click.echo(_json(audits, rules, laws) if as_json else rules_table(rules))
     collisions = sum(len(audit.result.collisions) for audit in audits)
     if collisions:
         note(f"{collisions} collisions in the inputs were left out")
@@ -109,10 +119,33 @@ def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
     return "\n".join([table(head, rows, numeric=tuple(range(1, len(head)))).rstrip(), *missing])
 
 
-def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule]) -> str:
+def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
+    """The dynamic threshold of each joint that covers all the runs."""
+    from collaudit.core.threshold import pooled_dynamic
+
+    learnt = [audit.result.detection.dynamic for audit in audits if audit.result.detection]
+    joints = dict.fromkeys(joint for laws in learnt for joint in laws)
+    pooled = {joint: pooled_dynamic([laws.get(joint) for laws in learnt]) for joint in joints}
+    return {joint: law for joint, law in pooled.items() if law is not None}
+
+
+def _dynamic_tables(laws: Mapping[str, DynamicThreshold]) -> str:
+    """The thresholds as TOML, rounded up."""
+    from math import ceil
+
+    lines = []
+    for joint, law in laws.items():
+        lines.append(f"[detect.dynamic.{json.dumps(joint, ensure_ascii=False)}]")
+        lines += [f"{key} = {ceil(1e3 * value) / 1e3:g}" for key, value in asdict(law).items()]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule], laws: Mapping[str, DynamicThreshold]) -> str:
     content = {
         "schema": RECOMMEND_SCHEMA,
         "logs": [{"name": a.result.log.name, "sha256": a.result.log.sha256} for a in audits],
         "joints": {joint: asdict(rule) for joint, rule in rules.items()},
+        "dynamic": {joint: asdict(law) for joint, law in laws.items()},
     }
     return json.dumps(content, indent=2, ensure_ascii=False)

@@ -14,8 +14,9 @@ from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.phases import PHASES, find_phases, phase_findings
 from collaudit.core.result import FrictionFile, Provenance
+from collaudit.core.result_detection import DynamicThreshold
 from collaudit.core.scoring import Alarm, Evidence, score
-from collaudit.core.threshold import dynamic_level, learn_dynamic
+from collaudit.core.threshold import dynamic_level, learn_dynamic, pooled_dynamic
 from collaudit.core.truth_events import read_events
 
 NOBODY = Provenance("test", {})
@@ -149,6 +150,13 @@ def test_a_dynamic_threshold_never_fires_on_what_it_was_learnt_from() -> None:
     longest = max((len(run) for run in "".join("x" if x else " " for x in above).split()), default=0)
     assert longest < 5
     assert learn_dynamic(residual[:500], v[:500], a[:500], np.ones(500, bool), 5) is None
+
+
+def test_a_pooled_dynamic_threshold_covers_every_run() -> None:
+    laws = [DynamicThreshold(1.0, 0.5, 0.2), None, DynamicThreshold(2.0, 0.1, 0.3)]
+    pooled = pooled_dynamic(laws)
+    assert pooled == DynamicThreshold(2.0, 0.5, 0.3)
+    assert pooled_dynamic([None]) is None
 
 
 def test_a_dynamic_threshold_judges(hits: Path, friction: FrictionFile) -> None:

@@ -10,11 +10,14 @@ import pytest
 
 from collaudit.core.config.schema import Config
 from collaudit.core.detectors import ENGINES, balance_torques
+from collaudit.core.detectors.energy import SLOW_RAD_S, energy_residual
 from collaudit.core.detectors.momentum import momentum_terms
+from collaudit.core.friction.model import FrictionModel
 from collaudit.core.prepare import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import JointLog, LogSource
+from collaudit.core.signals import State
 
 T = 0.002
 M1, M2, L1, L2 = 4.0, 2.5, 0.4, 0.3
@@ -130,6 +133,25 @@ def test_the_observer_recursion_step_by_step() -> None:
         out[k] = r
     # the textbook's r counts what acts on the robot, eq. (5) what the drives bring up against it
     assert np.max(np.abs(-out[500:] - total[500:])) < 0.05
+
+
+@pytest.mark.parametrize("causal", [True, False])
+def test_the_energy_detector_measures_the_power_of_the_pulse(causal: bool) -> None:
+    """By hand: K/(s + K) of v·tau_e, over the root of K/(s + K) of v² and the square of the slowest speed."""
+    cfg = config(1, detector="energy", causal=causal)
+    log, pulse = pendulum_log()
+    made = prepare(log, arm(cfg), cfg)
+    none = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
+    found = energy_residual(made, {"joint1": none}, frozenset(), cfg.detect)
+    v = 1.04 * np.cos(1.3 * log.time_s)
+    kernel = ENGINES["energy"].make_kernel(60.0, causal)
+    power, square = (kernel.apply(x[:, None], made.series.segments, T)[:, 0] for x in (v * pulse, v**2))
+    judged = np.flatnonzero(found.state[:, 0] == State.JUDGED)
+    error = found.torque_nm[:, 0] - power / np.sqrt(square + SLOW_RAD_S**2)
+    assert np.max(np.abs(error[judged])) < 0.06
+    assert np.abs(found.torque_nm[judged, 0]).max() > 5.0
+    slow = np.abs(v) < 0.1
+    assert not (found.state[slow, 0] == State.JUDGED).any(), "at rest it sees nothing and says so"
 
 
 def test_causal_engines_do_not_look_ahead() -> None:

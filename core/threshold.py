@@ -20,6 +20,7 @@ from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 
 _MARGIN = 1.3
 _LEAST_SAMPLES = 1000
+_RIDGE = 1e-12
 #: The base is never taken below this share of the mean residual: a joint at rest is noisy too.
 _LEAST_BASE = 0.2
 
@@ -82,7 +83,9 @@ def learn_dynamic(
         return None
     size = np.where(use, np.abs(residual), 0.0)
     columns = np.stack([np.ones_like(size), np.abs(velocity), np.abs(acceleration)], axis=1)[use]
-    shape, _ = nnls(columns, size[use])
+    gram = columns.T @ columns
+    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
+    shape, _ = nnls(root.T, np.linalg.solve(root, columns.T @ size[use]))
     shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size[use])))
     lasting = minimum_filter1d(size, n, mode="constant")[use]
     scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)

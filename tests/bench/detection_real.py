@@ -1,0 +1,82 @@
+"""Residual levels of every detector on real logs, as in docs/detectors.md: ``python detection_real.py DATA [DOCS]``.
+
+DATA is the folder of real logs (``ur10_db3``, ``ur3_bags``, ``panda_db3``, ``urdf``). Friction is fitted from the logs
+named with each arm and the first of them is judged.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from detection_table import replace_table
+
+from collaudit.cli.chain import prepare_log
+from collaudit.cli.provenance import make_provenance
+from collaudit.core.audit import audit_log, fit_logs
+from collaudit.core.config import load_config
+from collaudit.core.detectors import ENGINES
+from collaudit.fixtures.toml import to_toml
+
+_UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+_UR3 = dict(zip(("Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3"), _UR, strict=True))
+#: Title, URDF, [log] keys, logs.
+ARMS: tuple[tuple[str, str, dict[str, object], tuple[str, ...]], ...] = (
+    ("UR10", "ur10_robot.urdf", {}, ("ur10_db3/ur10_exciting_trajectory.db3",)),
+    (
+        "UR3 id1",
+        "ur3_robot.urdf",
+        {
+            "joint_names": {name: f"{joint}_joint" for name, joint in _UR3.items()},
+            "units": {"effort_sign": {f"{joint}_joint": -1 for joint in _UR}},
+        },
+        ("ur3_bags/id1.bag", "ur3_bags/id2.bag"),
+    ),
+    (
+        "Panda, 30 Hz",
+        "panda.urdf",
+        {"joint_names": {f"fer_joint{k}": f"panda_joint{k}" for k in range(1, 8)}},
+        ("panda_db3/panda_exciting_trajectory.db3",),
+    ),
+)
+
+
+def levels(data: Path, work: Path) -> Iterator[str]:
+    """Mean |residual| over judged samples, a row a joint."""
+    others = [name for name in ENGINES if name != "direct"]
+    yield "| log | joint | direct | " + " | ".join(others[:-1]) + " | energy (whole arm) |"
+    yield "|---|---|---|" + "---|" * len(others)
+    for title, urdf, log, names in ARMS:
+        config = work / "arm.toml"
+        tables: dict[str, object] = {
+            "robot": {"urdf": str(data / "urdf" / urdf)},
+            "log": log,
+            "detect": {"compare": others},
+        }
+        config.write_text(to_toml(tables), encoding="utf-8")
+        loaded = load_config(config)
+        provenance = make_provenance(loaded, None, None)
+        prepared = [prepare_log((data / name,), loaded) for name in names]
+        friction = fit_logs(prepared, loaded.config, provenance)
+        result = audit_log(prepared[0], loaded.config, friction, provenance).result
+        assert result.detection is not None
+        for joint, stats in result.residual.items():
+            row = [stats.mean_abs_nm, *(facts.mean_abs_nm[joint] for facts in result.detection.detectors.values())]
+            cells = " | ".join("–" if x is None else f"{x:.2f}" for x in row)
+            yield f"| {title} | {joint.removesuffix('_joint').removeprefix('panda_')} | {cells} |"
+
+
+def main(arguments: list[str]) -> None:
+    with tempfile.TemporaryDirectory() as work:
+        lines = []
+        for line in levels(Path(arguments[0]).resolve(), Path(work)):
+            print(line, flush=True)
+            lines.append(line)
+    if len(arguments) > 1:
+        replace_table(Path(arguments[1]), "real", lines)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

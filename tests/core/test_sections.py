@@ -82,8 +82,12 @@ def test_standing_still_is_no_section() -> None:
     assert found.rejected == ()
 
 
-def test_a_settling_time_longer_than_a_cruise_rejects_it() -> None:
+def test_cruises_shorter_than_settling_are_rejected() -> None:
     q, v = strokes(SPEEDS)
-    _, found = sections_of(q[:, None], v[:, None], settle_s=5.0)
-    assert found.sections == ()
-    assert found.rejected
+    counts = []
+    for settle_s in (0.05, 0.3, 0.5, 1.0, 5.0, 30.0):
+        _, found = sections_of(q[:, None], v[:, None], settle_s=settle_s)
+        counts.append(len(found.sections))
+        assert all(len(s.span) * PERIOD >= 0.15 for s in found.sections)
+    assert counts == sorted(counts, reverse=True)
+    assert counts[-1] == 0

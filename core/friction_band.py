@@ -50,16 +50,18 @@ def friction_band(
     sliding = law.torque(velocity)
     resting = np.abs(velocity) < (slow or law.speed_range[0])
     travel = _travel(series, j, velocity, resting)
-    size = np.abs(sliding)
-    hold = np.maximum(law.hold, size)
     steady = ~resting & (travel >= travel_rad) & np.isfinite(sliding)
-    left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.zeros_like(travel)
-    along_low = np.where(resting, -hold, size - (size + hold) * left)
-    along_high = np.where(resting, hold, size + (hold - size) * left)
-    forward = velocity >= 0
-    low = np.where(forward, along_low, -along_high)
-    high = np.where(forward, along_high, -along_low)
-    return FrictionBand(sliding, np.where(steady, sliding, low), np.where(steady, sliding, high), steady)
+    low, high = sliding.copy(), sliding.copy()
+    k = np.flatnonzero(~steady)
+    size = np.abs(sliding[k])
+    hold = np.maximum(law.hold, size)
+    left = np.exp(-_TRAVEL_CONSTANTS * travel[k] / travel_rad) if travel_rad > 0 else np.zeros_like(size)
+    along_low = np.where(resting[k], -hold, size - (size + hold) * left)
+    along_high = np.where(resting[k], hold, size + (hold - size) * left)
+    forward = velocity[k] >= 0
+    low[k] = np.where(forward, along_low, -along_high)
+    high[k] = np.where(forward, along_high, -along_low)
+    return FrictionBand(sliding, low, high, steady)
 
 
 def _travel(series: UniformSeries, j: int, velocity: FloatArray, resting: BoolArray) -> FloatArray:

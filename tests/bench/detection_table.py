@@ -26,7 +26,7 @@ HOURS = [
     for robot, parts in (
         ("paper6", ((1, 600.0), (2, 1000.0), (3, 1000.0), (4, 1000.0))),
         ("paper6-soft", ((1, 300.0), (2, 1100.0), (3, 1100.0), (4, 1100.0))),
-        ("seven", ((1, 300.0), (2, 1000.0))),
+        ("seven", ((1, 300.0), (2, 1000.0), (3, 1000.0), (4, 1300.0))),
     )
     for scenario in ("free-clean", "stop-go")
     for seed, seconds in parts

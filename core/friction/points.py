@@ -167,7 +167,8 @@ def _model_point(series: UniformSeries, section: Section, model_torque: FloatArr
         return None
     speed = abs(section.velocity_rad_s)
     slope = _slope(series.position_rad[s, j], model_torque[s, j])
-    blocks = np.array([np.mean(b) for b in np.array_split(friction, min(_BLOCKS, friction.size))])
+    edges = np.linspace(0, friction.size, min(_BLOCKS, friction.size) + 1).astype(np.int64)
+    blocks = np.add.reduceat(friction, edges[:-1]) / np.diff(edges)
     return FrictionPoint(
         speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from collaudit.core.config.schema import Config
@@ -9,6 +11,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.shift import (
     MOVING,
     Delay,
+    basis_of,
     best_shift,
     effort_shift,
     left_over,
@@ -97,11 +100,11 @@ def wrench_delay(prepared: Prepared, config: Config) -> Delay | None:
     moving = known & (np.abs(series.velocity_rad_s) > MOVING).any(axis=1)
     rows = thinned(np.flatnonzero(moving), series, force)
 
-    def cost(pick: IntArray, shift: int) -> FloatArray:
+    def costs(pick: IntArray) -> Callable[[int], FloatArray]:
         # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
         at = rows[pick]
         motion = (series.acceleration_rad_s2[at], series.velocity_rad_s[at] ** 2)
-        columns = np.column_stack([gravity[at], np.ones(at.size), *motion])
-        return np.array([left_over(columns, force[at + shift, k : k + 1]) for k in range(3)])
+        basis = basis_of(np.column_stack([gravity[at], np.ones(at.size), *motion]))
+        return lambda shift: np.array([left_over(basis, force[at + shift, k]) for k in range(3)])
 
-    return best_shift(rows.size, cost, series.period_s)
+    return best_shift(rows.size, costs, series.period_s)

@@ -19,7 +19,8 @@ _BLOCKS = 10
 _MAX_ROWS = 12_000
 MOVING = 0.02
 
-Cost = Callable[[IntArray, int], FloatArray]
+#: Of some samples (their numbers): the sums of squares (k,) at a shift in samples of the grid.
+Costs = Callable[[IntArray], Callable[[int], FloatArray]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +61,16 @@ def effort_shift(
     if contact is not None:
         rigid = rigid + contact[rows]
 
-    def cost(pick: IntArray, shift: int) -> FloatArray:
-        out = []
+    def costs(pick: IntArray) -> Callable[[int], FloatArray]:
+        parts = []
         for j in loaded:
             use = pick[steady[j][rows[pick]]]
             speed = v[rows[use], j]
             columns = np.column_stack([rigid[use, j], np.sign(speed), speed, np.ones(use.size)])
-            out.append(left_over(columns, effort[rows[use] + shift, j : j + 1]))
-        return np.array(out)
+            parts.append((rows[use], basis_of(columns), np.ascontiguousarray(effort[:, j])))
+        return lambda shift: np.array([left_over(basis, y[at + shift]) for at, basis, y in parts])
 
-    return best_shift(rows.size, cost, series.period_s)
+    return best_shift(rows.size, costs, series.period_s)
 
 
 def position_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
@@ -88,12 +89,12 @@ def thinned(rows: IntArray, series: UniformSeries, channel: FloatArray) -> IntAr
     return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
 
 
-def best_shift(count: int, cost: Cost, period_s: float) -> Delay | None:
+def best_shift(count: int, costs: Costs, period_s: float) -> Delay | None:
     """Best shift by a parabola through the smallest cost, in each block of time; mean and t interval over blocks.
 
     Args:
         count: number of samples, in order of time.
-        cost: sums of squares (k,) of some samples (their numbers) at a shift in samples of the grid.
+        costs: sums of squares to be made small.
         period_s: of the grid.
     """
     if count < 40 * _BLOCKS:
@@ -102,13 +103,15 @@ def best_shift(count: int, cost: Cost, period_s: float) -> Delay | None:
     back, ahead = _reach(period_s)
     step = max(1, round(_COARSE_S / period_s))
     coarse = np.arange(back, ahead + 1, step)
-    total = np.array([cost(every[::3], int(k)) for k in coarse])
+    thin = costs(every[::3])
+    total = np.array([thin(int(k)) for k in coarse])
     weights = np.maximum(total.min(axis=0), 1e-30)
     near = int(coarse[int(np.argmin((total / weights).sum(axis=1)))])
     shifts = np.arange(max(back, near - 2 * step - 2), min(ahead, near + 2 * step + 2) + 1)
     best = []
     for part in np.array_split(every, _BLOCKS):
-        sums = np.array([(cost(part, int(k)) / weights).sum() for k in shifts])
+        cost = costs(part)
+        sums = np.array([(cost(int(k)) / weights).sum() for k in shifts])
         k = int(np.clip(np.argmin(sums), 1, shifts.size - 2))
         bend = sums[k - 1] - 2 * sums[k] + sums[k + 1]
         move = 0.5 * (sums[k - 1] - sums[k + 1]) / bend if bend > 0 else 0.0
@@ -123,12 +126,20 @@ def best_shift(count: int, cost: Cost, period_s: float) -> Delay | None:
     return Delay(middle, (middle - half, middle + half))
 
 
-def left_over(columns: FloatArray, target: FloatArray) -> float:
-    """Sum of squares that a linear fit leaves."""
-    if target.shape[0] <= columns.shape[1]:
+def basis_of(columns: FloatArray) -> FloatArray:
+    """(n, k) orthonormal basis of what columns can explain; of columns all zero or alike, what is left of them."""
+    if columns.shape[0] <= columns.shape[1]:
+        return np.zeros((columns.shape[0], 0))
+    size = np.linalg.norm(columns, axis=0)
+    u, s, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
+    return np.asarray(u[:, s > 1e-9 * s[0]])
+
+
+def left_over(basis: FloatArray, target: FloatArray) -> float:
+    """Sum of squares of a target (n,) that a basis leaves; 0 for too few samples."""
+    if basis.shape[1] == 0:
         return 0.0
-    found = np.linalg.lstsq(columns, target, rcond=None)[0]
-    return float(np.sum((target - columns @ found) ** 2))
+    return max(0.0, float(target @ target) - float(np.sum((target @ basis) ** 2)))
 
 
 def _reach(period_s: float) -> tuple[int, int]:

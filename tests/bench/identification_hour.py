@@ -23,7 +23,7 @@ from collaudit.core.fitting import fit_joints
 from collaudit.core.identification.apply import with_identified
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.identify import identify
-from collaudit.core.identification.trends import trend_findings
+from collaudit.core.identification.trends import joint_trends
 from collaudit.core.prepare import prepare
 from collaudit.core.result_identification import Identified
 from collaudit.core.robot.robot import RobotModel
@@ -66,7 +66,7 @@ def staged(log: JointLog, robot: RobotModel, config: Config) -> tuple[dict[str, 
     fits = timed("friction", lambda: fit_joints([seen], config))
     assert all(fit.model for fit in fits.values())
     timed("audit of channels", lambda: audit_channels(prepared, config))
-    timed("warm-up, ripple, load", lambda: trend_findings(seen, fits))
+    timed("warm-up, ripple, load", lambda: joint_trends(seen, fits))
     return took, found
 
 

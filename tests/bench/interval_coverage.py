@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from coverage_logs import logged, motion, streams
+from tables import put
 
 from collaudit.core.config.schema import Config
 from collaudit.core.fitting import joint_points
@@ -122,9 +123,7 @@ def main(cache: Path, seeds: int, docs: Path | None) -> None:
     lines = list(friction(cache, seeds))
     print("\n".join(lines))
     if docs is not None:
-        before, rest = docs.read_text(encoding="utf-8").split("<!-- coverage-friction -->\n")
-        after = rest[rest.index("<!-- /coverage-friction -->") :]
-        docs.write_text(before + "<!-- coverage-friction -->\n" + "\n".join(lines) + "\n" + after, encoding="utf-8")
+        put(docs, "coverage-friction", lines)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import click
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
+    from collaudit.core.config.schema import Config
 
 _PATH = "collaudit.config.path"
 _OVERRIDES = "collaudit.config.overrides"
@@ -45,7 +46,15 @@ def load_settings() -> LoadedConfig:
     from collaudit.core.config import load_config
 
     cache = click.get_current_context().meta.get(_CACHE)
-    return replace(load_config(config_path(), overrides()), cache=cache)
+    loaded = load_config(config_path(), overrides())
+    return replace(loaded, config=_placed(loaded), cache=cache)
+
+
+def _placed(loaded: LoadedConfig) -> Config:
+    """The configuration with its folders of message definitions found from where it lies."""
+    folders = [loaded.base_dir / folder for folder in loaded.config.log.msg_path]
+    log = loaded.config.log.model_copy(update={"msg_path": folders})
+    return loaded.config.model_copy(update={"log": log}) if folders else loaded.config
 
 
 def config_option(function: CommandFunction) -> CommandFunction:
@@ -75,6 +84,7 @@ def robot_options(function: CommandFunction) -> CommandFunction:
         _flag("--joints", "robot.joints", _names, "NAMES", "Judged joints, separated by commas."),
         _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
         _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
+        _flag("--msg-path", "log.msg_path", _file, "DIR", "Folder of .msg files of types a log does not define.", True),
         _cache_option,
     )
     return _all(flags, function)
@@ -139,7 +149,7 @@ def _flag(
             except ValueError as error:
                 raise click.BadParameter(str(error), ctx=ctx, param=param) from error
             if key:
-                store[key] = value
+                store[key] = [*store.get(key, []), value] if multiple else value
             elif isinstance(value, tuple):
                 store[value[0]] = value[1]
 

@@ -34,8 +34,12 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
         joint: _joint(series, state[:, j], series.velocity_rad_s[:, j], watch[joint])
         for j, joint in enumerate(series.joint_names)
     }
-    gaps = series.time_s.size - recorded
-    return Coverage(recorded * series.period_s, gaps * series.period_s, joints)
+    count = series.time_s.size
+    unrecorded_s = (count - recorded) * series.period_s
+    beyond_s = float(series.time_s[-1] - series.time_s[0]) - (count - 1) * series.period_s  # long gaps, cut on the grid
+    if beyond_s > 0.5 * series.period_s:
+        unrecorded_s += beyond_s
+    return Coverage(recorded * series.period_s, unrecorded_s, joints)
 
 
 def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray, watch: Watch) -> JointCoverage:

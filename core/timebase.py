@@ -12,6 +12,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.series import BoolArray, FloatArray, IntArray, Span
 
 MIN_SEGMENT_SAMPLES = 12
+#: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.
+MAX_VOID_S = 60.0
 _PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
 
 
@@ -28,6 +30,7 @@ class Timebase:
         grid: the same stretches on the grid.
         snap: per stretch, True when sample k *is* grid sample k (stamps jitter, sampling does not);
             False when values have to be interpolated to the grid.
+        skipped_s: per stretch, the seconds of gaps before it that do not stand on the grid.
         findings: what was found on the way.
     """
 
@@ -38,12 +41,19 @@ class Timebase:
     raw: tuple[Span, ...]
     grid: tuple[Span, ...]
     snap: tuple[bool, ...]
+    skipped_s: tuple[float, ...]
     findings: tuple[Finding, ...]
 
     @property
     def time_s(self) -> FloatArray:
-        """(n,) grid times in s."""
-        return np.asarray(self.stamps_s[self.raw[0].start] + self.period_s * np.arange(self.n), dtype=np.float64)
+        """(n,) grid times in s; they jump at the end of a gap longer than ``MAX_VOID_S``."""
+        out = np.asarray(self.stamps_s[self.raw[0].start] + self.period_s * np.arange(self.n), dtype=np.float64)
+        before = 0.0
+        for span, skipped in zip(self.grid, self.skipped_s, strict=True):
+            if skipped != before:
+                out[span.start :] += skipped - before
+                before = skipped
+        return out
 
 
 def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -> Timebase:
@@ -81,9 +91,9 @@ def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -
     findings += _gap_findings(stamps, all_raw, raw, limit)
     period = _pooled_period(stamps, raw, period)
     snap = tuple(_snaps(stamps[s.slice], position[order[s.slice]], period) for s in raw)
-    grid = _grid_spans(stamps, raw, snap, period)
+    grid, skipped = _grid_spans(stamps, raw, snap, period)
     findings += _jitter_finding(stamps, raw, snap, period)
-    return Timebase(order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, tuple(findings))
+    return Timebase(order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, skipped, tuple(findings))
 
 
 def _usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
@@ -209,18 +219,30 @@ def _roughness(t: FloatArray, position: FloatArray) -> float:
     return float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else 0.0
 
 
-def _grid_spans(stamps: FloatArray, raw: list[Span], snap: tuple[bool, ...], period: float) -> list[Span]:
-    """Where each stretch lies on the common grid; at least one empty grid sample stands between two."""
-    origin = stamps[raw[0].start]
+def _grid_spans(
+    stamps: FloatArray, raw: list[Span], snap: tuple[bool, ...], period: float
+) -> tuple[list[Span], tuple[float, ...]]:
+    """Where each stretch lies on the common grid, and the seconds of gaps left out before it.
+
+    At least one empty grid sample stands between two stretches, and at most ``MAX_VOID_S`` of them.
+    """
+    origin = float(stamps[raw[0].start])
+    longest = max(round(MAX_VOID_S / period), 1)
     spans: list[Span] = []
+    skipped: list[float] = []
+    left_out = 0
     for span, snapped in zip(raw, snap, strict=True):
-        first, last = stamps[span.start], stamps[span.stop - 1]
+        first, last = (float(stamps[k]) - left_out * period for k in (span.start, span.stop - 1))
+        if spans and (excess := int((first - origin) / period) - spans[-1].stop - longest) > 0:
+            left_out += excess
+            first, last = first - excess * period, last - excess * period
         start = round((first - origin) / period) if snapped else int(np.ceil((first - origin) / period - 1e-9))
         if spans:
             start = max(start, spans[-1].stop + 1)
         stop = start + len(span) if snapped else int(np.floor((last - origin) / period + 1e-9)) + 1
         spans.append(Span(start, max(stop, start)))
-    return spans
+        skipped.append(left_out * period)
+    return spans, tuple(skipped)
 
 
 def _jitter_finding(stamps: FloatArray, raw: list[Span], snap: tuple[bool, ...], period: float) -> list[Finding]:

@@ -11,7 +11,14 @@ from collaudit.core.result import Collision, Coverage, JointCoverage, NearMiss, 
 
 #: Findings with which a log cannot pass, whatever was judged of it.
 _FORBID_A_PASS = frozenset(
-    {"log-partial", "event-cut", "log-position-unit-suspect", "judged-joint-missing", "model-joint-between"}
+    {
+        "log-partial",
+        "log-publishers-conflict",
+        "event-cut",
+        "log-position-unit-suspect",
+        "judged-joint-missing",
+        "model-joint-between",
+    }  # fmt: skip
 )
 #: Reasons that concern the whole log and are said once.
 _NOT_THE_JOINTS = frozenset({"gap", "edge"})

@@ -92,6 +92,28 @@ class CsvConfig(_Section):
     decimal: Literal["auto", ".", ","] = Field("auto", description="Decimal mark.")
     header: bool | Literal["auto"] = Field("auto", description="Whether the first line holds column names.")
     also: list[Path] = Field([], description="Further files with other quantities and the same time column.")
+    labels: list[str] = Field(
+        [], description="Columns that are neither 0, false nor empty while a flag or a mark of a true event holds."
+    )
+    phase: str | None = Field(None, description="Column that holds the phase of each row, as a number or a word.")
+
+
+class FieldsConfig(_Section):
+    """Where the joint signals stand in messages of a type that no profile reads: JSON, protobuf or ROS.
+
+    A path is dotted (`state.q`); `a,b` puts fields side by side, `joints[*].pos` takes one field of every item.
+    """
+
+    names: str | list[str] | None = Field(
+        None, description="Path of the joint names, or the names themselves in the order of the values."
+    )
+    position: str = Field(description="Path of the positions.")
+    velocity: str | None = Field(None, description="Path of the velocities.")
+    effort: str | None = Field(None, description="Path of the efforts.")
+    temperature: str | None = Field(None, description="Path of the joints' temperatures, °C.")
+    stamp: str | None = Field(
+        None, description="Paths of the stamp's seconds and nanoseconds: `header.stamp.sec,header.stamp.nanosec`."
+    )
 
 
 class UnitsConfig(_Section):
@@ -129,6 +151,20 @@ class LogConfig(_Section):
     wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; taken off.")
     time: Literal["auto", "header", "log"] = Field("auto", description="Which stamp is the time of a sample.")
     joint_names: dict[str, str] = Field({}, description="Log name = model name, where they differ.")
+    label_topics: list[str] = Field(
+        [],
+        description="Topics of flags or of marks of true events, `/topic` or `/topic:field` or `/topic:field==3`; one "
+        "holds while its value is not zero, or is the one given.",
+    )
+    phase_topic: str | None = Field(
+        None, description="Topic, `/topic` or `/topic:field`, whose value (text or whole number) is the phase."
+    )
+    msg_path: list[Path] = Field(
+        [], description="Folders of .msg files, for types whose definitions a log does not hold (--msg-path)."
+    )
+    fields: FieldsConfig | None = Field(
+        None, description="Where the signals of `joint_states` stand, when no profile reads its type."
+    )
     csv: CsvConfig = Field(CsvConfig(), description="Columns of CSV logs.")
     units: UnitsConfig = Field(UnitsConfig(), description="Units of the log.")
 

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from collaudit.core.findings import Finding
-from collaudit.core.series import FloatArray, JointLog, LogSource, WrenchSeries, frozen
+from collaudit.core.series import FloatArray, JointLog, LogLabel, LogSource, WrenchSeries, frozen
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 #: Raised when what is stored, or how logs are read, changes.
-CACHE_FORMAT = 1
+CACHE_FORMAT = 2
 _META = b"collaudit"
-_QUANTITIES = ("position_rad", "velocity_rad_s", "effort")
+_QUANTITIES = ("position_rad", "velocity_rad_s", "effort", "temperature_c")
 
 
 def cache_key(
@@ -63,6 +63,9 @@ def load(folder: Path, key: str) -> JointLog | None:
             wrench=_wrench(wrench, meta["wrench"]) if wrench is not None else None,
             source=LogSource(**meta["source"]),
             findings=tuple(Finding(**finding) for finding in meta["findings"]),
+            labels=_labels(meta["labels"]),
+            phases=_labels(meta["phases"]),
+            temperature_c=parts.get("temperature_c"),
         )
     except (OSError, KeyError, ValueError, TypeError, pa.ArrowException):
         return None
@@ -81,6 +84,8 @@ def store(folder: Path, key: str, log: JointLog) -> None:
         "wrench": log.wrench.topic if log.wrench is not None else None,
         "source": asdict(log.source),
         "findings": [asdict(finding) for finding in log.findings],
+        "labels": [asdict(label) for label in log.labels],
+        "phases": [asdict(label) for label in log.phases],
     }
     if log.wrench is not None:
         arrays = {"time_s": log.wrench.time_s} | {f"w{k}": log.wrench.wrench[:, k] for k in range(6)}
@@ -89,6 +94,13 @@ def store(folder: Path, key: str, log: JointLog) -> None:
     for name in present:
         columns |= {f"{name}.{k}": getattr(log, name)[:, k] for k in range(len(log.joint_names))}
     _write(folder / f"{key}.parquet", pa.table(columns).replace_schema_metadata({_META: json.dumps(meta)}))
+
+
+def _labels(stored: list[dict[str, Any]]) -> tuple[LogLabel, ...]:
+    return tuple(
+        LogLabel(item["name"], item["source"], tuple((a, b) for a, b in item["intervals_s"]), item["joint"])
+        for item in stored
+    )
 
 
 def _matrix(table: Any, name: str, count: int) -> FloatArray:

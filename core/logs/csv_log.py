@@ -48,6 +48,7 @@ class CsvTable:
         wrench: (n, 6) or None.
         units: quantity to the unit its column names state, where they do.
         findings: what was guessed.
+        texts: column name to the text of each row, of the columns of labels and of the phase.
     """
 
     time_s: FloatArray
@@ -58,6 +59,7 @@ class CsvTable:
     wrench: FloatArray | None
     units: dict[str, str]
     findings: list[Finding]
+    texts: dict[str, tuple[str, ...]]
 
 
 def open_csvs(paths: Sequence[Path], settings: CsvConfig) -> list[CsvFile]:
@@ -93,8 +95,10 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     blocks: dict[str, list[Block]] = {quantity: [] for quantity in QUANTITIES}
     wrench: FloatArray | None = None
     findings: list[Finding] = []
+    texts: dict[str, tuple[str, ...]] = {}
     for file in files:
-        own_time, start, unit, values = _read_one(file, settings)
+        own_time, start, unit, values, words = _read_one(file, settings)
+        texts |= words
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += _time_findings(file, unit, settings)
@@ -111,7 +115,7 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     assert time_s is not None
     names, columns = _aligned(blocks, time_s.shape[0])
     numbered = all("{i" in f.pattern or not f.pattern for file in files for f in file.assignment.quantities.values())
-    return CsvTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings)
+    return CsvTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings, texts)
 
 
 def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
@@ -150,17 +154,23 @@ def _check_signals(files: Sequence[CsvFile]) -> None:
         )
 
 
-def _read_one(file: CsvFile, settings: LogConfig) -> tuple[FloatArray, int | None, str, dict[str, FloatArray]]:
-    """Time in s, absolute start, the unit of time, and quantity (or ``wrench``) to its columns."""
+Read = tuple[FloatArray, int | None, str, dict[str, FloatArray], dict[str, tuple[str, ...]]]
+
+
+def _read_one(file: CsvFile, settings: LogConfig) -> Read:
+    """Time in s, absolute start, the unit of time, quantity (or ``wrench``) to its columns, and columns of text."""
     assignment = file.assignment
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
     if assignment.wrench:
         groups["wrench"] = assignment.wrench
-    values, stamps = read_columns(file.path, file.dialect, groups, assignment.time)
+    asked = [*settings.csv.labels, *([settings.csv.phase] if settings.csv.phase is not None else [])]
+    names = file.dialect.names
+    texts = {name: names.index(name) for name in asked if name in names}
+    values, stamps, words = read_columns(file.path, file.dialect, groups, assignment.time, list(texts.values()))
     if len(stamps) == 0:
         raise LogError("the file holds no rows of data", where=str(file.path))
     time_s, start, unit = stamps_ns(stamps, settings.units.time)
-    return time_s, start, unit, values
+    return time_s, start, unit, values, {name: words[index] for name, index in texts.items()}
 
 
 def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:

@@ -28,19 +28,20 @@ _BLOCK = 1 << 20
 
 
 def read_columns(
-    path: Path, dialect: Dialect, groups: Mapping[str, Sequence[int]], time: int | None
-) -> tuple[dict[str, FloatArray], Any]:
-    """Read columns as numbers.
+    path: Path, dialect: Dialect, groups: Mapping[str, Sequence[int]], time: int | None, texts: Sequence[int] = ()
+) -> tuple[dict[str, FloatArray], Any, dict[int, tuple[str, ...]]]:
+    """Read columns as numbers, and some as text.
 
     Args:
         path: the file.
         dialect: how it is written.
         groups: name to indices of columns of numbers.
         time: index of the time column, or None.
+        texts: indices of columns of text.
 
     Returns:
-        Name to (n, c) values, and the time column as an Arrow array of int64, float64, decimal or timestamp
-        (None without).
+        Name to (n, c) values, the time column as an Arrow array of int64, float64, decimal or timestamp
+        (None without), and index to n texts.
 
     Raises:
         LogError: naming line and column, for a ragged row or a cell that is not a number.
@@ -48,8 +49,9 @@ def read_columns(
     import pyarrow as pa
 
     columns = [index for group in groups.values() for index in group]
-    wanted = sorted({*columns, *([time] if time is not None else [])})
+    wanted = sorted({*columns, *([time] if time is not None else []), *texts})
     types: dict[str, Any] = {f"c{index}": pa.float64() for index in columns}
+    types |= {f"c{index}": pa.string() for index in texts}
     attempts = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
     for kind in attempts:
         if time is not None and kind is not None:
@@ -60,9 +62,10 @@ def read_columns(
         except pa.ArrowInvalid as error:
             failure = error
     else:
-        raise _located(path, dialect, wanted, columns, time, failure)
+        raise _located(path, dialect, [k for k in wanted if k not in texts], columns, time, failure)
     stamps = table.column(f"c{time}") if time is not None else None
-    return _matrices(table, groups), stamps
+    words = {index: tuple(text or "" for text in table.column(f"c{index}").to_pylist()) for index in texts}
+    return _matrices(table, groups), stamps, words
 
 
 def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:

@@ -7,8 +7,9 @@ generic decoder message by message; the result is the same, only slower.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,8 @@ class ChannelDecoder:
         profile: which of its fields are meant.
         kind: the message's wire type, None where messages have no fixed layout.
         out: where the columns go; shared by the channels of one topic.
+        extra: definitions of types that the log does not hold, by name.
+        tagged: whether each row keeps which channel it came from.
     """
 
     channel: Channel
@@ -44,12 +47,14 @@ class ChannelDecoder:
     kind: Struct | None
     out: Decoded
     max_plans: int = MAX_PLANS
+    extra: Mapping[str, Any] = field(default_factory=dict)
+    tagged: bool = False
     _plans: dict[int, list[Plan]] = field(default_factory=dict)
     _count: int = 0
     _generic: Generic | None = None
 
     @classmethod
-    def of(cls, channel: Channel, profile: Profile, out: Decoded) -> ChannelDecoder:
+    def of(cls, channel: Channel, profile: Profile, out: Decoded, extra: Mapping[str, Any] = {}) -> ChannelDecoder:
         """A decoder for a channel; JSON and protobuf have no layouts and go message by message.
 
         Raises:
@@ -59,8 +64,8 @@ class ChannelDecoder:
             decoder = cls(channel, profile, None, out, max_plans=0)
             decoder._generic = generic_decoder(channel, profile)
             return decoder
-        kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema)
-        return cls(channel, profile, kind, out)
+        kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
+        return cls(channel, profile, kind, out, extra=extra)
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""
@@ -69,6 +74,8 @@ class ChannelDecoder:
             return
         order = np.arange(self.out.seen, self.out.seen + count, dtype=np.int64)
         self.out.seen += count
+        if batch.publish_ns is not None:
+            self.out.latency.add(batch.publish_ns, batch.log_ns)
         low, high = int(batch.length.min()), int(batch.length.max())
         if low == high:
             self._equal_size(batch, None, low, order)
@@ -114,11 +121,16 @@ class ChannelDecoder:
     def _emit(self, plan: Plan, rows: ByteArray, log_ns: IntArray, order: IntArray, picked: IntArray | None) -> None:
         if picked is not None:
             log_ns, order = log_ns[picked], order[picked]
-        self.out.group(plan.key).add({"log_ns": log_ns, "order": order, **plan.columns_of(rows)})
+        self._add(plan.key, {"log_ns": log_ns, "order": order, **plan.columns_of(rows)})
+
+    def _add(self, key: GroupKey, columns: dict[str, IntArray | FloatArray]) -> None:
+        if self.tagged:
+            columns["source"] = np.full(columns["log_ns"].shape[0], self.channel.key, dtype=np.int64)
+        self.out.group(key).add(columns)
 
     def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
         if self._generic is None:
-            self._generic = generic_decoder(self.channel, self.profile)
+            self._generic = generic_decoder(self.channel, self.profile, self.extra)
         for index in picked.tolist():
             try:
                 key, columns = self._generic(batch.payload(index))
@@ -127,4 +139,4 @@ class ChannelDecoder:
                 continue
             self.out.slow += 1
             one = slice(index, index + 1)
-            self.out.group(key).add({"log_ns": batch.log_ns[one], "order": order[one], **columns})
+            self._add(key, {"log_ns": batch.log_ns[one], "order": order[one], **columns})

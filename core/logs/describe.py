@@ -11,6 +11,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import start_of
+from collaudit.core.logs.clock_publish import publish_findings
 from collaudit.core.logs.describe_mcap import by_summary
 from collaudit.core.logs.opening import data_files, open_messages, partial
 from collaudit.core.logs.read import is_text, log_name, misnamed
@@ -45,18 +46,18 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
             return describe_csvs(paths, settings)
         except LogError as error:
             raise misnamed(paths[0], error) from error
-    summary = by_summary(paths)
+    summary = by_summary(paths, settings)
     if summary is not None:
         return summary
     reader = open_messages(paths)
     try:
-        return _messages(paths, reader)
+        return _messages(paths, reader, settings)
     finally:
         reader.close()
 
 
-def _messages(paths: Sequence[Path], reader: LogReader) -> LogSummary:
-    topics = topics_of(reader)
+def _messages(paths: Sequence[Path], reader: LogReader, settings: LogConfig | None) -> LogSummary:
+    topics = topics_of(reader, settings)
     times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
     owner = {channel.key: topic for topic in topics for channel in topic.channels}
     for batch in reader.batches():
@@ -71,7 +72,7 @@ def _messages(paths: Sequence[Path], reader: LogReader) -> LogSummary:
     last = max((int(values[-1]) for values in stamps.values()), default=None)
     findings: list[Finding] = list(partial(reader.damage, log_name(paths)))
     for topic in topics:
-        findings += skipped(topic)
+        findings += [*skipped(topic), *(publish_findings(topic) if topic.profile is not None else ())]
     return LogSummary(
         name=log_name(paths),
         format=reader.format,
@@ -128,6 +129,8 @@ def _note(topic: Topic) -> str:
         return topic.problem
     if topic.profile is None:
         return "no profile reads this type; it is left alone"
+    if topic.profile.name == "configured":
+        return "read by the field paths of the configuration, [log.fields]"
     return f"read by the profile {topic.profile.name}, by its type"
 
 

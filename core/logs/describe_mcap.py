@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import start_of
@@ -14,15 +15,19 @@ from collaudit.core.logs.mcap_summary import read_summary
 from collaudit.core.logs.summary import LogSummary, TopicInfo
 from collaudit.core.logs.topics import Topic, decode, topics_of
 
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
 #: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
 SUMMARY_FROM_BYTES = 128 << 20
 
 
-def describe_by_summary(path: Path) -> LogSummary | None:
+def describe_by_summary(path: Path, settings: LogConfig | None = None) -> LogSummary | None:
     """Topics, counts and mean rates as a file's summary states them, joints by one chunk of each topic.
 
     Args:
         path: an MCAP file.
+        settings: message definitions and fields of the configuration.
 
     Returns:
         None when the file has no usable summary.
@@ -35,7 +40,7 @@ def describe_by_summary(path: Path) -> LogSummary | None:
     first, last = index.span_ns
     reader = McapFile(path, _peeked(index))
     try:
-        topics = topics_of(reader)
+        topics = topics_of(reader, settings)
         decode(reader, [topic for topic in topics if topic.decoders])
     finally:
         reader.close()
@@ -83,10 +88,12 @@ def _info(topic: Topic, index: McapIndex, duration: float | None) -> TopicInfo:
     return topic_info(topic, count, rate, None)
 
 
-def by_summary(paths: Sequence[Path], least_bytes: int = SUMMARY_FROM_BYTES) -> LogSummary | None:
+def by_summary(
+    paths: Sequence[Path], settings: LogConfig | None = None, least_bytes: int = SUMMARY_FROM_BYTES
+) -> LogSummary | None:
     """The description of one large MCAP by its summary, or None where the log must be read."""
     from collaudit.core.logs.sniff import sniff
 
     if len(paths) != 1 or paths[0].is_dir() or paths[0].stat().st_size < least_bytes or sniff(paths[0]) != "mcap":
         return None
-    return describe_by_summary(paths[0])
+    return describe_by_summary(paths[0], settings)

@@ -151,6 +151,8 @@ class _Finder:
         """The strings at a path."""
         head, _, tail = path.partition("[*]")
         base, rest = key_of(head), key_of(tail.lstrip("."))
+        if base in self.layout.texts:
+            return (self.text(base),)
         if base not in self.layout.lengths:
             raise LayoutError(f"its type has no field {path}")
         return tuple(self.text((*base, index, *rest)) for index in range(self.layout.lengths[base]))
@@ -180,7 +182,7 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
         LayoutError: the message does not hold what the profile needs, or holds it inconsistently.
     """
     finder = _Finder(layout, data, list(layout.guards))
-    named = finder.names(profile.names) if profile.names is not None else ()
+    named = finder.names(profile.names) if profile.names is not None and not _counted(profile, layout) else ()
     columns = {name: finder.numbers(path) for name, path in profile.quantities().items()}
     columns = {name: parts for name, parts in columns.items() if _count(parts)}
     if _count(columns.get("temperature", ())) != len(named):
@@ -191,6 +193,11 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
     pair = (stamp[0], stamp[1]) if len(stamp) == 2 and stamp[0].count == stamp[1].count == 1 else None
     key = GroupKey(names, tuple(counts.items()), pair is not None)
     return Plan(layout.size, key, _guards(finder.bound, data), pair, columns)
+
+
+def _counted(profile: Profile, layout: Layout) -> bool:
+    """Whether a phase is told by a number, not by a word."""
+    return profile.role == "phase" and key_of(profile.names or "") in layout.numbers
 
 
 def _count(parts: tuple[Numbers, ...]) -> int:
@@ -210,6 +217,11 @@ def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int
         if counts.get("wrench") != 6:
             raise LayoutError(f"it has {counts.get('wrench', 0)} of the six numbers of a wrench")
         return ()
+    if profile.role in ("label", "phase"):
+        if not named and not counts:
+            paths = ", ".join(path for _, path in profile.labels)
+            raise LayoutError(f"its type has no number or text at {paths}")
+        return named
     counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(LABEL)}
     names = named if profile.names is not None else profile.implied_names(max(counts.values(), default=0))
     if not names:

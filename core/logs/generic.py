@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,12 @@ Columns = dict[str, IntArray | FloatArray]
 Deserializer = Callable[[bytes], Any]
 
 
-def _ros(channel: Channel) -> Deserializer:
+def _ros(channel: Channel, extra: Mapping[str, Any]) -> Deserializer:
     from rosbags.serde import SerdeError
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.EMPTY)
-    store.register(typesdict_of(channel.type, channel.encoding, channel.schema_encoding, channel.schema))
+    store.register(typesdict_of(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra))
     decode = store.deserialize_cdr if channel.encoding == "cdr" else store.deserialize_ros1
 
     def deserialize(data: bytes) -> Any:
@@ -36,7 +36,7 @@ def _ros(channel: Channel) -> Deserializer:
     return deserialize
 
 
-def _json(channel: Channel) -> Deserializer:
+def _json(channel: Channel, extra: Mapping[str, Any]) -> Deserializer:
     import json
 
     def deserialize(data: bytes) -> Any:
@@ -48,7 +48,7 @@ def _json(channel: Channel) -> Deserializer:
     return deserialize
 
 
-def _protobuf(channel: Channel) -> Deserializer:
+def _protobuf(channel: Channel, extra: Mapping[str, Any]) -> Deserializer:
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
     from google.protobuf.message import DecodeError
 
@@ -130,10 +130,18 @@ def _chosen(item: Any, choice: str) -> tuple[float, ...]:
 
 def _names(message: Any, path: str) -> tuple[str, ...]:
     head, _, tail = path.partition("[*]")
-    names = tuple(_field(item, tail.lstrip(".")) for item in _field(message, head) or ())
+    value = _field(message, head)
+    if isinstance(value, str):
+        return (value,)
+    names = tuple(_field(item, tail.lstrip(".")) for item in value or ())
     if not all(isinstance(name, str) for name in names):
         raise LayoutError("a joint name is no text")
     return names
+
+
+def _counted(message: Any, profile: Profile) -> bool:
+    """Whether a phase is told by a number, not by a word."""
+    return profile.role == "phase" and isinstance(_field(message, profile.names or ""), int | float)
 
 
 def _stamp(message: Any, path: str) -> int | None:
@@ -147,7 +155,9 @@ def _stamp(message: Any, path: str) -> int | None:
     return None
 
 
-def generic_decoder(channel: Channel, profile: Profile) -> Callable[[bytes], tuple[GroupKey, Columns]]:
+def generic_decoder(
+    channel: Channel, profile: Profile, extra: Mapping[str, Any] = {}
+) -> Callable[[bytes], tuple[GroupKey, Columns]]:
     """A function from one message's bytes to its key and its columns of one row.
 
     The function raises :class:`LayoutError` for a message that cannot be used.
@@ -155,13 +165,18 @@ def generic_decoder(channel: Channel, profile: Profile) -> Callable[[bytes], tup
     Raises:
         SchemaError: the channel's definition cannot be understood.
     """
-    deserialize = _DESERIALIZERS[channel.encoding](channel)
+    deserialize = _DESERIALIZERS[channel.encoding](channel, extra)
 
     def decode(data: bytes) -> tuple[GroupKey, Columns]:
         message = deserialize(data)
         try:
-            named = _names(message, profile.names) if profile.names is not None else ()
-            found = {name: _values(message, path) for name, path in profile.quantities().items()}
+            worded = profile.names is not None and not _counted(message, profile)
+            named = _names(message, profile.names) if worded and profile.names is not None else ()
+            found = (
+                {}
+                if named and profile.role == "phase"
+                else {name: _values(message, path) for name, path in profile.quantities().items()}
+            )
         except (AttributeError, TypeError, ValueError) as error:
             raise LayoutError(f"a field is not what its type says: {error}") from error
         counts = {name: values.size for name, values in found.items() if values.size}

@@ -1,4 +1,4 @@
-"""A controller's own flags (contact, collision), as findings with their place and joint."""
+"""A controller's own flags (contact, collision), as data and as findings with their place and joint."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import Clock
-from collaudit.core.logs.profiles import LABEL
+from collaudit.core.logs.profiles import LABEL, Profile
 from collaudit.core.logs.publishers import seconds_since
 from collaudit.core.logs.tables import Decoded
-from collaudit.core.series import BoolArray, IntArray
+from collaudit.core.series import BoolArray, FloatArray, IntArray, LogLabel
 
 #: Flags that come and go more often than this are counted, not listed.
 LISTED = 100
@@ -36,13 +36,13 @@ class Flags:
     raised: BoolArray
 
 
-def flags_of(decoded: Decoded) -> list[Flags]:
+def flags_of(decoded: Decoded, profile: Profile | None) -> list[Flags]:
     """The flags of a topic that were ever raised; to be asked before its groups are used up."""
     out = []
     for group in decoded.groups.values():
         for name in [key for key in group.columns if key.startswith(LABEL)]:
-            raised = np.asarray(group.take(name)) != 0
-            if not raised.any():
+            values = np.asarray(group.take(name), dtype=np.float64)
+            if profile is None or not (raised := profile.raised(name.removeprefix(LABEL), values)).any():
                 continue
             log_ns = np.asarray(group.look("log_ns"), dtype=np.int64)
             stamps = group.look("stamp_ns")
@@ -52,16 +52,16 @@ def flags_of(decoded: Decoded) -> list[Flags]:
     return out
 
 
-def label_findings(flags: list[Flags], clock: Clock, origin_ns: int, topic: str) -> list[Finding]:
-    """One finding for each time a flag was up.
+def labels_of(flags: list[Flags], clock: Clock, origin_ns: int, topic: str) -> list[LogLabel]:
+    """The flags as labels, one a joint; each stretch ends at the last stamp at which the flag was up.
 
     Args:
         flags: of the topic.
         clock: the clock of its samples.
         origin_ns: time zero of that clock.
-        topic: for the findings.
+        topic: their source.
     """
-    findings = []
+    found: dict[tuple[str, str | None], list[tuple[float, float]]] = {}
     for flag in flags:
         stamps = flag.stamp_ns if clock == "header" and flag.stamp_ns is not None else flag.log_ns
         time_s = seconds_since(stamps, origin_ns)
@@ -69,13 +69,25 @@ def label_findings(flags: list[Flags], clock: Clock, origin_ns: int, topic: str)
             (joint, flag.raised[:, k]) for k, joint in enumerate(flag.joints)
         ]
         for joint, raised in columns or [(None, np.asarray(flag.raised.any(axis=1)))]:
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], raised, [False]]).astype(np.int8)))
-            for start, stop in edges.reshape(-1, 2).tolist():
-                first, last = float(time_s[start]), float(time_s[stop - 1])
-                of = f" of {joint}" if joint else ""
-                text = f"The controller itself flags {flag.label}{of} from {first:.4g} s to {last:.4g} s."
-                findings.append(Finding("log-label", "info", text, topic, joint, first, last))
+            found.setdefault((flag.label, joint), []).extend(held(time_s, raised))
+    return [LogLabel(name, topic, tuple(sorted(its)), joint) for (name, joint), its in found.items() if its]
+
+
+def held(time_s: FloatArray, raised: BoolArray) -> list[tuple[float, float]]:
+    """(first, last) stamp of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], raised, [False]]).astype(np.int8)))
+    return [(float(time_s[start]), float(time_s[stop - 1])) for start, stop in edges.reshape(-1, 2).tolist()]
+
+
+def label_findings(labels: list[LogLabel]) -> list[Finding]:
+    """One finding for each time a flag was up."""
+    findings = []
+    for label in labels:
+        of = f" of {label.joint}" if label.joint else ""
+        for first, last in label.intervals_s:
+            text = f"The log itself says {label.name}{of} from {first:.4g} s to {last:.4g} s."
+            findings.append(Finding("log-label", "info", text, label.source, label.joint, first, last))
     if len(findings) > LISTED:
-        text = f"The controller itself raises flags {len(findings) - LISTED} more times."
-        findings = [*findings[:LISTED], Finding("log-label", "info", text, topic)]
+        text = f"Flags are raised {len(findings) - LISTED} more times."
+        findings = [*findings[:LISTED], Finding("log-label", "info", text)]
     return findings

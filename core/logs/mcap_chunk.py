@@ -23,6 +23,7 @@ class Located:
         start, length: (n,) payload offsets and sizes.
         channel: (n,) channel numbers.
         log_ns: (n,) log times.
+        publish_ns: (n,) publish times.
         others: (op, offset, length) of the other records.
         rest: bytes at the end that are no whole record.
     """
@@ -31,6 +32,7 @@ class Located:
     length: IntArray
     channel: IntArray
     log_ns: IntArray
+    publish_ns: IntArray
     others: tuple[tuple[int, int, int], ...]
     rest: int
 
@@ -111,6 +113,7 @@ def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: In
         length=heads["length"].astype(np.int64) - 22,
         channel=heads["channel"].astype(np.int64),
         log_ns=heads["log"].astype(np.int64),
+        publish_ns=heads["pub"].astype(np.int64),
         others=tuple(others),
         rest=rest,
     )

@@ -18,6 +18,7 @@ from collaudit.core.parallel import ordered_map
 from collaudit.core.series import IntArray
 
 _WINDOW = 16 << 20
+_NO_STAMPS = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +126,8 @@ class McapFile:
             if number not in self.index.channels:
                 self._note(f"messages on channel {number}, which it does not define, were left out")
             if number in wanted:
-                yield Batch(number, data, start, located.length[mine], located.log_ns[mine])
+                published = located.publish_ns[mine] if located.publish_ns.size else None
+                yield Batch(number, data, start, located.length[mine], located.log_ns[mine], published)
 
     def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
         """Messages outside chunks, read in windows of bounded size."""
@@ -140,7 +142,9 @@ class McapFile:
             base = int(at[first])
             raw = np.frombuffer(self.file.read(base, int(ends[stop - 1]) - base), dtype=np.uint8)
             part = slice(first, stop)
-            located = Located(at[part] - base + MESSAGE_HEAD, size[part] - 22, channel[part], log_ns[part], (), 0)
+            located = Located(
+                at[part] - base + MESSAGE_HEAD, size[part] - 22, channel[part], log_ns[part], _NO_STAMPS, (), 0
+            )
             yield from self._split(raw, located, wanted)
             if progress is not None:
                 progress(int(ends[stop - 1]), self.file.size)

@@ -5,17 +5,25 @@ A path names a field of a message, dotted. Further forms:
 - ``a|b``: the first of several that the type has (other versions of a type);
 - ``a,b,c``: several fields side by side;
 - ``joints[*].position``: one field of every item of a sequence;
-- ``items[*]{keys:values=effort}``: of every item, the one of ``values`` that stands where ``keys`` says ``effort``.
+- ``items[*]{keys:values=effort}``: of every item, the one of ``values`` that stands where ``keys`` says ``effort``;
+- of a label only, ``mode==6,7``: it holds while the number is one of these, else while it is not zero.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from collaudit.core.series import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import FieldsConfig
 
 #: Stands before the name of a label where quantities are named.
 LABEL = "label:"
-Role = Literal["joint_states", "wrench"]
+Role = Literal["joint_states", "wrench", "label", "phase"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +32,7 @@ class Profile:
 
     Attributes:
         name: what ``inspect`` calls it.
-        role: ``joint_states`` or ``wrench``.
+        role: ``joint_states``, ``wrench``, or for flags and phases on topics of their own ``label``, ``phase``.
         types: the message types it reads.
         stamp: paths of the stamp's seconds and nanoseconds, or None.
         names: path of the joint names, or None where the type has none.
@@ -60,8 +68,15 @@ class Profile:
             ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
             ("temperature", self.temperature),
         )  # fmt: skip
-        flags = {f"{LABEL}{name}": path for name, path in self.labels}
+        flags = {f"{LABEL}{name}": path.split("==")[0] for name, path in self.labels}
         return {key: path for key, path in pairs if path is not None} | flags
+
+    def raised(self, label: str, values: FloatArray) -> BoolArray:
+        """Where a label holds, by the values of its field."""
+        _, equals, wanted = dict(self.labels)[label].partition("==")
+        if not equals:
+            return np.asarray(np.nan_to_num(values) != 0)
+        return np.asarray(np.isin(values, [float(text) for text in wanted.split(",")]))
 
     def implied_names(self, count: int) -> tuple[str, ...]:
         """Joint names of ``count`` values where the message has none."""
@@ -78,7 +93,13 @@ def _seven(prefix: str) -> str:
     return ",".join(f"{prefix}.a{index}" for index in range(1, 8))
 
 
-_FRANKA_FLAGS = (("contact", "joint_contact"), ("collision", "joint_collision"))
+_FRANKA_STOPS = (
+    ("reflex", "robot_mode==4"),
+    ("user_stop", "robot_mode==5"),
+    ("joint_reflex", "current_errors.joint_reflex"),
+    ("cartesian_reflex", "current_errors.cartesian_reflex"),
+)
+_FRANKA_FLAGS = (("contact", "joint_contact"), ("collision", "joint_collision"), *_FRANKA_STOPS)
 _UR_JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
 )  # fmt: skip
@@ -143,6 +164,7 @@ PROFILES: tuple[Profile, ...] = (
         labels=(
             ("contact", "collision_indicators.is_joint_contact"),
             ("collision", "collision_indicators.is_joint_collision"),
+            *_FRANKA_STOPS,
         ),
     ),
     Profile(
@@ -201,6 +223,26 @@ PROFILES: tuple[Profile, ...] = (
         velocity="joints[*].velocity",
         effort="joints[*].effort",
     ),
+    Profile(
+        name="ur-safety-mode",
+        role="label",
+        types=("ur_dashboard_msgs/msg/SafetyMode",),
+        stamp=None,
+        labels=(
+            ("protective_stop", "mode==3"),
+            ("safeguard_stop", "mode==5"),
+            ("emergency_stop", "mode==6,7"),
+            ("violation", "mode==8"),
+            ("fault", "mode==9"),
+        ),
+    ),
+    Profile(
+        name="ur-robot-mode-data",
+        role="label",
+        types=("ur_msgs/msg/RobotModeDataMsg",),
+        stamp=None,
+        labels=(("protective_stop", "is_protective_stopped"), ("emergency_stop", "is_emergency_stopped")),
+    ),
 )
 
 _BY_TYPE = {kind: profile for profile in PROFILES for kind in profile.types}
@@ -209,3 +251,21 @@ _BY_TYPE = {kind: profile for profile in PROFILES for kind in profile.types}
 def profile_of(type_name: str) -> Profile | None:
     """The profile that reads a message type, or None."""
     return _BY_TYPE.get(type_name)
+
+
+def configured(fields: FieldsConfig, type_name: str) -> Profile:
+    """The profile that the configuration itself gives for the topic of the joint states."""
+    path = fields.names if isinstance(fields.names, str) else None
+    fixed = tuple(fields.names) if isinstance(fields.names, list) else ("joint{i}",)
+    return Profile(
+        name="configured",
+        role="joint_states",
+        types=(type_name,),
+        stamp=fields.stamp,
+        names=path,
+        fixed_names=fixed if path is None else (),
+        position=fields.position,
+        velocity=fields.velocity,
+        effort=fields.effort,
+        temperature=fields.temperature,
+    )

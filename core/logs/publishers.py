@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.logs.order import clocks_of, in_order
+from collaudit.core.logs.set_back import SetBack
 from collaudit.core.logs.tables import QUANTITIES, Decoded, Group
 from collaudit.core.series import FloatArray, IntArray
 
@@ -23,12 +25,17 @@ class Publisher:
         log_ns: (n,) recording times.
         stamp_ns: (n,) header stamps, or None when there are none.
         columns: quantity to (n, j) values; a quantity that was never present is absent.
+        log_breaks, stamp_breaks: where either clock was set back; the stamps above go on after them.
+        source: (n,) channel of each sample, or None where the topic has only one.
     """
 
     names: tuple[str, ...]
     log_ns: IntArray
     stamp_ns: IntArray | None
     columns: dict[str, FloatArray]
+    log_breaks: tuple[SetBack, ...] = ()
+    stamp_breaks: tuple[SetBack, ...] = ()
+    source: IntArray | None = None
 
 
 def publishers_of(decoded: Decoded, keep: frozenset[str] | None = None) -> list[Publisher]:
@@ -58,22 +65,14 @@ def _publisher(groups: list[Group], wanted: set[str]) -> Publisher:
     """Stack groups that share joints; columns are permuted by name, what a group lacks is NaN."""
     names = tuple(dict.fromkeys(name for group in sorted(groups, key=lambda g: -g.rows) for name in group.key.names))
     names = tuple(name for name in names if name in wanted)
-    stamped = all(group.key.stamped for group in groups)
     present = [q for q in QUANTITIES if any(q in dict(group.key.present) for group in groups)]
     rows = [group.rows for group in groups]
     columns = {quantity: _stack(groups, rows, quantity, names) for quantity in present}
-    stamp_ns = _integers(groups, "stamp_ns") if stamped else None
-    log_ns, order = _integers(groups, "log_ns"), _integers(groups, "order")
-    sort = None
-    if len(groups) > 1:
-        sort = np.lexsort((order, log_ns))
-    elif (np.diff(log_ns) < 0).any():
-        sort = np.argsort(log_ns, kind="stable")
+    its = in_order(*clocks_of(groups))
+    sort = its.sort
     if sort is not None:
-        log_ns = log_ns[sort]
-        stamp_ns = stamp_ns[sort] if stamp_ns is not None else None
         columns = {quantity: values[sort] for quantity, values in columns.items()}
-    publisher = Publisher(names, log_ns, stamp_ns, columns)
+    publisher = Publisher(names, its.log_ns, its.stamp_ns, columns, its.log_breaks, its.stamp_breaks, its.source)
     if len(groups) > 1 and len({_holds(group, names) for group in groups}) > 1:
         _fill(publisher, groups, rows, sort)
     return publisher
@@ -82,11 +81,6 @@ def _publisher(groups: list[Group], wanted: set[str]) -> Publisher:
 def _holds(group: Group, names: tuple[str, ...]) -> tuple[tuple[str, ...], bool]:
     """Which of the joints a group names, and whether with positions."""
     return tuple(name for name in names if name in group.key.names), "position" in dict(group.key.present)
-
-
-def _integers(groups: Sequence[Group], name: str) -> IntArray:
-    parts = [np.asarray(group.take(name), dtype=np.int64) for group in groups]
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _stack(groups: Sequence[Group], rows: Sequence[int], quantity: str, names: tuple[str, ...]) -> FloatArray:
@@ -123,6 +117,7 @@ def _fill(publisher: Publisher, groups: Sequence[Group], rows: Sequence[int], so
     if placed.any() and not placed.all():
         publisher.log_ns = publisher.log_ns[placed]
         publisher.stamp_ns = publisher.stamp_ns[placed] if publisher.stamp_ns is not None else None
+        publisher.source = publisher.source[placed] if publisher.source is not None else None
         publisher.columns = {quantity: values[placed] for quantity, values in publisher.columns.items()}
 
 

@@ -11,8 +11,11 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import start_of
 from collaudit.core.logs.csv_log import CsvTable, read_csvs
+from collaudit.core.logs.csv_marks import csv_marks
+from collaudit.core.logs.labels import label_findings
 from collaudit.core.logs.naming import map_names, model_name
 from collaudit.core.logs.opening import Hashing
+from collaudit.core.logs.set_back import set_back_findings, straighten_seconds
 from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.series import FloatArray, JointLog, LogSource, WrenchSeries, frozen
 
@@ -40,6 +43,8 @@ def read_csv_log(
     picked = [names.index(log) for log in kept.log]
     linear = [joint in set(prismatic) for joint in kept.model]
     units, unit_findings = _units(table, settings.units, name)
+    time_s, breaks = straighten_seconds(table.time_s)
+    labels, phases, said = csv_marks(table.texts, time_s, settings.csv, name)
     columns = dict(table.columns)
     table.columns.clear()
     if picked != list(range(len(names))):
@@ -48,11 +53,12 @@ def read_csv_log(
     to_radians(columns.get("velocity"), units.velocity or units.position, linear)
     unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
     findings = [*table.findings, *order_findings, *unit_findings, *kept.findings]
+    findings += [*set_back_findings(breaks, 0, name), *said, *label_findings(labels)]
     if "effort" not in columns:
         findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
-    wrench, wrench_findings = _wrench(table, settings, name)
+    wrench, wrench_findings = _wrench(table, time_s, settings, name)
     return JointLog(
-        time_s=frozen(table.time_s),
+        time_s=frozen(time_s),
         joint_names=kept.model,
         position_rad=frozen(columns["position"]),
         velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
@@ -68,6 +74,8 @@ def read_csv_log(
             topic=name,
         ),
         findings=(*findings, *wrench_findings),
+        labels=tuple(labels),
+        phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
     )
 
@@ -107,11 +115,13 @@ def _units(table: CsvTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfi
     return stated.model_copy(update=update), findings
 
 
-def _wrench(table: CsvTable, settings: LogConfig, where: str) -> tuple[WrenchSeries | None, list[Finding]]:
+def _wrench(
+    table: CsvTable, time_s: FloatArray, settings: LogConfig, where: str
+) -> tuple[WrenchSeries | None, list[Finding]]:
     if settings.csv.wrench is None:
         return None, []
     if table.wrench is None:
         text = "The wrench columns of [log.csv] wrench are not in the table."
         return None, [Finding("log-wrench-missing", "warning", text, where=where)]
     values: FloatArray = frozen(table.wrench)
-    return WrenchSeries(frozen(table.time_s), values, where), []
+    return WrenchSeries(frozen(time_s), values, where), []

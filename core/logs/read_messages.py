@@ -12,16 +12,20 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import Clock, choose_clock, start_of, steadiness
 from collaudit.core.logs.clock_checks import compare_clocks
-from collaudit.core.logs.labels import flags_of, label_findings
+from collaudit.core.logs.clock_publish import publish_findings
+from collaudit.core.logs.conflict import alternation, disagreement
+from collaudit.core.logs.labels import flags_of, label_findings, labels_of
+from collaudit.core.logs.marks import Marks, Times, mark_topics, read_labels, read_phases
 from collaudit.core.logs.naming import NameMap, listed, map_names, matches
 from collaudit.core.logs.opening import Hashing, open_messages, partial
 from collaudit.core.logs.publishers import Publisher, interpolate, publishers_of, seconds_since
 from collaudit.core.logs.records import LogReader, Progress
+from collaudit.core.logs.set_back import as_recorded, set_back_findings
 from collaudit.core.logs.tables import QUANTITIES, all_names
 from collaudit.core.logs.topics import Topic, choose_joint_states, companions, decode, topics_of
 from collaudit.core.logs.units import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.wrench import read_wrench
-from collaudit.core.series import FloatArray, IntArray, JointLog, LogSource, frozen
+from collaudit.core.series import FloatArray, IntArray, JointLog, LogLabel, LogSource, frozen
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -39,11 +43,13 @@ def read_message_log(
     name = "+".join(path.name for path in paths)
     reader = open_messages(paths)
     try:
-        topics = topics_of(reader)
+        topics = topics_of(reader, settings)
         joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
         wrench = _wrench_topic(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints)]
-        decode(reader, [*wanted, wrench] if wrench is not None and wrench not in wanted else wanted, progress)
+        wanted += [wrench] if wrench is not None and wrench not in wanted else []
+        marks = mark_topics(topics, settings)
+        decode(reader, [*wanted, *marks.topics], progress)
         findings = [*partial(reader.damage, name), *skipped(joints), *(skipped(wrench) if wrench else ())]
     finally:
         reader.close()
@@ -54,17 +60,25 @@ def read_message_log(
     findings += numbered
     names = map_names(all_names([joints.decoded]), mapping, robot_joints, where)
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
-    flags = flags_of(joints.decoded)
+    flags = flags_of(joints.decoded, joints.profile)
+    findings += publish_findings(joints)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
     clock, said = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
     stamps = _stamps(base, clock)
-    findings += label_findings(flags, clock, int(stamps[0]), joints.name)
-    findings += compare_clocks(base.stamp_ns, base.log_ns, joints.name)
     origin = int(stamps[0])
+    as_stamped = None if base.stamp_ns is None else as_recorded(base.stamp_ns, base.stamp_breaks)
+    findings += compare_clocks(as_stamped, as_recorded(base.log_ns, base.log_breaks), joints.name)
+    findings += set_back_findings(base.stamp_breaks if clock == "header" else base.log_breaks, origin, joints.name)
+    times = Times(base, clock, origin)
+    labels, phases, said_of_marks = _marks(marks, times)
+    labels = [*labels_of(flags, clock, origin, joints.name), *labels]
+    findings += [*said_of_marks, *label_findings(labels)]
+    scale = np.pi / 180 if settings.units.position == "deg" else 1.0
+    conflicts = [found for p in publishers for found in disagreement(p, _stamps(p, clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)
     findings += [said, *names.findings, *_merged(publishers, joints.name)]
-    series, wrench_findings = read_wrench(wrench, settings, clock, origin)
+    series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
     findings += wrench_findings
     linear = [joint in set(prismatic) for joint in names.model]
     to_radians(columns.get("position"), settings.units.position, linear)
@@ -75,6 +89,7 @@ def read_message_log(
     unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
     if "position" not in columns:
         raise LogError("the joint states hold no positions", where=where)
+    findings += conflicts or alternation(columns["position"], names.model, joints.name)
     if "effort" not in columns:
         text = "The joint states hold no efforts."
         findings.append(Finding("log-effort-missing", "warning", text, where=joints.name))
@@ -88,8 +103,20 @@ def read_message_log(
         wrench=series,
         source=LogSource(name, hashing.result(), reader.format, start_of(origin), clock, joints.name),
         findings=tuple(findings),
+        labels=tuple(labels),
+        phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
     )
+
+
+def _marks(marks: Marks, times: Times) -> tuple[list[LogLabel], list[LogLabel], list[Finding]]:
+    """Labels and phases of topics of their own, and what is to be said of them."""
+    labels = [label for topic in marks.labels for label in read_labels(topic, times)]
+    findings = [*marks.findings, *(found for topic in marks.topics for found in skipped(topic))]
+    if marks.phase is None:
+        return labels, [], findings
+    phases, said = read_phases(marks.phase, times)
+    return labels, phases, [*findings, *said]
 
 
 def _mapping(topic: Topic, settings: LogConfig, robot: Sequence[str] | None) -> tuple[dict[str, str], list[Finding]]:

@@ -55,7 +55,12 @@ class Repeated:
 WireType = Number | Text | Struct | Repeated
 
 
-def _typesdict(type_name: str, encoding: str, text: str) -> Mapping[str, Any]:
+def definitions_of(type_name: str, encoding: str, text: str) -> Mapping[str, Any]:
+    """Definitions in one text, by type name, as rosbags parses them.
+
+    Raises:
+        SchemaError: the text cannot be understood.
+    """
     from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
 
     try:
@@ -95,7 +100,7 @@ def typesdict_of(
         raise SchemaError(f"the definition of {type_name} is {len(schema)} bytes long")
     types = {**_store(message_encoding), **extra}
     if schema.strip():
-        types.update(_typesdict(type_name, schema_encoding, schema.decode("utf-8", errors="replace")))
+        types.update(definitions_of(type_name, schema_encoding, schema.decode("utf-8", errors="replace")))
     out: dict[str, Any] = {}
     wanted = [type_name]
     while wanted:

@@ -35,7 +35,7 @@ class TopicInfo:
     largest_gap_s: float | None = None
     has_velocity: bool | None = None
     has_effort: bool | None = None
-    role: Literal["joint_states", "wrench", "other"] = "other"
+    role: Literal["joint_states", "wrench", "label", "phase", "other"] = "other"
     readable: bool = True
     note: str = ""
 

@@ -102,6 +102,39 @@ class Group:
         return len(self.columns["log_ns"]) if "log_ns" in self.columns else 0
 
 
+@dataclass(slots=True)
+class Latency:
+    """From publishing to recording, ns, over the messages whose container keeps both.
+
+    Attributes:
+        count: messages with both times.
+        least, most, total: of the differences.
+        unset: messages whose time of publishing is zero.
+    """
+
+    count: int = 0
+    least: int = 0
+    most: int = 0
+    total: float = 0.0
+    unset: int = 0
+
+    def add(self, publish_ns: IntArray, log_ns: IntArray) -> None:
+        """Take in some messages; equal times, which most recorders write, cost one comparison."""
+        if np.array_equal(publish_ns, log_ns):
+            self.least, self.most = min(self.least, 0), max(self.most, 0)
+            self.count += log_ns.shape[0]
+            return
+        unset = publish_ns == 0
+        late = (log_ns - publish_ns)[~unset]
+        self.unset += int(unset.sum())
+        if late.shape[0]:
+            low, high = int(late.min()), int(late.max())
+            self.least = low if self.count == 0 else min(self.least, low)
+            self.most = high if self.count == 0 else max(self.most, high)
+            self.count += late.shape[0]
+            self.total += float(late.sum(dtype=np.float64))
+
+
 @dataclass(slots=True, eq=False)
 class Decoded:
     """Everything decoded of one topic.
@@ -112,6 +145,7 @@ class Decoded:
         skipped: messages left out.
         problem: why the first of them was left out.
         slow: messages that went through the generic decoder.
+        latency: how long after publishing messages were recorded.
     """
 
     groups: dict[GroupKey, Group] = field(default_factory=dict)
@@ -119,6 +153,7 @@ class Decoded:
     skipped: int = 0
     problem: str | None = None
     slow: int = 0
+    latency: Latency = field(default_factory=lambda: Latency())
 
     def skip(self, count: int, problem: str) -> None:
         """Count messages that could not be used."""

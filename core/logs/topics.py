@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.decode import ChannelDecoder
+from collaudit.core.logs.definitions import read_definitions
 from collaudit.core.logs.naming import listed, matches
-from collaudit.core.logs.profiles import Profile, profile_of
+from collaudit.core.logs.profiles import Profile, configured, profile_of
 from collaudit.core.logs.records import Channel, LogReader, Progress
 from collaudit.core.logs.schema import SchemaError
 from collaudit.core.logs.tables import Decoded, all_names
 
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+Definitions = Mapping[str, Any]
 #: Messages looked at to learn a topic's joint names before one is chosen.
 PEEK = 2000
 ENCODINGS = ("cdr", "ros1", "json", "protobuf")
@@ -29,6 +35,7 @@ class Topic:
         problem: why it cannot be read, or "".
         decoders: by channel key, when it can be read.
         decoded: where they put their columns.
+        extra: definitions of types that the log does not hold, by name.
     """
 
     name: str
@@ -37,6 +44,7 @@ class Topic:
     problem: str
     decoders: dict[int, ChannelDecoder]
     decoded: Decoded
+    extra: Definitions = field(default_factory=dict)
 
     @property
     def type(self) -> str:
@@ -44,16 +52,36 @@ class Topic:
         return ", ".join(dict.fromkeys(channel.type or "no type" for channel in self.channels))
 
 
-def topics_of(reader: LogReader) -> list[Topic]:
-    """The topics of a log, sorted by name, each with a decoder where a profile reads it."""
+def topics_of(reader: LogReader, settings: LogConfig | None = None) -> list[Topic]:
+    """The topics of a log, sorted by name, each with a decoder where a profile or the configuration reads it.
+
+    Raises:
+        ConfigError: the configured message definitions cannot be read.
+    """
+    extra = read_definitions(settings.msg_path) if settings is not None and settings.msg_path else {}
     by_name: dict[str, list[Channel]] = {}
     for channel in reader.channels:
         by_name.setdefault(channel.topic, []).append(channel)
-    return [_topic(name, channels) for name, channels in sorted(by_name.items())]
+    fields = settings.fields if settings is not None else None
+    wanted = (settings.joint_states or "").strip("/") if settings is not None else ""
+    return [
+        read_by(name, channels, configured(fields, channels[0].type), extra)
+        if fields is not None and name.strip("/") == wanted
+        else _topic(name, channels, extra)
+        for name, channels in sorted(by_name.items())
+    ]
 
 
-def _topic(name: str, channels: list[Channel]) -> Topic:
-    topic = Topic(name, channels, None, "", {}, Decoded())
+def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions) -> Topic:
+    """A topic read by a profile that the configuration makes."""
+    topic = Topic(name, channels, profile, "", {}, Decoded(), extra)
+    for channel in channels:
+        _add_decoder(topic, channel)
+    return topic
+
+
+def _topic(name: str, channels: list[Channel], extra: Definitions) -> Topic:
+    topic = Topic(name, channels, None, "", {}, Decoded(), extra)
     profiles = {profile.name: profile for channel in channels if (profile := profile_of(channel.type)) is not None}
     if len(profiles) > 1:
         topic.problem = f"it has messages of several kinds ({', '.join(profiles)})"
@@ -69,11 +97,12 @@ def _add_decoder(topic: Topic, channel: Channel) -> None:
     if channel.encoding not in ENCODINGS:
         topic.problem = f"messages encoded as {channel.encoding!r} are not read"
         return
-    if profile_of(channel.type) is None:
+    if channel.type not in topic.profile.types:
         topic.problem = f"messages of type {channel.type} on it are not read"
         return
     try:
-        topic.decoders[channel.key] = ChannelDecoder.of(channel, topic.profile, topic.decoded)
+        topic.decoders[channel.key] = ChannelDecoder.of(channel, topic.profile, topic.decoded, topic.extra)
+        topic.decoders[channel.key].tagged = len(topic.channels) > 1
     except SchemaError as error:
         topic.problem = str(error)
 
@@ -87,11 +116,15 @@ def decode(reader: LogReader, topics: Sequence[Topic], progress: Progress | None
         progress: called with (bytes done, bytes in all).
         limit: stop when each topic has this many messages; 0 reads all.
     """
-    decoders = {key: decoder for topic in topics for key, decoder in topic.decoders.items()}
+    decoders: dict[int, list[ChannelDecoder]] = {}
+    for topic in topics:
+        for key, decoder in topic.decoders.items():
+            decoders.setdefault(key, []).append(decoder)
     if not decoders:
         return
     for batch in reader.batches(frozenset(decoders), progress):
-        decoders[batch.key].add(batch)
+        for decoder in decoders[batch.key]:
+            decoder.add(batch)
         if limit and all(topic.decoded.seen >= limit for topic in topics):
             return
 
@@ -180,6 +213,9 @@ def companions(topics: Sequence[Topic], chosen: Topic) -> list[Topic]:
         and topic.profile.family == family
         and topic.name.rsplit("/", 1)[0] == chosen.name.rsplit("/", 1)[0]
     ]
+    for topic in [chosen, *found] if found else []:
+        for decoder in topic.decoders.values():
+            decoder.tagged = True
     for topic in found:
         topic.decoded = chosen.decoded
         for decoder in topic.decoders.values():

@@ -8,7 +8,8 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.logs.clock import Clock, steadiness
-from collaudit.core.logs.publishers import seconds_since
+from collaudit.core.logs.order import clocks_of, in_order
+from collaudit.core.logs.publishers import Publisher, seconds_since
 from collaudit.core.logs.topics import Topic
 from collaudit.core.series import FloatArray, IntArray, WrenchSeries, frozen
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def read_wrench(
-    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int
+    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int, joints: Publisher
 ) -> tuple[WrenchSeries | None, list[Finding]]:
     """The wrench as recorded, on the clock of the joint states.
 
@@ -26,6 +27,7 @@ def read_wrench(
         settings: the configuration.
         clock: the clock of the joint states.
         origin_ns: its time zero.
+        joints: the joint states; where their clocks were set back, the wrench's were too.
 
     Returns:
         The series, or None with a finding when a wrench was configured and cannot be had.
@@ -36,8 +38,11 @@ def read_wrench(
     if problem is not None or topic is None:
         text = f"The wrench topic {settings.wrench} was configured, and {problem}."
         return None, [Finding("log-wrench-missing", "warning", text, where=settings.wrench)]
-    log_ns, stamp_ns, wrench = _stacked(topic)
+    log_ns, stamp_ns, wrench, followed = _stacked(topic, joints)
     findings = []
+    if not followed:
+        text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
+        return None, [Finding("log-wrench-missing", "warning", text, where=topic.name)]
     stamps = log_ns
     if clock == "header":
         if stamp_ns is not None and steadiness(stamp_ns).usable:
@@ -58,21 +63,10 @@ def _problem(topic: Topic | None) -> str | None:
     return None
 
 
-def _stacked(topic: Topic) -> tuple[IntArray, IntArray | None, FloatArray]:
-    """Log times, stamps and values of all groups, in order of recording."""
+def _stacked(topic: Topic, joints: Publisher) -> tuple[IntArray, IntArray | None, FloatArray, bool]:
+    """Log times, stamps and values of all groups in order of recording, and whether their clocks follow the joints'."""
     groups = list(topic.decoded.groups.values())
-    stamped = all(group.key.stamped for group in groups)
-    logs, stamps, values = [], [], []
-    for group in groups:
-        logs.append(np.asarray(group.take("log_ns"), dtype=np.int64))
-        values.append(np.asarray(group.take("wrench"), dtype=np.float64))
-        if stamped:
-            stamps.append(np.asarray(group.take("stamp_ns"), dtype=np.int64))
+    wrench = np.concatenate([np.asarray(group.take("wrench"), dtype=np.float64) for group in groups])
+    its = in_order(*clocks_of(groups), joints.log_breaks, joints.stamp_breaks)
     topic.decoded.groups.clear()
-    log_ns, wrench = np.concatenate(logs), np.concatenate(values)
-    stamp_ns = np.concatenate(stamps) if stamped else None
-    if (np.diff(log_ns) < 0).any():
-        order = np.argsort(log_ns, kind="stable")
-        log_ns, wrench = log_ns[order], wrench[order]
-        stamp_ns = stamp_ns[order] if stamp_ns is not None else None
-    return log_ns, stamp_ns, wrench
+    return its.log_ns, its.stamp_ns, wrench if its.sort is None else wrench[its.sort], its.followed

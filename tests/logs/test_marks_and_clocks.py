@@ -1,0 +1,215 @@
+"""Labels and phases of logs, message definitions from folders, clocks set back, publishers that disagree."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import log_writers as w
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.errors import ConfigError
+from collaudit.core.logs import describe, read_log
+from collaudit.core.series import JointLog
+from collaudit.core.timebase import MAX_VOID_S, make_timebase
+
+PERIOD_S = w.PERIOD / 1e9
+NAMES = ("joint1", "joint2")
+
+
+def said(topic: str, kind: str, k: float, **values: Any) -> w.Said:
+    return w.Said(topic, kind, w.EPOCH + int(k * w.PERIOD), w.ROS2.types[kind](**values))
+
+
+def states(count: int, at: Callable[[int], int], offset: float = 0.0, **more: Any) -> list[w.Said]:
+    return [
+        w.joint_state(NAMES, offset + np.sin([k * PERIOD_S, 1.0]), stamp_ns=at(k), effort=(1.0, 2.0), **more)
+        for k in range(count)
+    ]
+
+
+def steady(k: int) -> int:
+    return w.EPOCH + k * w.PERIOD
+
+
+def read(path: Path, **settings: Any) -> JointLog:
+    return read_log((path,), LogConfig.model_validate(settings), robot_joints=None)
+
+
+def codes(log: JointLog) -> set[str]:
+    return {finding.code for finding in log.findings}
+
+
+@pytest.fixture(scope="module")
+def marked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    messages = states(400, steady)
+    messages += [said("/bumper", "std_msgs/msg/Bool", k, data=100.2 < k < 150.2) for k in np.arange(0.5, 400, 10)]
+    messages += [said("/phase", "std_msgs/msg/String", k, data=word) for k, word in ((0, "approach"), (200, "contact"))]
+    messages += [said("/step", "std_msgs/msg/Int32", k, data=number) for k, number in ((0, 3), (100, 7), (300, 3))]
+    messages.sort(key=lambda one: one.log_ns)
+    return w.write_mcap(tmp_path_factory.mktemp("marked") / "log.mcap", messages)
+
+
+def test_labels_of_a_topic(marked: Path) -> None:
+    log = read(marked, label_topics=["/bumper", "/step:data==7", "/nothing"])
+    bumper, step = log.labels
+    assert (bumper.name, bumper.source, step.name, step.source) == ("bumper", "/bumper", "data==7", "/step")
+    np.testing.assert_allclose(bumper.intervals_s, [(100.5 * PERIOD_S, 150.5 * PERIOD_S)], atol=1e-9)
+    np.testing.assert_allclose(step.intervals_s, [(100 * PERIOD_S, 300 * PERIOD_S)], atol=1e-9)
+    assert {"log-label", "log-label-missing"} <= codes(log)
+
+
+@pytest.mark.parametrize("topic", ["/phase", "/step:data"])
+def test_phases_of_a_topic(marked: Path, topic: str, tmp_path: Path) -> None:
+    log = read(marked, phase_topic=topic)
+    found = {phase.name: phase.intervals_s for phase in log.phases}
+    end = 399 * PERIOD_S
+    expected = {"approach": [(0, 0.4)], "contact": [(0.4, end)]}
+    if topic != "/phase":
+        expected = {"3": [(0, 0.2), (0.6, end)], "7": [(0.2, 0.6)]}
+    assert found.keys() == expected.keys()
+    for name, spans in expected.items():
+        np.testing.assert_allclose(found[name], spans, atol=1e-9)
+    settings = LogConfig.model_validate({"phase_topic": topic, "label_topics": ["/bumper"]})
+    first, again = (read_log((marked,), settings, robot_joints=None, cache=tmp_path) for _ in range(2))
+    assert again.phases == first.phases == log.phases
+    assert again.labels == first.labels != ()
+
+
+def test_labels_and_phases_of_a_table(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{k / 100},{k / 50},{'true' if 20 <= k < 30 else ''},{'free' if k < 50 else 'contact'}" for k in range(90)]
+    path.write_text("t,q1,hit,phase\n" + "\n".join(rows) + "\n")
+    log = read(path, csv={"labels": ["hit"], "phase": "phase"})
+    assert [(label.name, label.intervals_s) for label in log.labels] == [("hit", ((0.2, 0.29),))]
+    assert [(phase.name, phase.intervals_s) for phase in log.phases] == [
+        ("free", ((0.0, 0.5),)), ("contact", ((0.5, 0.89),)),
+    ]  # fmt: skip
+
+
+def test_definitions_from_a_folder(tmp_path: Path) -> None:
+    """A type of which the file holds no definition is read by the folder's, and is not without it."""
+    folder = tmp_path / "defs" / "lbr_fri_idl" / "msg"
+    folder.mkdir(parents=True)
+    text = "uint32 time_stamp_sec\nuint32 time_stamp_nano_sec\nfloat64[7] measured_joint_position\n"
+    (folder / "LBRState.msg").write_text(text + "float64[7] measured_torque\n")
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2")
+        channel = writer.register_channel("/state", "cdr", writer.register_schema("lbr_fri_idl/msg/LBRState", "", b""))
+        for k in range(20):
+            numbers = np.arange(14) + k / 10
+            stamp = np.array([5, k * w.PERIOD], dtype="<u4").tobytes()
+            writer.add_message(channel, steady(k), b"\x00\x01\x00\x00" + stamp + numbers.tobytes(), steady(k))
+        writer.finish()
+    (without,) = describe((path,)).topics
+    assert not without.readable and "is missing" in without.note
+    log = read(path, msg_path=[str(tmp_path / "defs")])
+    np.testing.assert_array_equal(log.position_rad[3], np.arange(7) + 0.3)
+    assert log.effort is not None
+    (tmp_path / "empty").mkdir()
+    for name, why in (("empty", "holds no"), ("absent", "no such folder")):
+        with pytest.raises(ConfigError, match=why):
+            read(path, msg_path=[str(tmp_path / name)])
+
+
+def test_json_by_field_paths(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("my.Robot", "jsonschema", b'{"type": "object"}')
+        channel = writer.register_channel("/robot", "json", schema)
+        for k in range(20):
+            body = {"at": {"s": 7, "ns": k * w.PERIOD}, "arm": [{"id": "a", "q": k / 10}, {"id": "b", "q": 1.0}]}
+            writer.add_message(channel, steady(k), json.dumps(body).encode(), steady(k))
+        writer.finish()
+    fields = {"names": "arm[*].id", "position": "arm[*].q", "stamp": "at.s,at.ns"}
+    settings = LogConfig.model_validate({"joint_states": "/robot", "fields": fields})
+    log = read_log((path,), settings, robot_joints=None)
+    assert log.joint_names == ("a", "b")
+    np.testing.assert_array_equal(log.position_rad[:, 0], np.arange(20) / 10)
+    (topic,) = describe((path,), settings).topics
+    assert topic.readable and "[log.fields]" in topic.note
+
+
+@pytest.mark.parametrize("clock", ["header", "log"])
+def test_a_clock_set_back_is_a_break(tmp_path: Path, clock: str) -> None:
+    at = lambda k: steady(k) - (1_000_000_000 if k >= 1000 else 0)  # noqa: E731
+    forces = [w.wrench([k, 0, 0, 0, 0, 0], stamp_ns=at(k)) for k in range(2000)]
+    messages = [one for pair in zip(states(2000, at), forces, strict=True) for one in pair]
+    path = w.write_mcap(tmp_path / "log.mcap", messages)
+    log = read(path, time=clock, wrench="/ft/wrench")
+    assert "time-jump-back" in codes(log)
+    assert (np.diff(log.time_s) > 0).all()
+    np.testing.assert_allclose(log.position_rad[:, 0], np.sin(np.arange(2000) * PERIOD_S))
+    assert log.time_s[1000] - log.time_s[999] == pytest.approx(10 * PERIOD_S)
+    assert log.wrench is not None
+    np.testing.assert_allclose(log.wrench.time_s, log.time_s)
+    base = make_timebase(log.time_s, log.position_rad, 1.8)
+    assert [len(span) for span in base.grid] == [1000, 1000]
+
+
+def test_stamps_astray_and_blocks_out_of_order_are_no_break(tmp_path: Path) -> None:
+    astray = w.write_mcap(tmp_path / "a.mcap", states(500, lambda k: steady(k) + (9 * 10**9 if k == 200 else 0)))
+    assert "time-jump-back" not in codes(read(astray, time="header"))
+    turned = w.write_mcap(tmp_path / "b.mcap", states(500, lambda k: steady((k + 250) % 500)))
+    log = read(turned)
+    assert "time-jump-back" not in codes(log)
+    assert (np.diff(log.time_s) > 0).all()
+
+
+@pytest.mark.parametrize("shape", ["one channel", "two connections", "slower"])
+def test_publishers_that_disagree(tmp_path: Path, shape: str) -> None:
+    encoding = "ros1" if shape == "two connections" else "cdr"
+    first = states(400, steady, encoding=encoding)
+    second = states(400, lambda k: steady(k) + 900_000, 0.2, encoding=encoding)[:: 10 if shape == "slower" else 1]
+    if shape == "two connections":
+        path = two_connections(tmp_path / "log.bag", first, second)
+        alike = two_connections(tmp_path / "alike.bag", first, first)
+    else:
+        path = w.write_mcap(tmp_path / "log.mcap", sorted([*first, *second], key=lambda one: one.log_ns))
+        alike = w.write_mcap(tmp_path / "alike.mcap", first)
+    (finding,) = [one for one in read(path).findings if one.code == "log-publishers-conflict"]
+    assert finding.severity == "error"
+    assert "log-publishers-conflict" not in codes(read(alike))
+
+
+def two_connections(path: Path, *parts: list[w.Said]) -> Path:
+    with w.Bag1Writer(path) as writer:
+        for number, messages in enumerate(parts):
+            at = writer.add_connection("/joint_states", w.JOINT_STATE, typestore=w.ROS1, callerid=f"/n{number}")
+            for one in messages:
+                writer.write(at, one.log_ns, w.encode(one, "ros1"))
+    return path
+
+
+def test_publish_stamps_are_compared(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    messages = states(50, steady)
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(w.JOINT_STATE, "ros2msg", w.definition(w.JOINT_STATE, "cdr").encode())
+        channel = writer.register_channel("/joint_states", "cdr", schema)
+        for k, one in enumerate(messages):
+            writer.add_message(channel, one.log_ns, w.encode(one, "cdr"), one.log_ns - 3_000_000 - 1000 * k)
+        writer.finish()
+    (finding,) = [one for one in read(path).findings if one.code == "clock-publish"]
+    assert "from 3 to 3.049 ms" in finding.text and finding.severity == "info"
+
+
+def test_a_gap_of_days_takes_no_memory() -> None:
+    time_s = np.concatenate([np.arange(1000), np.arange(1000) + 3 * 86400 * 500]) * 0.002
+    base = make_timebase(time_s, np.sin(time_s)[:, None], 1.8)
+    assert base.n < 2000 + 1.1 * MAX_VOID_S / 0.002
+    grid_s = base.time_s
+    assert (np.diff(grid_s) > 0).all()
+    for raw, grid in zip(base.raw, base.grid, strict=True):
+        np.testing.assert_allclose(grid_s[grid.slice], base.stamps_s[raw.slice], atol=1e-4)

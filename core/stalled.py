@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -68,5 +69,7 @@ def _moved(log: JointLog, start: int, stop: int) -> bool:
 
 def _only(log: JointLog, keep: BoolArray, findings: tuple[Finding, ...]) -> JointLog:
     values = {field.name: getattr(log, field.name) for field in fields(log)}
-    rows = {name: value[keep] for name, value in values.items() if isinstance(value, np.ndarray)}  # all are by sample
+    rows: dict[str, Any] = {  # every array of a log is by sample
+        name: value[keep] for name, value in values.items() if isinstance(value, np.ndarray)
+    }
     return replace(log, findings=(*log.findings, *findings), **rows)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
-from collaudit.core.identification.delays import audit_delays, effort_delay, told, velocity_delay, wrench_delay
+from collaudit.core.identification.delays import audit_delays, effort_delay, told, wrench_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
-from collaudit.core.identification.shift import Delay
+from collaudit.core.identification.shift import Delay, velocity_delay
 from collaudit.core.prepare import Prepared
 from collaudit.core.result_identification import Bounds, ChannelFacts
 

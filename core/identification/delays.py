@@ -9,14 +9,15 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
 from collaudit.core.identification.shift import (
+    LAGS,
     MOVING,
     Delay,
     basis_of,
     best_shift,
     effort_shift,
     left_over,
-    position_motion,
     thinned,
+    velocity_delay,
 )
 from collaudit.core.prepare import Prepared
 from collaudit.core.series import FloatArray, IntArray, UniformSeries
@@ -68,20 +69,9 @@ def effort_delay(prepared: Prepared) -> Delay | None:
     return effort_shift(prepared.series, prepared.robot, joints, prepared.contact_nm)
 
 
-def velocity_delay(series: UniformSeries) -> float | None:
-    """How much later than the derivative of position the logged velocity is, s, to first order; None where it is it."""
-    if series.raw_velocity_rad_s is None:
-        return None
-    v, a = position_motion(series)
-    behind = v - series.velocity_rad_s
-    use = np.isfinite(behind + a) & ~series.edge[:, None] & (np.abs(v) > MOVING)
-    power = float(np.sum(a[use] ** 2))
-    return float(np.sum(behind[use] * a[use])) / power if power > 0 else None
-
-
 def _velocity_words(series: UniformSeries) -> str:
     late = velocity_delay(series)
-    if late is None or late < 0.25 * series.period_s:
+    if late is None or late < LAGS * series.period_s:
         return ""
     return f" The logged velocity is {1e3 * late:.1f} ms behind the positions, as one that the drive filters is."
 

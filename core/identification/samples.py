@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.filters import low_pass
+from collaudit.core.identification.shift import prompt_motion
 from collaudit.core.prepare import Prepared
 from collaudit.core.series import BoolArray, FloatArray, IntArray
 
@@ -73,7 +74,8 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
     names = {p.series.joint_names for p in prepared}
     if len(names) > 1:
         raise ConfigError("logs of different joints cannot be identified together", found=str(sorted(names)))
-    found = [_valid(p) for p in prepared]
+    moved = [prompt_motion(p.series) for p in prepared]
+    found = [_valid(p, *motion) for p, motion in zip(prepared, moved, strict=True)]
     total = sum(rows.size for rows, _ in found)
     if total < _MIN_SAMPLES:
         raise NotJudgedError(
@@ -84,7 +86,10 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
     period = prepared[0].series.period_s
     bandwidth = prepared[0].series.bandwidth_hz
     step = max(1, -(-total // max_samples))
-    parts = [_part(p, rows[::step], effort) for p, (rows, effort) in zip(prepared, found, strict=True)]
+    parts = [
+        _part(p, rows[::step], effort, *motion)
+        for p, (rows, effort), motion in zip(prepared, found, moved, strict=True)
+    ]
     sizes = [part[0].shape[0] for part in parts]
     columns = [np.concatenate([part[k] for part in parts]) for k in range(6)]
     clocks = [p.series.time_s[rows[::step]] for p, (rows, _) in zip(prepared, found, strict=True)]
@@ -107,22 +112,24 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
     )
 
 
-def _valid(prepared: Prepared) -> tuple[IntArray, FloatArray]:
+def _valid(prepared: Prepared, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:
     """Rows at which the whole motion is known and settled, and the low-passed effort (n, j)."""
     series = prepared.series
     if series.effort is None:
         raise ConfigError("nothing can be identified without effort", where=series.source.name)
     effort = low_pass(series.effort, series.segments, series.period_s, series.bandwidth_hz)
-    known = np.isfinite(series.position_rad + series.velocity_rad_s + series.acceleration_rad_s2).all(axis=1)
+    known = np.isfinite(series.position_rad + v + a).all(axis=1)
     if prepared.contact_nm is not None:
         known &= np.isfinite(prepared.contact_nm).all(axis=1)
-    moves = (np.abs(series.velocity_rad_s) > SLOWEST).any(axis=1)
+    moves = (np.abs(v) > SLOWEST).any(axis=1)
     return np.asarray(np.flatnonzero(known & moves & ~series.edge), dtype=np.int64), effort
 
 
-def _part(prepared: Prepared, rows: IntArray, effort: FloatArray) -> tuple[FloatArray, ...]:
+def _part(
+    prepared: Prepared, rows: IntArray, effort: FloatArray, velocity: FloatArray, acceleration: FloatArray
+) -> tuple[FloatArray, ...]:
     series = prepared.series
-    q, v, a = (x[rows] for x in (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2))
+    q, v, a = (x[rows] for x in (series.position_rad, velocity, acceleration))
     contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
     use = np.isfinite(effort[rows]) & ~series.saturated[rows] & (np.abs(v) > SLOWEST)
     return q, v, a, np.nan_to_num(effort[rows]), contact, use.astype(np.float64)

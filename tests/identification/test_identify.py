@@ -138,6 +138,16 @@ def test_drive_gains_and_signs_are_found_with_their_intervals(gain: tuple[float,
     assert any(f.code == "identified-used" for f in seen.findings)
 
 
+def test_a_late_velocity_does_not_spoil_gains() -> None:
+    config = settings(fit={"estimate": ["gain"]}, log={"units": {"effort": "raw"}})
+    log = log_of(arm(settings()), np.ones(3), unit="raw")
+    assert log.velocity_rad_s is not None
+    late = replace(log, velocity_rad_s=np.roll(log.velocity_rad_s, 2, axis=0))
+    found = identify([prepare(late, arm(config), config)], config)
+    assert found is not None
+    assert found.joints["joint1"].gain == pytest.approx(1.0, rel=0.03)  # 6 % off by the logged velocity
+
+
 def test_gains_and_inertials_keep_the_scale_of_the_description() -> None:
     config = settings(1.08, fit={"estimate": ["gain", "inertials"]})
     found = identify([prepared_log(config, arm(settings()), np.array([-1.0, -2.0, -3.0]))], config)

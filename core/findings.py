@@ -113,6 +113,6 @@ CODES: dict[str, str] = {
     "phases-unknown": "No phases were given; the whole log is one free phase.",
     "phases-found": "Phases were found from the wrench or in the log, not configured.",
     "phases-outside": "Configured phases lie outside the log.",
-    "tool-force-unusual": "The tool's force stood far out of what was usual or allowed in contact; the excess was judged.",
+    "tool-force-unusual": "The tool's force stood out of what was usual or allowed in contact; the excess was judged.",
     "force-outside-contact": "Force was commanded outside the contact phase (eq. 1).",
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -75,18 +74,19 @@ class Db3File:
         """Raw messages in blocks of rows; damage met on the way is added to :attr:`damage`."""
         wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
         last = -(1 << 63)
+        total = self._last_row() if progress is not None else 1
         for rows in self._blocks(wanted):
-            ids = [row[0] for row in rows]
-            if ids[0] <= last or any(b <= a for a, b in pairwise(ids)):
+            ids = np.fromiter((row[0] for row in rows), dtype=np.int64, count=len(rows))
+            if ids[0] <= last or (ids[1:] <= ids[:-1]).any():
                 self._note(f"its rows do not ascend after number {last}; the rest was left out")
                 return
-            last = ids[-1]
+            last = int(ids[-1])
             yield from self._split(rows)
             if progress is not None:
-                progress(self._bytes * min(last, self._rows) // self._rows, self._bytes)
+                progress(self._bytes * min(last, total) // total, self._bytes)
 
-    @property
-    def _rows(self) -> int:
+    def _last_row(self) -> int:
+        """The highest number of a message, for the progress."""
         try:
             (total,) = self._db.execute("SELECT max(id) FROM messages").fetchone()
             return max(int(total or 1), 1)
@@ -122,9 +122,9 @@ class Db3File:
             batch = _arrays(good)
         topic, log_ns, length, data = batch
         start = np.cumsum(length) - length
-        for key in set(topic.tolist()):
-            mine = topic == key
-            yield Batch(int(key), data, start[mine], length[mine], log_ns[mine])
+        for key in np.unique(topic).tolist():
+            mine = np.flatnonzero(topic == key)
+            yield Batch(key, data, start[mine], length[mine], log_ns[mine])
 
     def _note(self, text: str) -> None:
         if len(self.damage) < MAX_DAMAGE:

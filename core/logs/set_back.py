@@ -90,6 +90,8 @@ def as_recorded(stamps_ns: IntArray, found: tuple[SetBack, ...]) -> IntArray:
 
 def straighten_seconds(time_s: FloatArray) -> tuple[FloatArray, tuple[SetBack, ...]]:
     """As :func:`straighten`, of seconds; stamps that are not numbers are left as they are."""
+    if bool((time_s[1:] >= time_s[:-1]).all()):
+        return time_s, ()
     finite = np.flatnonzero(np.isfinite(time_s) & (np.abs(time_s) < 9e9))
     stamps = np.round(time_s[finite] * _NS).astype(np.int64)
     straight, found = straighten(stamps)

@@ -1,7 +1,7 @@
 # Two commands do everything on a fresh clone with only Python 3.11+ and make:
 #   make demo    install into .venv, run the paper's experiment, end with the path of a report
 #   make test    build the wheel, install it into a clean environment, test that
-# Others: make check (lint, types, tests), make bench, make docs, make clean.
+# Others: make check (lint, types, tests), make bench, make fuzz, make docs, make clean.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -28,7 +28,7 @@ PACKAGES := cli core reports fixtures
 SOURCES := $(shell find $(PACKAGES) -type f -not -name '*.pyc' 2>/dev/null)
 SETUP := setup.cfg pyproject.toml
 
-.PHONY: demo test check lint types bench docs clean
+.PHONY: demo test check lint types bench fuzz docs clean
 
 demo: $(RUN)/.installed
 	$(RUN)/bin/collaudit demo -o $(DEMO_OUT)
@@ -53,6 +53,11 @@ types: $(RUN)/.dev
 
 bench: $(RUN)/.dev
 	cd tests && ../$(RUN)/bin/pytest -m bench -s -q bench
+
+# Damaged logs of every format, ever new ones, for so many seconds.
+FUZZ_SECONDS ?= 600
+fuzz: $(RUN)/.dev
+	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_SECONDS)
 
 # The generated pages: configuration, its JSON Schema, findings, commands.
 docs: $(RUN)/.installed

@@ -12,9 +12,11 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.csv_columns import CURRENT_WORDS, MOTION, QUANTITIES, Assignment, assign, unit_of
-from collaudit.core.logs.csv_table import read_columns, stamps_ns
+from collaudit.core.logs.csv_table import CsvColumns, read_columns, stamps_ns
 from collaudit.core.logs.csv_text import Dialect, dialect_of
 from collaudit.core.logs.naming import listed
+from collaudit.core.logs.opening import partial
+from collaudit.core.logs.records import Damage
 from collaudit.core.series import FloatArray
 
 if TYPE_CHECKING:
@@ -97,8 +99,10 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     findings: list[Finding] = []
     texts: dict[str, tuple[str, ...]] = {}
     for file in files:
-        own_time, start, unit, values, words = _read_one(file, settings)
-        texts |= words
+        own_time, start, unit, columns_read = _read_one(file, settings)
+        values = columns_read.values
+        texts |= {file.dialect.names[index]: words for index, words in columns_read.texts.items()}
+        findings += _damage(file.path, columns_read.damage)
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += _time_findings(file, unit, settings)
@@ -154,23 +158,27 @@ def _check_signals(files: Sequence[CsvFile]) -> None:
         )
 
 
-Read = tuple[FloatArray, int | None, str, dict[str, FloatArray], dict[str, tuple[str, ...]]]
-
-
-def _read_one(file: CsvFile, settings: LogConfig) -> Read:
-    """Time in s, absolute start, the unit of time, quantity (or ``wrench``) to its columns, and columns of text."""
+def _read_one(file: CsvFile, settings: LogConfig) -> tuple[FloatArray, int | None, str, CsvColumns]:
+    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``)."""
     assignment = file.assignment
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
     if assignment.wrench:
         groups["wrench"] = assignment.wrench
-    asked = [*settings.csv.labels, *([settings.csv.phase] if settings.csv.phase is not None else [])]
-    names = file.dialect.names
-    texts = {name: names.index(name) for name in asked if name in names}
-    values, stamps, words = read_columns(file.path, file.dialect, groups, assignment.time, list(texts.values()))
-    if len(stamps) == 0:
+    texts = [index for index, name in enumerate(file.dialect.names) if name in _asked(settings)]
+    columns = read_columns(file.path, file.dialect, groups, assignment.time, texts)
+    if len(columns.stamps) == 0:
         raise LogError("the file holds no rows of data", where=str(file.path))
-    time_s, start, unit = stamps_ns(stamps, settings.units.time)
-    return time_s, start, unit, values, {name: words[index] for name, index in texts.items()}
+    time_s, start, unit = stamps_ns(columns.stamps, settings.units.time)
+    return time_s, start, unit, columns
+
+
+def _asked(settings: LogConfig) -> set[str]:
+    """Columns of labels and of the phase."""
+    return {*settings.csv.labels, *([settings.csv.phase] if settings.csv.phase is not None else [])}
+
+
+def _damage(path: Path, damage: str | None) -> list[Finding]:
+    return list(partial([Damage(damage)], path.name)) if damage is not None else []
 
 
 def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:

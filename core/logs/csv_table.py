@@ -5,17 +5,18 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.csv_stream import BoundedStream, decompression_errors
 from collaudit.core.logs.csv_text import (
     COMMENT,
     NULLS,
     Dialect,
-    decompression_errors,
     is_iso,
     is_number,
     open_bytes,
@@ -27,9 +28,26 @@ from collaudit.core.series import FloatArray, IntArray
 _BLOCK = 1 << 20
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CsvColumns:
+    """Columns of one file.
+
+    Attributes:
+        values: name of a group to (n, c) numbers.
+        stamps: the time column as an Arrow array of int64, float64, decimal or timestamp; None without.
+        texts: index of a column to n texts.
+        damage: where a compressed file could not be read to its end, or None.
+    """
+
+    values: dict[str, FloatArray]
+    stamps: Any
+    texts: dict[int, tuple[str, ...]]
+    damage: str | None
+
+
 def read_columns(
     path: Path, dialect: Dialect, groups: Mapping[str, Sequence[int]], time: int | None, texts: Sequence[int] = ()
-) -> tuple[dict[str, FloatArray], Any, dict[int, tuple[str, ...]]]:
+) -> CsvColumns:
     """Read columns as numbers, and some as text.
 
     Args:
@@ -38,10 +56,6 @@ def read_columns(
         groups: name to indices of columns of numbers.
         time: index of the time column, or None.
         texts: indices of columns of text.
-
-    Returns:
-        Name to (n, c) values, the time column as an Arrow array of int64, float64, decimal or timestamp
-        (None without), and index to n texts.
 
     Raises:
         LogError: naming line and column, for a ragged row or a cell that is not a number.
@@ -57,7 +71,7 @@ def read_columns(
         if time is not None and kind is not None:
             types[f"c{time}"] = kind
         try:
-            table = _arrow(path, dialect, wanted, types)
+            table, damage = _arrow(path, dialect, wanted, types)
             break
         except pa.ArrowInvalid as error:
             failure = error
@@ -65,7 +79,7 @@ def read_columns(
         raise _located(path, dialect, [k for k in wanted if k not in texts], columns, time, failure)
     stamps = table.column(f"c{time}") if time is not None else None
     words = {index: tuple(text or "" for text in table.column(f"c{index}").to_pylist()) for index in texts}
-    return _matrices(table, groups), stamps, words
+    return CsvColumns(_matrices(table, groups), stamps, words, damage)
 
 
 def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:
@@ -95,14 +109,15 @@ def _time_types(first: str) -> list[Any]:
     return [pa.float64()]
 
 
-def _arrow(path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any]) -> Any:
+def _arrow(path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any]) -> tuple[Any, str | None]:
+    """The table, and where a compressed file could not be read to its end."""
     from pyarrow import csv as pacsv
 
     names = [f"c{index}" for index in range(len(dialect.names))]
     source, skip, delimiter = _source(path, dialect)
     try:
         with source:
-            return pacsv.read_csv(
+            table = pacsv.read_csv(
                 source,
                 read_options=pacsv.ReadOptions(
                     column_names=names,
@@ -118,6 +133,8 @@ def _arrow(path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str,
                     null_values=list(NULLS),
                 ),
             )
+            stream = getattr(source, "raw", None)
+            return table, stream.damage if isinstance(stream, BoundedStream) else None
     except decompression_errors() as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
 

@@ -8,10 +8,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Literal, cast
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.fileio import plausible_size
+from collaudit.core.logs.csv_stream import BoundedStream, decompression_errors
 from collaudit.core.logs.sniff import compression_of, head_of
 
 if TYPE_CHECKING:
@@ -61,72 +61,6 @@ def open_bytes(path: Path) -> IO[bytes]:
         return path.open("rb") if method is None else io.BufferedReader(BoundedStream(path, method), 1 << 20)
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
-
-
-class BoundedStream(io.RawIOBase):
-    """A decompressed file that refuses to become implausibly larger than the file is."""
-
-    def __init__(self, path: Path, method: str) -> None:
-        self._path = path
-        self._size = path.stat().st_size
-        self._inner = _decompressor(path, method)
-        self._given = 0
-
-    def readable(self) -> bool:
-        """Always."""
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        """Fill a buffer.
-
-        Raises:
-            LogError: the file decompresses into more than can be trusted.
-        """
-        data = self._inner.read(len(buffer))
-        self._given += len(data)
-        if not plausible_size(self._size, self._given):
-            raise LogError(
-                "decompresses into more than its size allows",
-                where=str(self._path),
-                found=f"{self._given} bytes from {self._size}",
-            )
-        buffer[: len(data)] = data
-        return len(data)
-
-    def close(self) -> None:
-        """Close it and the file below."""
-        if not self.closed:
-            self._inner.close()
-        super().close()
-
-
-def _decompressor(path: Path, method: str) -> IO[bytes]:
-    if method == "gzip":
-        import gzip
-
-        return cast(IO[bytes], gzip.open(path, "rb"))
-    if method == "xz":
-        import lzma
-
-        return cast(IO[bytes], lzma.open(path, "rb"))
-    if method == "bz2":
-        import bz2
-
-        return cast(IO[bytes], bz2.open(path, "rb"))
-    import zstandard
-
-    reader = zstandard.ZstdDecompressor().stream_reader(path.open("rb"), read_across_frames=True, closefd=True)
-    return cast(IO[bytes], reader)
-
-
-def decompression_errors() -> tuple[type[Exception], ...]:
-    """What the decompressors raise on damaged files."""
-    import lzma
-    import zlib
-
-    import zstandard
-
-    return (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError)
 
 
 def read_head(path: Path, count: int = HEAD_BYTES) -> bytes:
@@ -259,6 +193,13 @@ def _decimal(sample: Sequence[str], delimiter: str) -> str:
     return "," if commas > points else "."
 
 
+def _refuse_damage(path: Path, raw: IO[bytes]) -> None:
+    """A table between blanks is turned into another text before it is read, where damage would be forgotten."""
+    stream = getattr(raw, "raw", None)
+    if isinstance(stream, BoundedStream) and stream.damage is not None:
+        raise LogError(f"the compressed table is damaged: {stream.damage}", where=str(path))
+
+
 def rows_as_text(path: Path, dialect: Dialect) -> Any:
     """Iterate (line number from 1, cells) of the data rows; slow, for error messages and odd files."""
     with open_bytes(path) as raw, io.TextIOWrapper(raw, dialect.encoding, errors="replace", newline="") as text:
@@ -266,6 +207,7 @@ def rows_as_text(path: Path, dialect: Dialect) -> Any:
             for number, line in enumerate(text, 1):
                 if number > dialect.skip and line.strip() and not line.lstrip().startswith(COMMENT):
                     yield number, line.split()
+            _refuse_damage(path, raw)
             return
         for _ in range(dialect.skip):
             text.readline()

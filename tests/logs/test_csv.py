@@ -270,3 +270,26 @@ def test_a_bomb_is_refused(tmp_path: Path) -> None:
     assert path.stat().st_size < 30_000
     with pytest.raises(LogError, match="more than its size allows"):
         read(path, NM)
+
+
+@pytest.mark.parametrize("method", ["gzip", "xz", "zstd", "bz2"])
+def test_a_compressed_table_cut_short_is_partial(tmp_path: Path, method: str) -> None:
+    """The whole lines before the cut are read, and that they are not all is said."""
+    pack = {
+        "gzip": gzip.compress, "xz": lzma.compress, "zstd": zstandard.ZstdCompressor().compress, "bz2": bz2.compress,
+    }[method]  # fmt: skip
+    rng = np.random.default_rng(1)
+    values = rng.normal(size=60_000)
+    text = "t,q1\n" + "".join(f"{k / 100:.2f},{value!r}\n" for k, value in enumerate(values.tolist()))
+    whole, path = tmp_path / "whole.csv", tmp_path / "log.csv"
+    data = pack(text.encode())
+    whole.write_bytes(data)
+    assert "log-partial" not in {
+        finding.code for finding in read_log((whole,), LogConfig(), robot_joints=None).findings
+    }
+    path.write_bytes(data[: len(data) * 9 // 10])
+    log = read_log((path,), LogConfig(), robot_joints=None)
+    assert [finding.severity for finding in log.findings if finding.code == "log-partial"] == ["error"]
+    count = log.time_s.shape[0]
+    assert 1000 < count < 60_000
+    np.testing.assert_array_equal(log.position_rad[:, 0], values[:count])

@@ -120,7 +120,10 @@ class BagFile:
 
     def _cut(self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int) -> None:
         if op == CHUNK:
-            self._chunk(pos, fields, data_at, self.file.size - data_at, complete=False)
+            try:
+                self._chunk(pos, fields, data_at, self.file.size - data_at, complete=False)
+            except (struct.error, KeyError, UnicodeDecodeError):
+                self._note(f"the record at byte {pos} is malformed")
         self._note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
 
     def _take(self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int) -> None:

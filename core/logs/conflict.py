@@ -15,6 +15,8 @@ _MOTIONS = 5
 #: From this share of the samples on, two publishers disagree.
 SHARE = 0.05
 _FEW = 20
+#: Of a long log so many blocks of so many samples are looked at for springing positions.
+_BLOCKS, _BLOCK = 64, 512
 
 
 def disagreement(publisher: Publisher, stamps_ns: IntArray, scale: float, topic: str) -> list[Finding]:
@@ -59,15 +61,18 @@ def alternation(position: FloatArray, names: tuple[str, ...], topic: str) -> lis
     """
     if position.shape[0] < _FEW:
         return []
-    step = np.abs(position[2:] - position[:-2])
-    step *= _MOTIONS
-    step += SAME_POSITION
-    middle = position[2:] + position[:-2]
-    middle *= 0.5
-    np.subtract(position[1:-1], middle, out=middle)
-    np.abs(middle, out=middle)
-    apart = middle > step
+    count = position.shape[0]
+    starts = [0] if count <= _BLOCKS * _BLOCK else np.linspace(0, count - _BLOCK, _BLOCKS).astype(np.int64).tolist()
+    length = count if len(starts) == 1 else _BLOCK
+    apart = np.concatenate([_springs(position[start : start + length]) for start in starts])
     return [_finding(topic, names, apart)] if (apart.mean(axis=0) > SHARE).any() else []
+
+
+def _springs(position: FloatArray) -> BoolArray:
+    """(n - 2, j) where a sample lies further from its neighbours than they move."""
+    moved = np.abs(position[2:] - position[:-2])
+    off = np.abs(position[1:-1] - 0.5 * (position[2:] + position[:-2]))
+    return np.asarray(off > _MOTIONS * moved + SAME_POSITION)
 
 
 def _finding(topic: str, names: tuple[str, ...], apart: BoolArray) -> Finding:

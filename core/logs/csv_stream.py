@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import IO, Any, Protocol, cast
+from typing import Any, Protocol, cast
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.fileio import plausible_size
@@ -15,8 +15,8 @@ _ZSTD_PIECE = 1 << 11
 
 
 class _Source(Protocol):
-    def read(self, size: int) -> bytes:
-        """The next bytes; none at the end."""
+    def read1(self, size: int) -> bytes:
+        """The next bytes that can be had at once; none at the end."""
 
     def close(self) -> None:
         """Release the file."""
@@ -29,7 +29,7 @@ class _Zstd:
         self._file = path.open("rb")
         self._frame: Any = None
 
-    def read(self, size: int) -> bytes:
+    def read1(self, size: int) -> bytes:
         import zstandard
 
         while piece := self._file.read(_ZSTD_PIECE):
@@ -90,7 +90,7 @@ class BoundedStream(io.RawIOBase):
     def _more(self) -> None:
         """Decompress a piece and set its whole lines free."""
         try:
-            data = self._inner.read(_PIECE)
+            data = self._inner.read1(_PIECE)
         except decompression_errors() as error:
             if not self._given:
                 raise
@@ -122,15 +122,15 @@ def _decompressor(path: Path, method: str) -> _Source:
     if method == "gzip":
         import gzip
 
-        return cast(IO[bytes], gzip.open(path, "rb"))
+        return cast(_Source, gzip.open(path, "rb"))
     if method == "xz":
         import lzma
 
-        return cast(IO[bytes], lzma.open(path, "rb"))
+        return cast(_Source, lzma.open(path, "rb"))
     if method == "bz2":
         import bz2
 
-        return cast(IO[bytes], bz2.open(path, "rb"))
+        return cast(_Source, bz2.open(path, "rb"))
     return _Zstd(path)
 
 

@@ -15,7 +15,7 @@ from collaudit.core.friction.points import friction_points
 from collaudit.core.friction.units import FrictionUnits
 from collaudit.core.identification.motion_points import motion_points
 from collaudit.core.prepare import Prepared
-from collaudit.core.result import FrictionFit, FrictionPoint
+from collaudit.core.result_friction import FrictionFit, FrictionPoint
 from collaudit.core.sections import SectionSet, find_sections
 from collaudit.core.series import FloatArray, UniformSeries
 

@@ -18,7 +18,7 @@ _FORBID_A_PASS = frozenset(
         "log-position-unit-suspect",
         "judged-joint-missing",
         "model-joint-between",
-    }  # fmt: skip
+    }
 )
 #: Reasons that concern the whole log and are said once.
 _NOT_THE_JOINTS = frozenset({"gap", "edge"})

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.friction.model import FrictionModel
-from collaudit.core.result import FrictionFit
+from collaudit.core.result_friction import FrictionFit
 from collaudit.core.series import FloatArray
 
 _LEVEL = 0.975

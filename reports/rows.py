@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from collaudit.core.findings import Finding
-from collaudit.core.result import AuditResult, Collision, FrictionFit, JointCoverage, NearMiss, RecommendedRule
+from collaudit.core.result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
+from collaudit.core.result_friction import FrictionFit
 from collaudit.reports.numbers import against, apart, duration, fixed, interval, percent, significant, time_decimals
 from collaudit.reports.words import (
     parameter_meaning,

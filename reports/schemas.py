@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from collaudit.core import result as result_types
-from collaudit.core import result_detection, result_identification
+from collaudit.core import result_detection, result_friction, result_identification
 from collaudit.core.findings import Finding
 from collaudit.core.result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.reports.atomic import atomic_write
@@ -67,7 +67,7 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 
 def _dataclass(name: str) -> type:
     elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
-    homes = (result_types, result_detection, result_identification)
+    homes = (result_types, result_detection, result_friction, result_identification)
     kind = elsewhere.get(name) or next(getattr(home, name) for home in homes if hasattr(home, name))
     assert isinstance(kind, type)
     assert is_dataclass(kind)

@@ -12,7 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.model import FrictionModel
-from collaudit.core.result import AuditResult, Collision, FrictionFit, NearMiss
+from collaudit.core.result import AuditResult, Collision, NearMiss
+from collaudit.core.result_friction import FrictionFit
 from collaudit.reports import rows
 from collaudit.reports.coverage_bar import coverage_bar
 from collaudit.reports.identified import Table, identification_tables

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 
-from collaudit.core.result import AuditResult, FrictionFit, Verdict
+from collaudit.core.result import AuditResult, Verdict
+from collaudit.core.result_friction import FrictionFit
 from collaudit.core.signals import State
 
 STATEMENT = (

@@ -13,7 +13,8 @@ from collaudit.cli.words import note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
-    from collaudit.core.result import FrictionFile, FrictionFit
+    from collaudit.core.result import FrictionFile
+    from collaudit.core.result_friction import FrictionFit
 
 
 @example_command(

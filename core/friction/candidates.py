@@ -10,7 +10,7 @@ from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.laws import LAWS, Law
 from collaudit.core.friction.quality import Quality
 from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result import Bounds
+from collaudit.core.result_friction import Bounds
 from collaudit.core.series import FloatArray
 
 _SIGNIFICANT = 0.01

@@ -10,7 +10,7 @@ from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.candidates import Candidate
 from collaudit.core.friction.laws import LAWS, RBF, law_curve
 from collaudit.core.friction.rbf import fit_rbf
-from collaudit.core.result import ModelComparison
+from collaudit.core.result_friction import ModelComparison
 from collaudit.core.series import FloatArray, IntArray
 
 _FOLDS = 10

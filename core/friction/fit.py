@@ -16,7 +16,7 @@ from collaudit.core.friction.laws import LAWS, RBF
 from collaudit.core.friction.quality import point_arrays, robust_weights, with_scatter
 from collaudit.core.friction.rbf import fit_rbf
 from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result import (
+from collaudit.core.result_friction import (
     Bounds,
     FrictionFit,
     FrictionModelName,

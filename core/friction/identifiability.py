@@ -7,7 +7,7 @@ import numpy as np
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.candidates import Candidate
 from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result import Bounds, Identifiability, OpenSide
+from collaudit.core.result_friction import Bounds, Identifiability, OpenSide
 from collaudit.core.series import FloatArray
 
 _ROUNDING = 1e-12

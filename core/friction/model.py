@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.friction.laws import law_curve
-from collaudit.core.result import FrictionFit
+from collaudit.core.result_friction import FrictionFit
 from collaudit.core.series import FloatArray
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where the data cannot tell.

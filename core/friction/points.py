@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.config.schema import FrictionConfig
-from collaudit.core.result import FrictionPoint
+from collaudit.core.result_friction import FrictionPoint
 from collaudit.core.sections import Section
 from collaudit.core.series import FloatArray, UniformSeries
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.laws import LAWS, Law
-from collaudit.core.result import Bounds, FrictionPoint
+from collaudit.core.result_friction import Bounds, FrictionPoint
 from collaudit.core.series import FloatArray
 
 _LEVEL = 0.975

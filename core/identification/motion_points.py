@@ -11,7 +11,7 @@ from collaudit.core.filters import low_pass
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.identification.samples import SLOWEST
 from collaudit.core.prepare import Prepared
-from collaudit.core.result import FrictionPoint
+from collaudit.core.result_friction import FrictionPoint
 from collaudit.core.series import FloatArray, IntArray
 
 _BINS = 14

@@ -10,7 +10,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.identification.motion_points import Settled, settled_residual
 from collaudit.core.prepare import Prepared
-from collaudit.core.result import FrictionFit
+from collaudit.core.result_friction import FrictionFit
 from collaudit.core.result_identification import Bounds, JointTrends, RippleFacts, Trend
 from collaudit.core.series import FloatArray
 

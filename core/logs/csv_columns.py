@@ -12,7 +12,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.naming import listed
 
 if TYPE_CHECKING:
-    from collaudit.core.config.schema import ColumnPattern, CsvConfig
+    from collaudit.core.config.schema import CsvConfig
+from collaudit.core.config.section import ColumnPattern
 
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature")

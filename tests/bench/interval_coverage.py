@@ -22,7 +22,7 @@ from collaudit.core.fitting import joint_points
 from collaudit.core.friction.fit import fit_friction
 from collaudit.core.friction.units import FrictionUnits
 from collaudit.core.prepare import prepare
-from collaudit.core.result import FrictionFit, FrictionPoint
+from collaudit.core.result_friction import FrictionFit, FrictionPoint
 from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.robots import robot_named
 from collaudit.fixtures.simulate import plan

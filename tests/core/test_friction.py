@@ -12,7 +12,7 @@ from collaudit.core.friction.fit import fit_friction
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.friction.points import friction_points
 from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result import FrictionFit, FrictionPoint
+from collaudit.core.result_friction import FrictionFit, FrictionPoint
 from collaudit.core.sections import find_sections
 
 UNITS = FrictionUnits.of("revolute", "Nm")

@@ -11,7 +11,7 @@ from collaudit.core.friction.fit import fit_friction
 from collaudit.core.friction.laws import LAWS, law_curve
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result import FrictionFit, FrictionPoint
+from collaudit.core.result_friction import FrictionFit, FrictionPoint
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 SPEEDS = np.geomspace(0.02, 1.2, 30)

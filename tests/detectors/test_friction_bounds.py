@@ -15,7 +15,7 @@ A, B, C, D = 7.1, 2.5, 26.3, 17.0
 
 
 def law() -> FrictionModel:
-    from collaudit.core.result import FrictionFit
+    from collaudit.core.result_friction import FrictionFit
 
     fit = FrictionFit(
         model="static-lugre",

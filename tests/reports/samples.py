@@ -15,10 +15,7 @@ from collaudit.core.result import (
     Collision,
     Coverage,
     FrictionFile,
-    FrictionFit,
-    FrictionPoint,
     JointCoverage,
-    KnownCombination,
     LogFacts,
     NearMiss,
     NotJudgedSpan,
@@ -28,6 +25,7 @@ from collaudit.core.result import (
     ResidualStats,
     RuleFacts,
 )
+from collaudit.core.result_friction import FrictionFit, FrictionPoint, KnownCombination
 from collaudit.core.signals import Signals, State
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")

@@ -1,0 +1,104 @@
+"""[log]: topics, columns, units, names of a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from collaudit.core.config.section import ColumnPattern, Positive, Section, Vec6
+
+
+class CsvConfig(Section):
+    """Columns of CSV logs. `{joint}` stands for the log's joint name, `{i}` counts from 1, `{i0}` from 0."""
+
+    time: str | int | None = Field(
+        None, description="Time column: its name, or its number (from 1) in headerless files."
+    )
+    position: ColumnPattern | None = Field(None, description="Position columns: a pattern, names, or numbers from 1.")
+    velocity: ColumnPattern | None = Field(None, description="Velocity columns; derived from position when absent.")
+    effort: ColumnPattern | None = Field(None, description="Effort columns.")
+    temperature: ColumnPattern | None = Field(
+        None, description="Joint temperature columns, °C: friction is then compared with them."
+    )
+    wrench: list[str] | list[int] | None = Field(None, description="Six columns: fx, fy, fz, mx, my, mz.")
+    delimiter: str = Field("auto", description="`auto`, or the character between cells.")
+    decimal: Literal["auto", ".", ","] = Field("auto", description="Decimal mark.")
+    header: bool | Literal["auto"] = Field("auto", description="Whether the first line holds column names.")
+    also: list[Path] = Field([], description="Further files with other quantities and the same time column.")
+    labels: list[str] = Field(
+        [], description="Columns that are neither 0, false nor empty while a flag or a mark of a true event holds."
+    )
+    phase: str | None = Field(None, description="Column that holds the phase of each row, as a number or a word.")
+
+
+class FieldsConfig(Section):
+    """Where the joint signals stand in messages of a type that no profile reads: JSON, protobuf or ROS.
+
+    A path is dotted (`state.q`); `a,b` puts fields side by side, `joints[*].pos` takes one field of every item.
+    """
+
+    names: str | list[str] | None = Field(
+        None, description="Path of the joint names, or the names themselves in the order of the values."
+    )
+    position: str = Field(description="Path of the positions.")
+    velocity: str | None = Field(None, description="Path of the velocities.")
+    effort: str | None = Field(None, description="Path of the efforts.")
+    temperature: str | None = Field(None, description="Path of the joints' temperatures, °C.")
+    stamp: str | None = Field(
+        None, description="Paths of the stamp's seconds and nanoseconds: `header.stamp.sec,header.stamp.nanosec`."
+    )
+
+
+class UnitsConfig(Section):
+    """Units of the log. What is not stated is taken from the message type and reported."""
+
+    time: Literal["auto", "s", "ms", "us", "ns", "iso"] = Field("auto", description="Unit of a CSV time column.")
+    position: Literal["rad", "deg"] = Field("rad", description="Unit of revolute positions (prismatic: m).")
+    velocity: Literal["rad/s", "deg/s"] | None = Field(
+        None, description="Unit of revolute velocities; follows `position` when absent."
+    )
+    effort: Literal["Nm", "A", "raw"] = Field(
+        "Nm",
+        description="Nm; A, which needs `torque_constant_nm_per_a`; or raw for an unknown unit: friction can then "
+        "be fitted in that unit, and nothing can be judged in N·m.",
+    )
+    torque_constant_nm_per_a: dict[str, Positive] = Field({}, description="Joint torque per ampere, by joint, N·m/A.")
+    effort_sign: dict[str, Literal[-1, 1]] = Field({}, description="-1 for a joint whose effort is inverted.")
+
+
+class LogConfig(Section):
+    """Which signals of a log are meant, and in which units."""
+
+    joint_states: str | None = Field(
+        None, description="Topic of the joint states; the one matching the robot when absent."
+    )
+    wrench: str | None = Field(None, description="Topic of the wrist force/torque sensor.")
+    wrench_frame: str | None = Field(None, description="Frame of the model the wrench is measured in.")
+    wrench_sign: Literal[-1, 1] = Field(1, description="+1: what the robot does to the environment; -1: the reverse.")
+    wrench_bias: Literal["estimate", "calibrated"] | Vec6 = Field(
+        "estimate",
+        description="Zero offset of the sensor (N, N·m); `estimate`: the median before contact; or `calibrated`: "
+        "offset, tool weight and centre that the friction file holds, from poses at rest.",
+    )
+    effort_delay_ms: float = Field(0.0, description="How much later than the motion the effort is stamped; taken off.")
+    wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; taken off.")
+    time: Literal["auto", "header", "log"] = Field("auto", description="Which stamp is the time of a sample.")
+    joint_names: dict[str, str] = Field({}, description="Log name = model name, where they differ.")
+    label_topics: list[str] = Field(
+        [],
+        description="Topics of flags or of marks of true events, `/topic` or `/topic:field` or `/topic:field==3`; one "
+        "holds while its value is not zero, or is the one given.",
+    )
+    phase_topic: str | None = Field(
+        None, description="Topic, `/topic` or `/topic:field`, whose value (text or whole number) is the phase."
+    )
+    msg_path: list[Path] = Field(
+        [], description="Folders of .msg files, for types whose definitions a log does not hold (--msg-path)."
+    )
+    fields: FieldsConfig | None = Field(
+        None, description="Where the signals of `joint_states` stand, when no profile reads its type."
+    )
+    csv: CsvConfig = Field(CsvConfig(), description="Columns of CSV logs.")
+    units: UnitsConfig = Field(UnitsConfig(), description="Units of the log.")

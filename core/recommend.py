@@ -96,7 +96,7 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
     peaks = _peaks(data, counts)
     largest, tail = float(peaks.max()), clean_tail(peaks, hours)
     if tail is None:
-        missing = (*missing, "a minute of it at least: the tail of the residual could not be estimated")
+        missing = (*missing, "a minute of collision-free motion at least, to estimate the tail of the residual")
     gamma = _gamma(peaks, tail)
     others = []
     for factor in (0.5, 2.0, 4.0):
@@ -152,7 +152,7 @@ def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
     elif hours < _ENOUGH_HOURS:
         missing.append(
             f"more collision-free motion: it rests on {hours * 60:.3g} min, which alone cannot exclude up to "
-            f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour (95 %); beyond them the tail is extrapolated"
+            f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour (95 %)"
         )
     return tuple(missing)
 

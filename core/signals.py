@@ -44,7 +44,7 @@ _TEXT = {
     State.JUDGED: "judged",
     State.FRICTION_INTERVAL: "at rest or just after a reversal: friction is only known as an interval",
     State.TOO_FAST: "faster than friction was measured",
-    State.NOT_WATCHED: "force-controlled in this phase",
+    State.NOT_WATCHED: "not watched: not named, or force-controlled in this phase",
     State.EDGE: "next to a gap or an end of the log, where the filters have not settled",
     State.NO_FRICTION: "no friction model",
     State.NO_MODEL: "no model torque, or effort not in N·m",

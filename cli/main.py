@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import click
 
 from collaudit.cli.group import CommandEntry, LazyGroup
+from collaudit.core.allocator import keep_freed_memory
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_USAGE, CollauditError
 
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
@@ -69,6 +70,7 @@ def main(args: Sequence[str] | None = None) -> None:
     """Run the command line and exit with the contracted code."""
     for name in _LINEAR_ALGEBRA_THREADS:
         os.environ.setdefault(name, "1")
+    keep_freed_memory()
     arguments = list(sys.argv[1:] if args is None else args)
     sys.exit(run(arguments))
 

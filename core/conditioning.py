@@ -7,9 +7,9 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.filters import default_bandwidth_hz, differentiate, low_pass
+from collaudit.core.effort_signal import effort_findings, saturation
+from collaudit.core.filters import default_bandwidth_hz
 from collaudit.core.findings import Finding
-from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, IntArray, JointLog, UniformSeries, WrenchSeries, frozen
 from collaudit.core.stalled import without_stalls
 from collaudit.core.timebase import Timebase, make_timebase
@@ -33,12 +33,11 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
     heat = None if log.temperature_c is None else _to_grid(log.temperature_c, base)
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
-    raw_velocity, findings = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names)
-    velocity = low_pass(raw_velocity, segments, period, bandwidth)
-    acceleration = differentiate(velocity, segments, period)
-    saturated = np.zeros(position.shape, dtype=bool) if effort is None else _saturation(effort, period)
-    findings = [*log.findings, *base.findings, *findings]
-    findings += _missing_findings(log, base) + _effort_findings(log, effort, velocity, saturated, period)
+    motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names)
+    saturated = np.zeros(position.shape, dtype=bool) if effort is None else saturation(effort, period)
+    findings = [*log.findings, *base.findings, *motion.findings]
+    findings += _missing_findings(log, base)
+    findings += effort_findings(log, effort, motion.velocity_rad_s, saturated, period)
     wrench = None
     if log.wrench is not None:
         wrench, more = _wrench_on_grid(log.wrench, base.time_s, segments_mask(base))
@@ -54,8 +53,8 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         period_s=period,
         joint_names=log.joint_names,
         position_rad=frozen(position),
-        velocity_rad_s=frozen(velocity),
-        acceleration_rad_s2=frozen(acceleration),
+        velocity_rad_s=frozen(motion.velocity_rad_s),
+        acceleration_rad_s2=frozen(motion.acceleration_rad_s2),
         effort=None if effort is None else frozen(effort),
         effort_unit=log.effort_unit,
         wrench=None if wrench is None else frozen(wrench),
@@ -65,7 +64,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         bandwidth_hz=bandwidth,
         source=log.source,
         findings=tuple(findings),
-        raw_velocity_rad_s=frozen(raw_velocity),
+        raw_velocity_rad_s=frozen(motion.raw_rad_s),
         temperature_c=None if heat is None else frozen(heat),
         labels=log.labels,
         phases=log.phases,
@@ -81,7 +80,9 @@ def segments_mask(base: Timebase) -> BoolArray:
 
 
 def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
-    """Bring (m, j) recorded values onto the (n, j) grid; NaN in gaps."""
+    """Bring (m, j) recorded values onto the (n, j) grid; NaN in gaps. Values that lie on it already are not copied."""
+    if base.n == values.shape[0] and len(base.raw) == 1 and base.snap[0] and _picked(base.order) == slice(0, base.n):
+        return values
     out = np.full((base.n, values.shape[1]), np.nan)
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
@@ -121,95 +122,20 @@ def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
     return findings
 
 
-def _saturation(effort: FloatArray, period_s: float) -> BoolArray:
-    """Where an effort rests exactly at its own extreme for 10 samples and 40 ms or longer.
-
-    Only for signals that otherwise change from sample to sample: coarse, slow or constant signals
-    repeat their extreme by nature.
-    """
-    out = np.zeros(effort.shape, dtype=bool)
-    least = max(10, ceil(0.04 / period_s))
-    for j in range(effort.shape[1]):
-        x = effort[:, j]
-        if not np.isfinite(x).any():
-            continue
-        extremes = (np.nanmax(x), np.nanmin(x))
-        between = x[np.isfinite(x) & ~np.isin(x, extremes)]
-        if between.size < 2 or np.mean(np.diff(between) == 0) > 0.5:
-            continue
-        for extreme in extremes:
-            if extreme == 0.0:
-                continue
-            starts, stops = run_bounds(x == extreme)
-            for a, b in zip(starts, stops, strict=True):
-                if b - a >= least:
-                    out[a:b, j] = True
-    return out
-
-
-def _effort_findings(
-    log: JointLog, effort: FloatArray | None, velocity: FloatArray, saturated: BoolArray, period_s: float
-) -> list[Finding]:
-    if effort is None:
-        return [Finding("log-effort-missing", "error", "The log has no effort: nothing can be fitted or judged.")]
-    findings = []
-    if log.effort_unit == "raw":
-        findings.append(
-            Finding(
-                "effort-unit-raw",
-                "warning",
-                "The effort is stated not to be in N·m: friction is fitted in the log's unit, and nothing is "
-                "judged in N·m.",
-            )
-        )
-    for j, joint in enumerate(log.joint_names):
-        x = effort[:, j]
-        known = x[np.isfinite(x)]
-        moves = bool(np.nanmax(np.abs(velocity[:, j]), initial=0.0) > 0.02)
-        if known.size == 0:
-            findings.append(
-                Finding("log-effort-missing", "error", f"Joint '{joint}' has no effort values.", joint=joint)
-            )
-        elif moves and np.all(known == known[0]):
-            findings.append(
-                Finding(
-                    "log-effort-constant",
-                    "error",
-                    f"The effort of joint '{joint}' is {known[0]:g} all the time although the joint moves.",
-                    joint=joint,
-                )
-            )
-        pinned = np.count_nonzero(saturated[:, j])
-        if pinned:
-            findings.append(
-                Finding(
-                    "log-effort-saturated",
-                    "warning",
-                    f"The effort of joint '{joint}' rests at its extreme for {pinned * period_s:.3g} s: "
-                    "saturated, not judged there.",
-                    joint=joint,
-                )
-            )
-    return findings
-
-
 def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArray) -> tuple[FloatArray, list[Finding]]:
     """Interpolate a wrench to the grid, never across a step longer than 2.5 of its own periods."""
-    keep = np.isfinite(wrench.time_s)
-    order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
-    stamps = wrench.time_s[order]
-    fresh = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, dtype=bool)
-    stamps, rows = stamps[fresh], wrench.wrench[order][fresh]
+    stamps, rows = _ascending(wrench)
     out = np.full((time_s.size, 6), np.nan)
     if stamps.size >= 2:
         period = float(np.median(np.diff(stamps)))
         right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
         step = stamps[right] - stamps[right - 1]
         inside = (time_s >= stamps[0] - 0.5 * period) & (time_s <= stamps[-1] + 0.5 * period)
-        good = inside & (step <= 2.5 * period) & recorded
+        good = np.flatnonzero(inside & (step <= 2.5 * period) & recorded)
+        picked = _picked(good)
         for c in range(6):
-            out[good, c] = np.interp(time_s[good], stamps, rows[:, c])
-    lost = int(np.count_nonzero(recorded & ~np.isfinite(out).all(axis=1)))
+            out[picked, c] = np.interp(time_s[picked], stamps, rows[:, c])
+    lost = int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
     findings = []
     if lost:
         findings.append(
@@ -221,3 +147,14 @@ def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArra
             )
         )
     return out, findings
+
+
+def _ascending(wrench: WrenchSeries) -> tuple[FloatArray, FloatArray]:
+    """Stamps (m,) in ascending order, each once and finite, and their rows (m, 6)."""
+    if bool((np.diff(wrench.time_s) > 0).all()) and np.isfinite(wrench.time_s.sum()):
+        return wrench.time_s, wrench.wrench
+    keep = np.isfinite(wrench.time_s)
+    order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
+    stamps = wrench.time_s[order]
+    fresh = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, dtype=bool)
+    return stamps[fresh], wrench.wrench[order[fresh]]

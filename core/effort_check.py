@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.findings import Finding
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import FloatArray, IntArray, UniformSeries
 
 _MOVING = 0.02  # rad/s
@@ -60,12 +61,12 @@ def effort_gains(series: UniformSeries, model_torque: FloatArray) -> tuple[Effor
     if series.effort is None:
         return ()
     cluster: IntArray = np.floor(series.time_s / _CLUSTER_S).astype(np.int64)
-    gains = []
-    for j, joint in enumerate(series.joint_names):
-        found = _gain(joint, series.effort[:, j], model_torque[:, j], series.velocity_rad_s[:, j], cluster)
-        if found is not None:
-            gains.append(found)
-    return tuple(gains)
+    effort, velocity, names = series.effort, series.velocity_rad_s, series.joint_names
+
+    def one(j: int) -> EffortGain | None:
+        return _gain(names[j], effort[:, j], model_torque[:, j], velocity[:, j], cluster)
+
+    return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
 
 
 def _gain(

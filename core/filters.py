@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.series import BoolArray, FloatArray, Span
+from collaudit.core.recursion import blank, filtered
+from collaudit.core.series import FloatArray, Span
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
@@ -31,52 +32,32 @@ def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth
         period_s: sample period, s.
         bandwidth_hz: -3 dB frequency of both passes together, Hz.
     """
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import butter
 
     warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
     corner = 2.0 / math.pi * math.atan(warped)
-    out = np.full_like(x, np.nan)
+    rows = x.reshape(x.shape[0], -1)
     if corner >= 0.95:  # at or above Nyquist there is nothing to remove
+        out = blank(rows, segments)
         for span in segments:
-            out[span.slice] = x[span.slice]
-        return out
-    sos = butter(2, corner, output="sos")
+            out[span.slice] = rows[span.slice]
+        return out.reshape(x.shape)
     settle = round(1.5 / (bandwidth_hz * period_s))
-    for span in segments:
-        part = x[span.slice]
-        pad = min(settle, len(span) - 1)
-        bridged, missing = _bridge(part)
-        rows = np.ascontiguousarray(bridged.T)  # filters run several times faster along the contiguous axis
-        out[span.slice] = sosfiltfilt(sos, rows, axis=-1, padtype="odd", padlen=pad).T
-        if missing is not None:
-            out[span.slice][missing] = np.nan
-    return out
+    out, missing = filtered(*butter(2, corner), rows, segments, both_ways=True, pad=settle)
+    if missing is not None:
+        out[missing] = np.nan
+    return out.reshape(x.shape)
 
 
 def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
     """Central differences inside each stretch, one-sided at its ends; NaN outside."""
-    out = np.full_like(x, np.nan)
+    out = blank(x, segments)
     for span in segments:
-        if len(span) >= 2:
+        if len(span) < 2:
+            out[span.slice] = np.nan
+        else:
             part, slope = x[span.slice], out[span.slice]
             np.subtract(part[2:], part[:-2], out=slope[1:-1])
             slope[1:-1] /= 2.0 * period_s
             slope[0], slope[-1] = (part[1] - part[0]) / period_s, (part[-1] - part[-2]) / period_s
     return out
-
-
-def _bridge(part: FloatArray) -> tuple[FloatArray, BoolArray | None]:
-    """Fill NaN linearly so that a filter can pass; returns the filled copy and where it was missing, if anywhere."""
-    if np.isfinite(part.sum()):
-        return part, None
-    missing = ~np.isfinite(part)
-    filled = part.copy().reshape(part.shape[0], -1)
-    holes = missing.reshape(part.shape[0], -1)
-    k = np.arange(part.shape[0])
-    for column in range(filled.shape[1]):
-        hole = holes[:, column]
-        if hole.all():
-            filled[:, column] = 0.0
-        elif hole.any():
-            filled[hole, column] = np.interp(k[hole], k[~hole], filled[~hole, column])
-    return filled.reshape(part.shape), missing

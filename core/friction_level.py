@@ -34,7 +34,7 @@ class FrictionLevel:
 
 def fixed_level(n: int, prior_sd: float) -> FrictionLevel:
     """The calibration as it is, with its stated uncertainty."""
-    return FrictionLevel(np.zeros(n), np.full(n, prior_sd))
+    return FrictionLevel(np.broadcast_to(0.0, n), np.broadcast_to(prior_sd, n))
 
 
 def follow_level(

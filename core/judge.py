@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.detection import Event, collisions, near_misses
+from collaudit.core.parallel import ordered_map
 from collaudit.core.phases import PHASES, contact_mask
 from collaudit.core.residual import Residual
 from collaudit.core.result import Collision, NearMiss, Phase, RuleFacts
@@ -63,16 +64,14 @@ def judge(
         carriers = sorted(carriers, key=lambda j: rule.gamma_nm[series.joint_names[j]])[:1]
     hits: list[Collision] = []
     near: list[NearMiss] = []
-    for j in carriers:
+
+    def one(j: int) -> tuple[list[Event], list[Event], list[Event]]:
+        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm[:, j], rule, merge)
+
+    for j, (fired, amplitude, persistence) in zip(carriers, ordered_map(one, carriers), strict=True):
         joint = series.joint_names[j]
-        evidence = state[:, j] <= State.FRICTION_INTERVAL
-        gamma, x = rule.gamma_nm[joint], residual.torque_nm[:, j]
-        level = threshold_nm[:, j]
-        for event in collisions(x, evidence, level, rule.n, merge):
-            hits.append(_collision(series, joint, event, gamma, phases))
-        amplitude, persistence = near_misses(
-            x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
-        )
+        gamma = rule.gamma_nm[joint]
+        hits += [_collision(series, joint, event, gamma, phases) for event in fired]
         near += [_near_miss(series, joint, e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in amplitude]
         near += [_near_miss(series, joint, e, gamma, "persistence", e.longest / rule.n, phases) for e in persistence]
     if scalar:
@@ -83,6 +82,17 @@ def judge(
         tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
         state,
     )
+
+
+def _events(
+    torque_nm: FloatArray, state: NDArray[np.int8], level_nm: FloatArray, rule: RuleFacts, merge: int
+) -> tuple[list[Event], list[Event], list[Event]]:
+    """One joint's collisions, near misses by amplitude and near misses by persistence."""
+    evidence = np.asarray(state <= State.FRICTION_INTERVAL)
+    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level_nm)
+    fired = collisions(x, evidence, level, rule.n, merge)
+    near = near_misses(x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge)
+    return fired, *near
 
 
 def _with_unwatched(

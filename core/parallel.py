@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
 
+#: More are not taken: a nightly audit shares its machine.
+THREADS = min(2, os.cpu_count() or 1)
+
 
 def ordered_map(function: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
     """Apply ``function`` in up to two threads; results come in the order of the items, few at a time."""
-    workers = min(2, os.cpu_count() or 1)
-    with ThreadPoolExecutor(workers) as pool:
+    if THREADS == 1 or (isinstance(items, Sized) and len(items) < 2):
+        yield from map(function, items)
+        return
+    with ThreadPoolExecutor(THREADS) as pool:
         waiting: deque[Future[R]] = deque()
         try:
             for item in items:
                 waiting.append(pool.submit(function, item))
-                if len(waiting) > workers:
+                if len(waiting) > THREADS:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()

@@ -30,13 +30,13 @@ def position_findings(position: FloatArray, joints: Sequence[str], robot: RobotM
         stated: the unit the configuration states, ``rad`` or ``deg``.
     """
     turning = [j for j, name in enumerate(joints) if robot.joint_types[robot.joint_names.index(name)] == "revolute"]
-    if not turning or not np.isfinite(position[:, turning]).any():
+    if not turning or not any(np.isfinite(position[:, j]).any() for j in turning):
         return []
     if stated == "deg":
         return _too_small(position[:, turning])
     out = []
     for j in turning:
-        reach = float(np.nanmax(np.abs(position[:, j]), initial=0.0))
+        reach = max(float(np.nanmax(position[:, j], initial=0.0)), -float(np.nanmin(position[:, j], initial=0.0)))
         low, high = robot.position_limits[robot.joint_names.index(joints[j])]
         limit = max(_TWO_TURNS_RAD, np.nan_to_num(max(abs(low), abs(high)), posinf=0.0) + _BEYOND_LIMIT_RAD)
         if reach > limit:

@@ -30,17 +30,24 @@ class Residual:
     Attributes:
         torque_nm: (n, j) residual; in state FRICTION_INTERVAL only what no friction within its interval
             explains; NaN where unknown.
-        model_nm: (n, j) rigid-body + friction + contact torque that was compared with.
+        effort_nm: (n, j) measured torque that the model was compared with; None when nothing was compared.
         state: (n, j) codes of :class:`State`.
         uncertainty_nm: (n, j) what the friction level may be wrong by (95 %); the threshold is raised by it.
         levels: friction level by joint, where there is a law and a model.
     """
 
     torque_nm: FloatArray
-    model_nm: FloatArray
+    effort_nm: FloatArray | None
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
     levels: dict[str, FrictionLevel]
+
+    @property
+    def model_nm(self) -> FloatArray:
+        """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
+        if self.effort_nm is None:
+            return np.full_like(self.torque_nm, np.nan)
+        return np.asarray(self.effort_nm - self.torque_nm)
 
 
 def compute_residual(
@@ -66,51 +73,56 @@ def compute_residual(
     """
     n, count = series.position_rad.shape
     state = np.full((n, count), State.JUDGED, dtype=np.int8)
-    torque, model = np.full((n, count), np.nan), np.full((n, count), np.nan)
-    uncertainty = np.zeros((n, count))
-    levels: dict[str, FrictionLevel] = {}
     usable = balance.total_nm is not None
     known = [j for j, joint in enumerate(series.joint_names) if usable and joint in friction]
-    state[:, [j for j in range(count) if j not in known]] = State.NO_FRICTION if usable else State.NO_MODEL
+    missing = [j for j in range(count) if j not in known]
+    state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
+    torque, uncertainty = np.empty((n, count)), np.empty((n, count))
+    torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
     names = series.joint_names
-    judged = ordered_map(lambda j: (j, _one_joint(series, j, balance, friction[names[j]], config)), known)
-    for j, (residual, its_state, uncertain, level) in judged:
-        torque[:, j], state[:, j], uncertainty[:, j], levels[names[j]] = residual, its_state, uncertain, level
-    if known:
-        assert series.effort is not None
-        np.subtract(series.effort, torque, out=model)
+
+    def one(j: int) -> FrictionLevel:
+        """Fill one joint's columns; only its level is handed on."""
+        out = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
+        return _one_joint(series, j, balance, friction[names[j]], config, out)
+
+    levels = {names[j]: level for j, level in zip(known, ordered_map(one, known), strict=True)}
     for joint in contradicted & set(names):
         state[:, names.index(joint)] = State.NO_MODEL
     _mark(state, torque, series, balance)
-    return Residual(torque, model, state, uncertainty, levels)
+    return Residual(torque, series.effort if known else None, state, uncertainty, levels)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Columns:
+    """One joint's columns of a :class:`Residual`, to be filled."""
+
+    torque_nm: FloatArray
+    state: NDArray[np.int8]
+    uncertainty_nm: FloatArray
 
 
 def _one_joint(
-    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig
-) -> tuple[FloatArray, NDArray[np.int8], FloatArray, FrictionLevel]:
-    """Residual, state, uncertainty and friction level of one joint with a friction law."""
+    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig, out: _Columns
+) -> FrictionLevel:
+    """Residual, state and uncertainty of one joint with a friction law, and its friction level."""
     assert balance.total_nm is not None
     velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
     band = friction_band(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
     undecided = _through(balance, series, ~band.steady)
     too_fast = np.abs(velocity) > _BEYOND_RANGE * law.speed_range[1]
     sliding = _smoothed(balance, series, band.sliding_nm)
-    known = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
-    level = _level(total - sliding, sliding, known, series, config)
-    residual = total - (1.0 + level.deviation) * sliding
-    beyond = _beyond(total, band, level, balance, series)
-    state = np.where(undecided, State.FRICTION_INTERVAL, State.JUDGED).astype(np.int8)
-    state[too_fast] = State.TOO_FAST
-    uncertainty = np.where(undecided, 0.0, SIGMAS * level.sd * np.abs(sliding))
-    return np.where(undecided, beyond, residual), state, np.nan_to_num(uncertainty), level
-
-
-def _level(
-    excess: FloatArray, sliding: FloatArray, known: BoolArray, series: UniformSeries, config: DetectConfig
-) -> FrictionLevel:
     if config.friction_level == "fixed":
-        return fixed_level(excess.size, config.friction_level_sd)
-    return follow_level(excess, sliding, known, series.period_s, config.friction_level_sd, config.causal)
+        level = fixed_level(total.size, config.friction_level_sd)
+    else:
+        usable = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
+        level = follow_level(total - sliding, sliding, usable, series.period_s, config.friction_level_sd, config.causal)
+    beyond = _beyond(total, band, level, balance, series)
+    out.torque_nm[:] = np.where(undecided, beyond, total - (1.0 + level.deviation) * sliding)
+    out.state[undecided] = State.FRICTION_INTERVAL
+    out.state[too_fast] = State.TOO_FAST
+    out.uncertainty_nm[:] = np.where(undecided | ~np.isfinite(sliding), 0.0, SIGMAS * level.sd * np.abs(sliding))
+    return level
 
 
 def _beyond(

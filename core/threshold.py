@@ -38,7 +38,7 @@ def threshold_nm(
         config: dynamic coefficients, if any.
     """
     gamma = np.array([rule.gamma_nm.get(joint, np.nan) for joint in series.joint_names])
-    level = np.repeat(gamma[None, :], series.time_s.size, axis=0)
+    level = np.asarray(residual.uncertainty_nm + gamma)
     if config.gamma_nm == "dynamic":
         for j, joint in enumerate(series.joint_names):
             law = config.dynamic.get(joint)
@@ -48,8 +48,9 @@ def threshold_nm(
                     balance.velocity_rad_s[:, j],
                     series.acceleration_rad_s2[:, j],
                 )
-                level[:, j] = balance.kernel.apply(moving[:, None], series.segments, series.period_s)[:, 0]
-    return np.asarray(level + residual.uncertainty_nm)
+                moving = balance.kernel.apply(moving[:, None], series.segments, series.period_s)[:, 0]
+                level[:, j] = residual.uncertainty_nm[:, j] + moving
+    return level
 
 
 def dynamic_level(law: DynamicThreshold, velocity: FloatArray, acceleration: FloatArray) -> FloatArray:

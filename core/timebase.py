@@ -90,7 +90,7 @@ def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -
         )
     findings += _gap_findings(stamps, all_raw, raw, limit)
     period = _pooled_period(stamps, raw, period)
-    snap = tuple(_snaps(stamps[s.slice], position[order[s.slice]], period) for s in raw)
+    snap = tuple(_snaps(stamps[s.slice], position, order[s.slice], period) for s in raw)
     grid, skipped = _grid_spans(stamps, raw, snap, period)
     findings += _jitter_finding(stamps, raw, snap, period)
     return Timebase(order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, skipped, tuple(findings))
@@ -186,7 +186,7 @@ def _comb_error(stamps: FloatArray, period: float) -> FloatArray:
     return np.asarray(off - np.median(off))
 
 
-def _snaps(stamps: FloatArray, position: FloatArray, period: float) -> bool:
+def _snaps(stamps: FloatArray, position: FloatArray, order: IntArray, period: float) -> bool:
     """Whether samples were taken evenly, whatever their stamps say.
 
     Judged by which time axis predicts each position better from its four neighbours (a cubic through
@@ -198,7 +198,8 @@ def _snaps(stamps: FloatArray, position: FloatArray, period: float) -> bool:
     if error > 0.5 * period:
         return False
     even: FloatArray = np.asarray(period * np.arange(stamps.size), dtype=np.float64)
-    return _roughness(even, position) <= _roughness(stamps, position)
+    own = position[order]
+    return _roughness(even, own) <= _roughness(stamps, own)
 
 
 def _roughness(t: FloatArray, position: FloatArray) -> float:

@@ -3,15 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.filters import differentiate, low_pass
 from collaudit.core.findings import Finding
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import FloatArray, Span
 
 _MOVING_RAD_S = 0.02
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Velocities and acceleration of all joints.
+
+    Attributes:
+        raw_rad_s: (n, j) velocity as chosen, not filtered.
+        velocity_rad_s: (n, j) low-passed.
+        acceleration_rad_s2: (n, j) central difference of the low-passed velocity.
+        findings: every departure from the log.
+    """
+
+    raw_rad_s: FloatArray
+    velocity_rad_s: FloatArray
+    acceleration_rad_s2: FloatArray
+    findings: tuple[Finding, ...]
 
 
 def choose_velocity(
@@ -21,40 +40,52 @@ def choose_velocity(
     period_s: float,
     bandwidth_hz: float,
     joint_names: Sequence[str],
-) -> tuple[FloatArray, list[Finding]]:
+) -> Motion:
     """Take each joint's logged velocity where it is the derivative of its position, else derive it.
+
+    Joint by joint, so that what is needed on the way stays small.
 
     Args:
         position: (n, j) rad on the uniform grid.
         logged: (n, j) rad/s or None.
         segments: gap-free stretches.
         period_s: sample period, s.
-        bandwidth_hz: bandwidth at which the two are compared, Hz.
+        bandwidth_hz: bandwidth of the low pass, at which the two are compared too, Hz.
         joint_names: j names, for the findings.
-
-    Returns:
-        (n, j) velocity, and a finding for each departure from the log.
     """
-    derived = differentiate(position, segments, period_s)
-    if logged is None:
-        return derived, [
-            Finding(
-                "log-velocity-derived",
-                "info",
-                "The log has no velocity; it was derived from position for all joints.",
-            )
-        ]
-    smooth = low_pass(derived, segments, period_s, bandwidth_hz)
-    compare = low_pass(logged, segments, period_s, bandwidth_hz)
-    out = logged.copy()
+    velocity, acceleration = np.empty_like(position), np.empty_like(position)
+    changed: dict[int, FloatArray] = {}
     findings: list[Finding] = []
-    a, b, c, d = (np.ascontiguousarray(x.T) for x in (logged, compare, smooth, derived))
-    for j, joint in enumerate(joint_names):
-        column, finding = _choose(a[j], b[j], c[j], d[j], joint)
-        if finding:  # a departure from the log
-            out[:, j] = column
-        findings += finding
-    return out, findings
+
+    def one(j: int) -> list[Finding]:
+        derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
+        smooth = low_pass(derived, segments, period_s, bandwidth_hz)
+        said: list[Finding] = []
+        if logged is None:
+            changed[j] = derived
+        else:
+            own = np.ascontiguousarray(logged[:, j])
+            compare = low_pass(own, segments, period_s, bandwidth_hz)
+            chosen, said = _choose(own, compare, smooth, derived, joint_names[j])
+            if chosen is own:
+                smooth = compare
+            else:
+                changed[j] = chosen
+                smooth = smooth if chosen is derived else low_pass(chosen, segments, period_s, bandwidth_hz)
+        velocity[:, j], acceleration[:, j] = smooth, differentiate(smooth, segments, period_s)
+        return said
+
+    for said in ordered_map(one, range(len(joint_names))):
+        findings += said
+    if logged is None:
+        text = "The log has no velocity; it was derived from position for all joints."
+        findings = [Finding("log-velocity-derived", "info", text)]
+    raw = logged
+    if raw is None or changed:  # a departure from the log
+        raw = np.empty_like(position) if raw is None else raw.copy()
+        for j, column in changed.items():
+            raw[:, j] = column
+    return Motion(raw, velocity, acceleration, tuple(findings))
 
 
 def _choose(

@@ -41,9 +41,10 @@ def contact_torque(
     if force is None:
         return None, findings
     torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
-    size = np.sqrt((force[:, :3] ** 2).sum(axis=1))
+    size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
     share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
-    torque *= share[:, None]
+    if not (share == 1.0).all():
+        torque *= share[:, None]
     findings = [*findings, *unusual]
     if np.any(phases != PHASES.index("free")):
         torque[~_meant(phases, series.period_s)] = 0.0  # eq. (1): outside contact no force is meant
@@ -76,13 +77,23 @@ def tool_force(
     frame = _frame(robot, config)
     sign = float(config.log.wrench_sign)
     if sensor is not None:
-        weight = _calibrated_weight(series, robot, sensor)
-        return np.asarray(sign * (series.wrench - np.array(sensor.offset)) + weight), [_calibrated(sensor)]
-    weight = np.zeros_like(series.wrench)
+        own = _calibrated_weight(series, robot, sensor)
+        return _without(series.wrench, sign, np.array(sensor.offset), own), [_calibrated(sensor)]
+    weight: FloatArray | None = None
     if config.robot.tool.mass_kg not in (0.0, "estimate"):
         weight = robot.tool_wrench(series.position_rad, frame)
     bias, findings = _bias(series, sign, weight, phases, config)
-    return np.asarray(sign * (series.wrench - bias) + weight), findings
+    return _without(series.wrench, sign, bias, weight), findings
+
+
+def _without(reading: FloatArray, sign: float, bias: FloatArray, weight: FloatArray | None) -> FloatArray:
+    """``sign · (reading - bias) + weight`` with one fresh array."""
+    force = np.asarray(reading - bias)
+    if sign != 1.0:
+        force *= sign
+    if weight is not None:
+        force += weight
+    return force
 
 
 def _calibrated_weight(series: UniformSeries, robot: RobotModel, sensor: SensorFacts) -> FloatArray:
@@ -144,14 +155,14 @@ def _expected_a_wrench(config: Config) -> list[Finding]:
 
 
 def _bias(
-    series: UniformSeries, sign: float, weight: FloatArray, phases: NDArray[np.int8], config: Config
+    series: UniformSeries, sign: float, weight: FloatArray | None, phases: NDArray[np.int8], config: Config
 ) -> tuple[FloatArray, list[Finding]]:
     """Zero offset of the sensor, (6,): configured, or the median before contact."""
     assert series.wrench is not None
     if not isinstance(config.log.wrench_bias, str):
         return np.asarray(config.log.wrench_bias, dtype=np.float64), []
     free, where = _free_samples(series, phases)
-    readings = (series.wrench + sign * weight)[free]
+    readings = series.wrench[free] if weight is None else series.wrench[free] + sign * weight[free]
     readings = readings[np.isfinite(readings).all(axis=1)]
     if readings.shape[0] < 10:
         return np.zeros(6), [

@@ -48,9 +48,7 @@ def energy_residual(
     kernel = kernel_of(config, series.bandwidth_hz, "energy")
     if len(judged.joint_names) < len(series.joint_names) or any(j not in laws for j in series.joint_names):
         direct.state[:] = np.maximum(direct.state, State.NO_FRICTION)
-        return Residual(
-            np.full_like(direct.torque_nm, np.nan), direct.model_nm, direct.state, direct.uncertainty_nm, {}
-        )
+        return Residual(np.full_like(direct.torque_nm, np.nan), None, direct.state, direct.uncertainty_nm, {})
     if prepared.rigid_nm is None or series.effort is None or series.effort_unit != "Nm":
         return direct
     measured = series.effort if prepared.contact_nm is None else series.effort - prepared.contact_nm
@@ -68,8 +66,7 @@ def energy_residual(
     columns = np.ones((1, len(judged.joint_names)))
     scalar = (beyond / speed)[:, None] * columns
     uncertain = (_smooth(kernel, series, slack) / speed)[:, None] * columns
-    model = series.effort - scalar
-    return Residual(scalar, model, _broadcast(state, columns.shape[1]), np.nan_to_num(uncertain), direct.levels)
+    return Residual(scalar, series.effort, _broadcast(state, columns.shape[1]), np.nan_to_num(uncertain), direct.levels)
 
 
 def _power(prepared: Prepared, measured: FloatArray, v: FloatArray, kernel: Kernel, causal: bool) -> FloatArray:

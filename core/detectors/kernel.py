@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.recursion import filtered
 from collaudit.core.series import BoolArray, FloatArray, Span
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
@@ -103,20 +104,7 @@ class Kernel:
         return np.atleast_2d(b)[0], np.asarray(a, dtype=np.float64)
 
     def _run(self, coefficients: tuple[FloatArray, FloatArray], x: FloatArray, segments: Sequence[Span]) -> FloatArray:
-        from scipy.signal import lfilter
-
-        b, a = coefficients
-        out = np.full(x.shape, np.nan)
-        for span in segments:
-            if len(span) == 0:
-                continue
-            part = np.ascontiguousarray(_bridged(x[span.slice]).T)  # filters run fastest along the contiguous axis
-            part = lfilter(b, a, part, axis=-1, zi=_settled(b, a, part[:, 0]))[0]
-            if not self.causal:
-                back = np.ascontiguousarray(part[:, ::-1])
-                part = lfilter(b, a, back, axis=-1, zi=_settled(b, a, back[:, 0]))[0][:, ::-1]
-            out[span.slice] = part.T
-        return out
+        return filtered(*coefficients, x, segments, both_ways=not self.causal)[0]
 
 
 def identity(causal: bool) -> Kernel:
@@ -137,22 +125,3 @@ def butterworth(omega_per_s: float, causal: bool) -> Kernel:
 def double_pole(omega_per_s: float, causal: bool) -> Kernel:
     """w² / (s + w)²."""
     return Kernel((omega_per_s**2,), (1.0, 2.0 * omega_per_s, omega_per_s**2), causal)
-
-
-def _settled(b: FloatArray, a: FloatArray, first: FloatArray) -> FloatArray:
-    """(j, order) filter states as if the first value had lasted for ever."""
-    from scipy.signal import lfilter_zi
-
-    return np.asarray(first[:, None] * lfilter_zi(b, a)[None, :])
-
-
-def _bridged(part: FloatArray) -> FloatArray:
-    """A stretch (m, j) with missing values filled linearly."""
-    if np.isfinite(part.sum()):
-        return part
-    missing = ~np.isfinite(part)
-    filled, k = part.copy(), np.arange(part.shape[0])
-    for column in np.flatnonzero(missing.any(axis=0)):
-        hole = missing[:, column]
-        filled[hole, column] = 0.0 if hole.all() else np.interp(k[hole], k[~hole], part[~hole, column])
-    return filled

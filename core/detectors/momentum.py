@@ -1,8 +1,9 @@
 """Momentum form of the dynamics, batched: everything a causal engine needs, and no acceleration.
 
 p = M(q) v is inverse dynamics without gravity and velocity. C(q, v)^T v follows from dM/dt = C + C^T:
-C^T v = (dM/dt) v - C v, and (dM/dt) v is the derivative of M(q) w along q at constant w = v, taken as a central
-difference over a step of time so small that its error stays below 1e-6 of the term.
+C^T v = (dM/dt) v - C v, and (dM/dt) v is the derivative of M(q) w along q at constant w = v, taken as a forward
+difference, for which the momentum itself is one end. Over a step of 1e-7 s its error is about 1e-7 of the term from
+the step, and 1e-8 N·m from rounding.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray
 
-_STEP_S = 1e-4
+_STEP_S = 1e-7
 #: Samples at a time: what is passed on stays in the cache.
 _BLOCK = 16384
 
@@ -38,8 +39,9 @@ def momentum_terms(robot: RobotModel, q: FloatArray, v: FloatArray) -> MomentumT
     for start in range(0, v.shape[0], _BLOCK):
         block = slice(start, start + _BLOCK)
         at, speed = q[block], v[block]
-        still, step = np.zeros_like(speed), _STEP_S * speed
-        change = light.inverse_dynamics(at + step, still, speed) - light.inverse_dynamics(at - step, still, speed)
-        out.momentum[block] = light.inverse_dynamics(at, still, speed)
-        out.rest_nm[block] = change / (2.0 * _STEP_S) - robot.inverse_dynamics(at, speed, still)
+        still = np.zeros_like(speed)
+        momentum = light.inverse_dynamics(at, still, speed)
+        change = light.inverse_dynamics(at + _STEP_S * speed, still, speed) - momentum
+        out.momentum[block] = momentum
+        out.rest_nm[block] = change / _STEP_S - robot.inverse_dynamics(at, speed, still)
     return out

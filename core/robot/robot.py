@@ -13,7 +13,9 @@ from collaudit.core.robot.names import unknown_name
 from collaudit.core.robot.statics import Chain, chain_gravity, chain_torque, skew
 from collaudit.core.series import BoolArray, FloatArray, JointType
 
-_BLOCK = 2048
+#: Samples at a time.
+_BLOCK = 8192
+_MATRIX_BLOCK = 2048
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +81,14 @@ class RobotModel:
         bodies = self._with_inertials()
         for name, array in (("q", q), ("v", v), ("a", a)):
             self._check(array, len(self.joint_names), name)
+        out = np.empty((q.shape[0], len(self.joint_names)))
+        for start in range(0, q.shape[0], _BLOCK):  # what is needed on the way stays in the cache
+            block = slice(start, start + _BLOCK)
+            out[block] = self._torque(bodies, q[block], v[block], a[block])
+        return out
+
+    def _torque(self, bodies: RigidBodies, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """:meth:`inverse_dynamics` of some samples."""
         complete = all(np.isfinite(x.sum()) for x in (q, v, a))
         unknown: BoolArray | None = None if complete else np.asarray(np.isnan(q + v + a).any(axis=1))
         rows = [x if unknown is None else np.where(unknown[:, None], 0.0, x) for x in (q, v, a)]
@@ -86,7 +96,7 @@ class RobotModel:
         out = _times(bodies.inverse_dynamics(*full), self.expansion)
         if unknown is not None:
             out[unknown] = np.nan
-        return np.ascontiguousarray(out)
+        return out
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
@@ -229,6 +239,6 @@ def _times(x: FloatArray, matrix: FloatArray) -> FloatArray:
     if np.array_equal(matrix, np.eye(*matrix.shape)):
         return x
     out = np.empty((x.shape[0], matrix.shape[1]))
-    for start in range(0, x.shape[0], _BLOCK):
-        np.matmul(x[start : start + _BLOCK], matrix, out=out[start : start + _BLOCK])
+    for start in range(0, x.shape[0], _MATRIX_BLOCK):
+        np.matmul(x[start : start + _MATRIX_BLOCK], matrix, out=out[start : start + _MATRIX_BLOCK])
     return out

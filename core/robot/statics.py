@@ -7,10 +7,12 @@ position and one constant transform. This equals J(q)^T F with J the frame's Jac
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import FloatArray
 
 #: Samples at a time: the vectors of one block stay in the cache, one component a row.
@@ -59,12 +61,14 @@ def chain_torque(chain: Chain, position: FloatArray, wrench: FloatArray) -> Floa
         (n, j) N·m or N; zero for joints outside the chain.
     """
     out = np.zeros_like(position)
-    for start in range(0, position.shape[0], _BLOCK):
-        block = slice(start, start + _BLOCK)
+
+    def one(block: slice) -> None:
         angles, columns = np.ascontiguousarray(position[block].T), np.ascontiguousarray(wrench[block].T)
         force, moment = columns[:3], columns[3:]
         for joint in chain.joints:
             out[block, joint.index], force, moment = _step(joint, angles[joint.index], force, moment)
+
+    _each_block(one, position.shape[0])
     return out
 
 
@@ -95,16 +99,25 @@ def chain_gravity(chain: Chain, position: FloatArray, gravity: FloatArray) -> Fl
         (n, 3) m/s².
     """
     out = np.empty((position.shape[0], 3))
-    for start in range(0, position.shape[0], _BLOCK):
-        angles = np.ascontiguousarray(position[start : start + _BLOCK].T)
+
+    def one(block: slice) -> None:
+        angles = np.ascontiguousarray(position[block].T)
         vector = np.repeat((gravity @ chain.base_rotation)[:, None], angles.shape[1], axis=1)
         for joint in reversed(chain.joints):
             if not joint.prismatic:
                 angle = angles[joint.index]
                 vector = _turn_z(vector, np.cos(angle), -np.sin(angle))
             vector = joint.rotation.T @ vector
-        out[start : start + _BLOCK] = vector.T
+        out[block] = vector.T
+
+    _each_block(one, position.shape[0])
     return out
+
+
+def _each_block(work: Callable[[slice], None], count: int) -> None:
+    """Do ``work`` for each block of ``count`` samples, in threads."""
+    for _ in ordered_map(work, [slice(start, start + _BLOCK) for start in range(0, count, _BLOCK)]):
+        pass
 
 
 def _turn_z(vector: FloatArray, cos: FloatArray, sin: FloatArray) -> FloatArray:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.mcap_scan import MESSAGE, MESSAGE_HEAD, chunk_records
+from collaudit.core.logs.mcap_run import MESSAGE
+from collaudit.core.logs.mcap_scan import MESSAGE_HEAD, chunk_records
 from collaudit.core.logs.records import ByteArray, gather
 from collaudit.core.series import IntArray
 
@@ -50,7 +51,7 @@ def locate(data: bytes, index_offsets: IntArray) -> Located:
     view = np.frombuffer(data, dtype=np.uint8)
     offsets = ascending(index_offsets)
     if offsets.shape[0] and _plausible(view, offsets):
-        heads = _heads(view, offsets)
+        heads = heads_of(view, offsets)
         ends = offsets + 9 + heads["length"].astype(np.int64)
         if (heads["op"] == MESSAGE).all() and _apart(heads, offsets, ends, len(data)):
             return _with_gaps(data, view, offsets, ends, heads)
@@ -61,7 +62,8 @@ def _plausible(view: ByteArray, offsets: IntArray) -> bool:
     return bool(offsets[0] >= 0 and offsets[-1] + MESSAGE_HEAD <= view.shape[0])
 
 
-def _heads(view: ByteArray, offsets: IntArray) -> Heads:
+def heads_of(view: ByteArray, offsets: IntArray) -> Heads:
+    """(n,) heads of the message records at offsets, each wholly inside the bytes."""
     rows: Heads = gather(view, offsets, MESSAGE_HEAD).view(_HEAD).ravel()
     return rows
 
@@ -107,13 +109,20 @@ def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: In
     if found:
         offsets = np.sort(np.concatenate([known, np.array(found, dtype=np.int64)]))
     if heads is None or found:
-        heads = _heads(view, offsets)
+        heads = heads_of(view, offsets)
+    return located_of(offsets, heads["length"].astype(np.int64), heads, tuple(others), rest)
+
+
+def located_of(
+    offsets: IntArray, sizes: IntArray, heads: Heads, others: tuple[tuple[int, int, int], ...] = (), rest: int = 0
+) -> Located:
+    """Messages by the offsets and body sizes of their records, and their heads."""
     return Located(
         start=offsets + MESSAGE_HEAD,
-        length=heads["length"].astype(np.int64) - 22,
+        length=sizes - 22,
         channel=heads["channel"].astype(np.int64),
         log_ns=heads["log"].astype(np.int64),
         publish_ns=heads["pub"].astype(np.int64),
-        others=tuple(others),
+        others=others,
         rest=rest,
     )

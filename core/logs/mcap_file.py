@@ -11,14 +11,13 @@ import numpy as np
 
 from collaudit.core.logs.compression import unpack
 from collaudit.core.logs.fileio import RandomFile
-from collaudit.core.logs.mcap_chunk import Located, locate
-from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, MESSAGE_HEAD, SCHEMA, ChunkRef, McapIndex, scan
+from collaudit.core.logs.mcap_chunk import Located, heads_of, locate, located_of
+from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.records import Batch, Channel, Damage, Progress
 from collaudit.core.parallel import ordered_map
 from collaudit.core.series import IntArray
 
-_WINDOW = 16 << 20
-_NO_STAMPS = np.empty(0, dtype=np.int64)
+_WINDOW = 2 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,15 +125,13 @@ class McapFile:
             if number not in self.index.channels:
                 self._note(f"messages on channel {number}, which it does not define, were left out")
             if number in wanted:
-                published = located.publish_ns[mine] if located.publish_ns.size else None
-                yield Batch(number, data, start, located.length[mine], located.log_ns[mine], published)
+                rest = located.length[mine], located.log_ns[mine], located.publish_ns[mine]
+                yield Batch(number, data, start, *rest)
 
     def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
         """Messages outside chunks, read in windows of bounded size."""
         loose = self.index.loose
         at, size = np.frombuffer(loose.at, np.int64), np.frombuffer(loose.size, np.int64)
-        channel = np.frombuffer(loose.channel, np.int64)
-        log_ns = np.frombuffer(loose.log_ns, np.uint64).astype(np.int64)
         ends = at + 9 + size
         first = 0
         while first < at.shape[0]:
@@ -142,10 +139,11 @@ class McapFile:
             base = int(at[first])
             raw = np.frombuffer(self.file.read(base, int(ends[stop - 1]) - base), dtype=np.uint8)
             part = slice(first, stop)
-            located = Located(
-                at[part] - base + MESSAGE_HEAD, size[part] - 22, channel[part], log_ns[part], _NO_STAMPS, (), 0
-            )
-            yield from self._split(raw, located, wanted)
+            offsets = at[part] - base
+            if ends[stop - 1] - base > raw.shape[0]:
+                self._note(f"it lost bytes from {base + raw.shape[0]} on while it was read")
+                return
+            yield from self._split(raw, located_of(offsets, size[part], heads_of(raw, offsets)), wanted)
             if progress is not None:
                 progress(int(ends[stop - 1]), self.file.size)
             first = stop

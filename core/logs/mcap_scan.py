@@ -11,12 +11,16 @@ from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from collaudit.core.logs.fileio import RandomFile
+from collaudit.core.logs.mcap_run import MESSAGE, message_run
 from collaudit.core.logs.records import Channel, Damage, ros_type
 from collaudit.core.logs.schema import MAX_SCHEMA_BYTES
+from collaudit.core.series import IntArray
 
 MAGIC = b"\x89MCAP0\r\n"
-HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 5, 6, 7
+HEADER, FOOTER, SCHEMA, CHANNEL, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 6, 7
 CHUNK_INDEX, STATISTICS, DATA_END = 8, 11, 15
 HEAD = struct.Struct("<BQ")
 MESSAGE_HEAD = 31
@@ -53,12 +57,15 @@ class ChunkRef:
 
 @dataclass(slots=True)
 class Loose:
-    """Messages outside chunks: offset of the record, its length, channel and log time."""
+    """Messages outside chunks: offset of the record and length of its body."""
 
     at: array[int] = field(default_factory=lambda: array("q"))
     size: array[int] = field(default_factory=lambda: array("q"))
-    channel: array[int] = field(default_factory=lambda: array("q"))
-    log_ns: array[int] = field(default_factory=lambda: array("Q"))
+
+    def add(self, at: IntArray, size: IntArray) -> None:
+        """Take in some messages, in the order of the file."""
+        self.at.frombytes(at.tobytes())
+        self.size.frombytes(size.tobytes())
 
 
 @dataclass(slots=True)
@@ -253,22 +260,16 @@ class _Scan:
 
     def messages(self, pos: int) -> int:
         """Note the messages that follow each other from ``pos``, as far as the window reaches."""
-        loose = self.index.loose
         self.width = _WIDE_WINDOW
         self.view(pos, MESSAGE_HEAD)
-        window, base = self.window, self.base
-        at = pos - base
-        unpack = struct.Struct("<BQHIQ").unpack_from
-        while at + 23 <= len(window) and window[at] == MESSAGE:
-            _, length, channel, _, log_ns = unpack(window, at)
-            if base + at + 9 + length > self.file.size:
-                break
-            if length >= 22:
-                loose.at.append(base + at)
-                loose.size.append(length)
-                loose.channel.append(channel)
-                loose.log_ns.append(log_ns)
-            else:
-                self.stop(f"the message at byte {base + at} is only {length} bytes long")
-            at += 9 + length
-        return max(base + at, pos + 9)
+        base = self.base
+        starts, after = message_run(self.window, pos - base)
+        if starts.shape[0] and base + after > self.file.size:  # it is refused as any other record would be
+            after = int(starts[-1])
+            starts = starts[:-1]
+        lengths = np.append(starts[1:], after)[: starts.shape[0]] - starts - 9
+        whole = lengths >= 22
+        for at, length in zip(starts[~whole].tolist(), lengths[~whole].tolist(), strict=True):
+            self.stop(f"the message at byte {base + at} is only {length} bytes long")
+        self.index.loose.add(base + starts[whole], lengths[whole])
+        return max(base + after, pos + 9)

@@ -145,7 +145,7 @@ def test_mcap_zstd() -> None:
 @pytest.mark.parametrize("kind", ["lz4", "none", "unchunked"])
 def test_mcap_other(kind: str) -> None:
     compression = CompressionType.LZ4 if kind == "lz4" else CompressionType.NONE
-    compare(f"MCAP {kind}", data.mcap_log(MINUTES, compression, chunked=kind != "unchunked"), by_mcap_loop, 30)
+    compare(f"MCAP {kind}", data.mcap_log(MINUTES, compression, chunked=kind != "unchunked"), by_mcap_loop, 60)
 
 
 @pytest.mark.parametrize(("kind", "bar"), [("", 30.0), ("LZ4", 30.0)])

@@ -19,8 +19,8 @@ from collaudit.core.velocity import choose_velocity
 def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
     """Put a log onto a uniform time base and differentiate it without delay.
 
-    Position and effort are not filtered. Velocity is low-passed and acceleration is its central
-    difference, both zero-phase at ``bandwidth_hz``: rule (6) then sees the drive's torque as it was.
+    Position and effort are not filtered here: the detectors' kernels do that. Velocity is low-passed and acceleration
+    is its central difference, both zero-phase at ``bandwidth_hz``.
 
     Raises:
         NotJudgedError: no stretch without a gap is long enough.

@@ -26,11 +26,29 @@ _Z95 = 1.96
 _CHI2 = 6.0
 #: Residual level assumed where the log has too little clean motion to measure it, N·m.
 _DEFAULT_NOISE_NM = 1.0
+_LEAST_CLEAN = 100
 
 
-def residual_noise(found: Evaluation) -> FloatArray:
-    """(j,) robust standard deviation of each joint's judged residual over the log, N·m."""
-    return np.array([_noise(found, j) for j in range(found.judgement.state.shape[1])])
+def residual_noise(prepared: Prepared, found: Evaluation) -> FloatArray:
+    """(j,) robust standard deviation of each joint's judged residual over the log, not smoothed, N·m."""
+    columns = range(found.judgement.state.shape[1])
+    return np.array([_noise(prepared, found, j) for j in columns])
+
+
+def _unsmoothed(prepared: Prepared, found: Evaluation, rows: slice, columns: Sequence[int]) -> FloatArray:
+    """Residuals of some samples and judged joints without the engine's kernel, which lowers the peak of a short push.
+
+    Friction, which changes slowly, is as it was taken off after the kernel.
+    """
+    residual = found.residual.torque_nm[rows][:, columns]
+    effort, total = prepared.series.effort, found.balance.total_nm
+    if prepared.rigid_nm is None or effort is None or total is None:
+        return residual
+    own = [prepared.columns()[j] for j in columns]
+    balance = effort[rows][:, own] - prepared.rigid_nm[rows][:, own]
+    if prepared.contact_nm is not None:
+        balance -= prepared.contact_nm[rows][:, own]
+    return np.asarray(balance + residual - total[rows][:, columns])
 
 
 def estimate_force(
@@ -92,7 +110,7 @@ def _at_link(
     ]
     half = max(1, round(0.5 * _AVERAGED_S / series.period_s))
     window = slice(max(0, sample - half), sample + half + 1)
-    torque = np.nanmean(found.residual.torque_nm[window][:, used], axis=0)
+    torque = np.nanmean(_unsmoothed(prepared, found, window, used), axis=0)
     noise = noise_nm[used]
     columns = [robot.joint_names.index(series.joint_names[j]) for j in used]
     arm, rotation = _lever_arms(prepared, q, frame, columns)
@@ -111,9 +129,12 @@ def _lever_arms(prepared: Prepared, q: FloatArray, frame: str, columns: Sequence
     return np.ascontiguousarray(jt[:, list(columns)].T), robot.frame_rotation(q, frame)
 
 
-def _noise(found: Evaluation, j: int) -> float:
-    x = found.residual.torque_nm[found.judgement.state[:, j] == State.JUDGED, j]
-    return 1.4826 * float(np.median(np.abs(x))) if x.size >= 100 else _DEFAULT_NOISE_NM
+def _noise(prepared: Prepared, found: Evaluation, j: int) -> float:
+    judged = found.judgement.state[:, j] == State.JUDGED
+    if np.count_nonzero(judged) < _LEAST_CLEAN:
+        return _DEFAULT_NOISE_NM
+    x = _unsmoothed(prepared, found, slice(None), [j])[judged, 0]
+    return 1.4826 * float(np.nanmedian(np.abs(x)))
 
 
 def _solve(

@@ -29,7 +29,7 @@ def find_incidents(prepared: Prepared, found: Evaluation, config: Config) -> tup
         config: phases and wrench settings.
     """
     groups = _groups(found.judgement.collisions)
-    noise = residual_noise(found) if groups else np.zeros(0)
+    noise = residual_noise(prepared, found) if groups else np.zeros(0)
     return tuple(_describe(prepared, found, noise, group, config) for group in groups)
 
 

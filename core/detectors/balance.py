@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detectors.engines import Engine, engine_named
-from collaudit.core.detectors.kernel import Kernel
+from collaudit.core.detectors.kernel import BOTH_WAYS, Kernel, butterworth, double_pole
 from collaudit.core.detectors.momentum import momentum_terms
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
@@ -34,11 +34,12 @@ class Balance:
 
 
 def kernel_of(config: DetectConfig, bandwidth_hz: float, name: str | None = None) -> Kernel:
-    """The kernel of the configured engine; the causal direct engine has the signal filter as its kernel."""
+    """The kernel of the configured engine; the direct engine's has its -3 dB point at ``bandwidth_hz``."""
     engine = engine_named(name or config.detector)
-    if engine.name == "direct" and config.causal:
-        return engine_named("filtered").make_kernel(2.0 * math.pi * bandwidth_hz, True)
-    return engine.make_kernel(config.observer_gain_per_s, config.causal)
+    if engine.name != "direct":
+        return engine.make_kernel(config.observer_gain_per_s, config.causal)
+    omega = 2.0 * math.pi * bandwidth_hz
+    return butterworth(omega, True) if config.causal else double_pole(omega / BOTH_WAYS, False)
 
 
 def balance_torques(

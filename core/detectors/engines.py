@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from collaudit.core.detectors.kernel import Kernel, butterworth, double_pole, first_order, identity
+from collaudit.core.detectors.kernel import Kernel, butterworth, double_pole, first_order
 from collaudit.core.errors import ConfigError
 
 
@@ -28,7 +28,7 @@ class Engine:
         source: where it comes from.
         needs_acceleration: when causal; after the fact every engine may use it.
         scalar: one residual for the whole arm: detection without isolation.
-        make_kernel: from gain (1/s) and causality.
+        make_kernel: from gain (1/s; of ``direct`` the filter's corner) and causality.
     """
 
     name: str
@@ -44,11 +44,11 @@ ENGINES: dict[str, Engine] = {
     for engine in (
         Engine(
             "direct",
-            "r = tau - tau_s - (M ddq + C dq + f + G)",
-            "eq. (5) of the paper",
+            "r = G(s) [tau - tau_s - (M ddq + C dq + f + G)], G as narrow as the filter of dq and ddq",
+            "eq. (5) of the paper, its sides filtered alike",
             True,
             False,
-            lambda _, causal: identity(causal),
+            butterworth,
         ),
         Engine(
             "momentum",

@@ -13,6 +13,8 @@ from collaudit.core.series import BoolArray, FloatArray, Span
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05
+#: Two passes of a double pole at w are down by 3 dB at this share of w: (1 + x²)² = sqrt(2).
+BOTH_WAYS = math.sqrt(2.0**0.25 - 1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,7 +93,8 @@ def test_clean_motion_passes_with_a_residual_of_the_noise(friction: FrictionFile
     assert found.result.verdict == "pass", found.result.reasons
     assert found.result.collisions == ()
     level = found.result.residual["joint1"]
-    assert level.rms_nm == pytest.approx(0.2, abs=0.04)
+    assert found.result.detection is not None
+    assert level.rms_nm == pytest.approx(0.2 * found.result.detection.delay.noise_gain, rel=0.2)
     assert found.result.recommended["joint1"].gamma_nm < 1.0
 
 
@@ -105,7 +106,8 @@ def test_pushes_are_found_where_they_are(friction: FrictionFile) -> None:
     assert found.verdict == "fail"
     assert [c.onset_s for c in found.collisions] == pytest.approx([8.4, 16.2], abs=2 * PERIOD)
     assert [c.detected_s - c.onset_s for c in found.collisions] == pytest.approx([12 * PERIOD] * 2, abs=1e-9)
-    assert [c.duration_s for c in found.collisions] == pytest.approx([0.1, 0.4], abs=2 * PERIOD)
+    # The kernel, of 7 ms standard deviation, moves the crossing of 4 of 6 N·m by 3 ms inwards at either end.
+    assert [c.duration_s for c in found.collisions] == pytest.approx([0.094, 0.4], abs=2 * PERIOD)
     assert [np.sign(c.peak_nm) for c in found.collisions] == [1, -1]
 
 
@@ -158,8 +160,8 @@ def test_missing_and_saturated_effort_is_not_judged(friction: FrictionFile) -> N
     assert np.all(state[8000:8100] == State.SATURATED)
     assert audited.result.collisions == ()
     seconds = audited.result.coverage.joints["joint1"].not_judged_s
-    assert seconds["not-a-number"] == pytest.approx(0.2, abs=PERIOD)
-    assert seconds["saturated"] == pytest.approx(0.2, abs=PERIOD)
+    for reason in ("not-a-number", "saturated"):  # and what the kernel makes of it on either side
+        assert 0.2 - PERIOD <= seconds[reason] <= 0.23
 
 
 def test_an_inverted_effort_is_not_judged_and_never_flipped(friction: FrictionFile) -> None:

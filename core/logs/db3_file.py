@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterator, Sequence
+from itertools import islice
+from operator import lt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +19,8 @@ from collaudit.core.series import IntArray
 _ROWS = 4096
 MAX_DAMAGE = 20
 _Row = tuple[int, int, int, bytes]
+#: Topics, times and payloads of rows.
+_Columns = Sequence[Any]
 
 
 class Db3File:
@@ -76,12 +81,12 @@ class Db3File:
         last = -(1 << 63)
         total = self._last_row() if progress is not None else 1
         for rows in self._blocks(wanted):
-            ids = np.fromiter((row[0] for row in rows), dtype=np.int64, count=len(rows))
-            if ids[0] <= last or (ids[1:] <= ids[:-1]).any():
+            ids, *columns = zip(*rows, strict=True)
+            if ids[0] <= last or not all(map(lt, ids, islice(ids, 1, None))):
                 self._note(f"its rows do not ascend after number {last}; the rest was left out")
                 return
-            last = int(ids[-1])
-            yield from self._split(rows)
+            last = ids[-1]
+            yield from self._split(columns)
             if progress is not None:
                 progress(self._bytes * min(last, total) // total, self._bytes)
 
@@ -112,14 +117,17 @@ class Db3File:
                 yield rest
             self._note(f"reading its messages stopped after number {rest[-1][0] if rest else after}: {error}")
 
-    def _split(self, rows: Sequence[_Row]) -> Iterator[Batch]:
+    def _split(self, columns: _Columns) -> Iterator[Batch]:
         """One batch per topic, all in one buffer."""
         try:
-            batch = _arrays(rows)
+            batch = _arrays(*columns)
         except (TypeError, ValueError, OverflowError):  # sqlite columns hold what they like
-            good = [row for row in rows if isinstance(row[2], int) and isinstance(row[3], bytes)]
+            rows = list(zip(*columns, strict=True))
+            good = [row for row in rows if isinstance(row[1], int) and isinstance(row[2], bytes)]
             self._note(f"{len(rows) - len(good)} rows of its messages hold no time or no bytes")
-            batch = _arrays(good)
+            if not good:
+                return
+            batch = _arrays(*zip(*good, strict=True))
         topic, log_ns, length, data = batch
         start = np.cumsum(length) - length
         for key in np.unique(topic).tolist():
@@ -131,14 +139,14 @@ class Db3File:
             self.damage.append(Damage(text))
 
 
-def _arrays(rows: Sequence[_Row]) -> tuple[IntArray, IntArray, IntArray, ByteArray]:
+def _arrays(
+    topics: Sequence[int], times: Sequence[int], blobs: Sequence[bytes]
+) -> tuple[IntArray, IntArray, IntArray, ByteArray]:
     """Topics, times and lengths of rows, and their blobs end to end."""
-    if not rows:
-        none = np.empty(0, dtype=np.int64)
-        return none, none, none, np.empty(0, dtype=np.uint8)
-    _, topics, times, blobs = zip(*rows, strict=True)
+    if set(map(type, times)) != {int}:  # a fraction would be cut off in silence
+        raise TypeError("not all times are whole numbers")
+    count = len(blobs)
     data = b"".join(blobs)
-    count = len(rows)
     length = np.fromiter(map(len, blobs), dtype=np.int64, count=count)
     topic = np.fromiter(topics, dtype=np.int64, count=count)
     return topic, np.fromiter(times, dtype=np.int64, count=count), length, np.frombuffer(data, dtype=np.uint8)

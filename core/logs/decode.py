@@ -126,7 +126,7 @@ class ChannelDecoder:
     def _add(self, key: GroupKey, columns: dict[str, IntArray | FloatArray]) -> None:
         if self.tagged:
             columns["source"] = np.full(columns["log_ns"].shape[0], self.channel.key, dtype=np.int64)
-        self.out.group(key).add(columns)
+        self.out.group(key).add(columns, self.out.share)
 
     def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
         if self._generic is None:

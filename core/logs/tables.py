@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import cast
 
 import numpy as np
 
@@ -12,6 +11,8 @@ from collaudit.core.series import FloatArray, IntArray
 
 #: Rows of room that a column grows by at least.
 _LEAST_ROWS = 4096
+#: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
+_MARGIN, _MOST_FORESEEN = 1.1, 1000
 QUANTITIES = ("position", "velocity", "effort")
 
 
@@ -34,36 +35,54 @@ Column = IntArray | FloatArray
 
 
 class Growing:
-    """An array that grows in place at its end, so that a column is never held twice.
+    """An array that grows at its end, with room for all that is to come by the share of the log read so far.
 
-    ``ndarray.resize`` moves large blocks by remapping their pages, where a list of pieces would have to be copied
-    into one array while both are held.
+    Memory that is not written to costs nothing, so room is taken generously and once: growing by resizing would write
+    zeros into the new rows first, and in small pages.
     """
 
-    def __init__(self, first: IntArray | FloatArray) -> None:
-        self._array = np.array(first)
+    def __init__(self, first: Column, share: float = 0.0) -> None:
+        self._array = _with_room(first, first.shape[0], share)
         self._used = first.shape[0]
 
-    def add(self, rows: IntArray | FloatArray) -> None:
-        """Append rows of the same width."""
+    def add(self, rows: Column, share: float = 0.0) -> None:
+        """Append rows of the same width.
+
+        Args:
+            rows: (n, …) what is appended.
+            share: how much of the log lies before these rows, 0 … 1; 0 where that is not known.
+        """
         stop = self._used + rows.shape[0]
         if stop > self._array.shape[0]:
-            capacity = max(stop, self._array.shape[0] * 5 // 4 + _LEAST_ROWS)
-            self._array.resize((capacity, *self._array.shape[1:]), refcheck=False)
+            self._array = _with_room(self._array[: self._used], stop, share)
         self._array[self._used : stop] = rows
         self._used = stop
 
     def copy(self) -> Column:
         """The rows so far."""
-        return cast(Column, self._array[: self._used].copy())
+        return self._array[: self._used].copy()
 
     def finish(self) -> Column:
         """The rows, without room for more; nothing may be added after."""
-        self._array.resize((self._used, *self._array.shape[1:]), refcheck=False)
-        return cast(Column, self._array)
+        return self._array[: self._used]
 
     def __len__(self) -> int:
         return int(self._used)
+
+
+def _with_room(rows: Column, least: int, share: float) -> Column:
+    """A copy of rows with room for at least ``least``, and for the whole log when a share of it is known."""
+    wanted = 2 * least + _LEAST_ROWS
+    foreseen = int(least * min(_MARGIN / share, _MOST_FORESEEN)) if share > 0 else 0
+    for capacity in (max(wanted, foreseen), wanted):
+        try:
+            out = np.empty((capacity, *rows.shape[1:]), dtype=rows.dtype)
+            break
+        except MemoryError:
+            if capacity == wanted:
+                raise
+    out[: rows.shape[0]] = rows
+    return out
 
 
 @dataclass(slots=True, eq=False)
@@ -78,13 +97,13 @@ class Group:
     key: GroupKey
     columns: dict[str, Growing] = field(default_factory=dict)
 
-    def add(self, columns: dict[str, IntArray | FloatArray]) -> None:
-        """Append rows; every call names the same columns."""
+    def add(self, columns: dict[str, IntArray | FloatArray], share: float = 0.0) -> None:
+        """Append rows; every call names the same columns, and how much of the log lies before them."""
         for name, values in columns.items():
             if name in self.columns:
-                self.columns[name].add(values)
+                self.columns[name].add(values, share)
             else:
-                self.columns[name] = Growing(values)
+                self.columns[name] = Growing(values, share)
 
     def take(self, name: str) -> FloatArray | IntArray | None:
         """The whole column, which the group gives away."""
@@ -146,6 +165,7 @@ class Decoded:
         problem: why the first of them was left out.
         slow: messages that went through the generic decoder.
         latency: how long after publishing messages were recorded.
+        share: how much of the log's bytes has been read, 0 … 1.
     """
 
     groups: dict[GroupKey, Group] = field(default_factory=dict)
@@ -154,6 +174,7 @@ class Decoded:
     problem: str | None = None
     slow: int = 0
     latency: Latency = field(default_factory=lambda: Latency())
+    share: float = 0.0
 
     def skip(self, count: int, problem: str) -> None:
         """Count messages that could not be used."""

@@ -122,7 +122,14 @@ def decode(reader: LogReader, topics: Sequence[Topic], progress: Progress | None
             decoders.setdefault(key, []).append(decoder)
     if not decoders:
         return
-    for batch in reader.batches(frozenset(decoders), progress):
+
+    def note(done: int, total: int) -> None:
+        for topic in topics:
+            topic.decoded.share = done / total if total else 0.0
+        if progress is not None:
+            progress(done, total)
+
+    for batch in reader.batches(frozenset(decoders), note):
         for decoder in decoders[batch.key]:
             decoder.add(batch)
         if limit and all(topic.decoded.seen >= limit for topic in topics):

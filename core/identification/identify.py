@@ -11,8 +11,10 @@ from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.base import BaseMap, base_map
 from collaudit.core.identification.consistency import is_consistent, make_consistent
+from collaudit.core.identification.errors import Errors, errors
+from collaudit.core.identification.nuisance import OFFSET
 from collaudit.core.identification.priors import ARMATURE_SHARE, Gains, drive_gains, unknowns_of
-from collaudit.core.identification.problem import Errors, Solution, Unknowns, errors, residual, settle, solve, terms_of
+from collaudit.core.identification.problem import Solution, Unknowns, residual, settle, solve, terms_of
 from collaudit.core.identification.samples import collect
 from collaudit.core.identification.terms import Terms
 from collaudit.core.identification.tool import identified_tool, point_mass_inertia
@@ -141,12 +143,13 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
     out = [_held_out(bare, file_only, blocks), _held_out(job.terms, job.unknowns, blocks)]
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
-        offset, known = float(job.solution.nuisance[j, 2]), bool(np.isfinite(gain[j]))
+        offset, known = float(job.solution.nuisance[j, OFFSET]), bool(np.isfinite(gain[j]))
+        told = known and bool(moving[:, j].any()) and not job.terms.one_way[j]
         joints[name] = IdentifiedJoint(
             gain=float(gain[j]) if known else None,
             gain_ci95=_interval(float(gain[j]), float(job.gains.sd[j])) if job.gains is not None and known else None,
             offset_nm=offset if known else 0.0,
-            offset_ci95=_interval(offset, float(job.errors.nuisance_sd[j, 2])) if known else (None, None),
+            offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if told else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),
             armature_file_kg_m2=float(file_only.armature[j]),
             samples=int(np.count_nonzero(moving[:, j])),
@@ -172,13 +175,13 @@ def _rms(rest: FloatArray, moving: BoolArray) -> list[float | None]:
 
 def _held_out(terms: Terms, unknowns: Unknowns, blocks: int) -> list[float | None]:
     """RMS per joint over all blocks of time, each predicted without having been seen."""
-    motion = terms.motion
+    motion, steady = terms.motion, terms.without_drift()
     rest = np.full_like(motion.effort, np.nan)
     for block in range(blocks):
         out = np.asarray(motion.block == block)
         if not out.any() or out.all():
             return [None] * rest.shape[1]
-        seen = terms.over(replace(motion, moving=np.asarray(motion.moving & ~out[:, None])))
+        seen = steady.over(replace(motion, moving=np.asarray(motion.moving & ~out[:, None])))
         rest[out] = residual(seen, solve(seen, unknowns, _HELD_OUT_STEPS))[out]
     return _rms(rest, motion.moving)
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.problem import Unknowns, errors, solve, terms_of
+from collaudit.core.identification.errors import errors
+from collaudit.core.identification.problem import Unknowns, solve, terms_of
 from collaudit.core.identification.samples import Motion
 from collaudit.core.prepare import Prepared
 from collaudit.core.robot.robot import RobotModel

@@ -3,11 +3,10 @@
 For joint j:  effort_j / k_j - contact_j = (Y(q, dq, ddq) pi)_j + I_j ddq_j + Fc_j sgn(dq_j) + Fv_j dq_j + o_j + noise,
 
 with drive gain k, inertial parameters pi (prior: the robot's description), rotor inertia I, Coulomb and viscous
-friction and a constant offset. Friction and offset have no prior: they are projected out joint by joint. What remains
-is solved by Gauss-Newton steps (linear but for the gain) with Huber weights and noise levels from the residual itself.
-Neighbouring errors are alike: the data's weight against the prior is divided by how much more the sum of errors over
-a second varies than independent errors would (Kish's design effect), and the covariance is cluster-robust (Liang and
-Zeger, Biometrika 73, 1986).
+friction and an offset; beside them what ``nuisance.py`` adds. Friction and offset have no prior: they are projected out
+joint by joint. What remains is solved by Gauss-Newton steps (linear but for the gain) with Huber weights and noise
+levels from the residual itself. Neighbouring errors are alike: the data's weight against the prior is divided by how
+much more the sum of errors over a second varies than independent errors would (Kish's design effect).
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.identification.nuisance import projector
 from collaudit.core.identification.samples import Motion
 from collaudit.core.identification.terms import Terms
 from collaudit.core.series import BoolArray, FloatArray, IntArray
@@ -51,7 +51,7 @@ class Solution:
 
     Attributes:
         inertials: (p,); armature: (j,); gain: (j,).
-        nuisance: (j, 3) Coulomb friction, viscous friction, offset; N·m.
+        nuisance: (j, k) coefficients of friction and offset, N·m; the offset is number ``nuisance.OFFSET``.
         free: (p + 2 j,) which unknowns were free: inertials, rotor inertias, gains.
         sigma: (j,) robust noise level, N·m.
         hessian: (f, f) precision matrix of the free unknowns.
@@ -66,22 +66,12 @@ class Solution:
     hessian: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Errors:
-    """How well a solution is known.
-
-    Attributes:
-        covariance: (f, f) of the free unknowns, cluster-robust, prior included.
-        nuisance_sd: (j, 3) standard errors of friction and offset, the other unknowns' errors included.
-    """
-
-    covariance: FloatArray
-    nuisance_sd: FloatArray
-
-
 @dataclass(slots=True, eq=False)
-class _State:
-    """The unknowns on their way; ``rigid`` (n, j) is the torque of the inertial parameters before the data."""
+class State:
+    """The unknowns on their way; ``rigid`` (n, j) is the torque of the inertial parameters before the data.
+
+    ``slope`` (n, j) is the derivative of what Huber's estimator makes of a residual, as ``weight`` is its ratio.
+    """
 
     inertials: FloatArray
     armature: FloatArray
@@ -89,6 +79,7 @@ class _State:
     nuisance: FloatArray
     sigma: FloatArray
     weight: FloatArray
+    slope: FloatArray
     prior: FloatArray
     rigid: FloatArray
 
@@ -115,10 +106,12 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
     precision[free] = scales[free] ** -2.0
     origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
     gain = np.where(np.isfinite(unknowns.gain), unknowns.gain, 1.0)
-    state = _state(terms, unknowns.inertials, unknowns.armature, gain, np.zeros((joints, 3)), np.ones(joints))
+    state = _state(
+        terms, unknowns.inertials, unknowns.armature, gain, np.zeros((joints, terms.nuisance.shape[2])), np.ones(joints)
+    )
     _fit_nuisance(terms, state)
     for _ in range(iterations):
-        _reweigh(terms, state)
+        reweigh(terms, state)
         before = np.concatenate([state.inertials, state.armature, state.gain])
         if not free.any():
             _fit_nuisance(terms, state)
@@ -130,67 +123,44 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
         _fit_nuisance(terms, state)
         if np.max(np.abs(step) / (np.abs(before[free]) + 1e-2)) < _CHANGE:
             break
-    _reweigh(terms, state)
+    reweigh(terms, state)
     state.gain = np.where(np.isfinite(unknowns.gain), state.gain, np.nan)
     return _finish(terms, state, free, precision)
 
 
 def residual(terms: Terms, solution: Solution) -> FloatArray:
     """(n, j) torque that is left, N·m; meaningful where a joint moves."""
-    return _left(terms, _resumed(terms, solution))
+    return left(terms, resumed(terms, solution))
 
 
 def settle(terms: Terms, solution: Solution) -> Solution:
     """The solution with friction and offset fitted again, after other unknowns were moved."""
-    state = _resumed(terms, solution)
+    state = resumed(terms, solution)
     for _ in range(3):
         _fit_nuisance(terms, state)
-        _reweigh(terms, state)
+        reweigh(terms, state)
     return replace(solution, nuisance=state.nuisance, sigma=state.sigma)
-
-
-def errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Errors:
-    """How well the solution is known: H^-1 (cluster scores squared + prior) H^-1 of all unknowns together."""
-    state = _resumed(terms, solution)
-    _reweigh(terms, state)
-    rest, joints = _left(terms, state), state.gain.size
-    scales = np.concatenate([unknowns.inertials_sd, unknowns.armature_sd, unknowns.gain_sd])[solution.free]
-    size = scales.size + 3 * joints
-    precision, data, scores = np.zeros(size), np.zeros((size, size)), np.zeros((terms.starts.size, size))
-    precision[: scales.size] = scales**-2.0
-    for j in _weighed(state):
-        root = np.sqrt(state.weight[:, j]) / state.sigma[j]
-        place, columns = _jacobian(terms, state, j, solution.free, rest[:, j], root)
-        columns = np.concatenate([columns, terms.nuisance[j] * root[:, None]], axis=1)
-        place = np.concatenate([place, scales.size + 3 * j + np.arange(3)])
-        data[np.ix_(place, place)] += columns.T @ columns
-        scores[:, place] += terms.by_cluster(columns * (rest[:, j] * root)[:, None])
-    scale = np.sqrt(np.maximum(np.diag(data) + precision, 1e-30))
-    hessian = (data + np.diag(precision)) / np.outer(scale, scale)
-    inverse = np.linalg.pinv(hessian, hermitian=True) / np.outer(scale, scale)
-    small = terms.starts.size / max(1, terms.starts.size - 1)
-    full = inverse @ (small * scores.T @ scores + np.diag(precision)) @ inverse
-    known = np.sqrt(np.maximum(np.diag(full)[scales.size :], 0.0)).reshape(joints, 3)
-    return Errors(np.asarray(full[: scales.size, : scales.size]), known)
 
 
 def _state(
     terms: Terms, inertials: FloatArray, armature: FloatArray, gain: FloatArray, nuisance: FloatArray, sigma: FloatArray
-) -> _State:
+) -> State:
     weight = terms.motion.moving.astype(np.float64)
     rigid = terms.regressor @ inertials
-    return _State(inertials.copy(), armature.copy(), gain, nuisance, sigma, weight, inertials, rigid)
+    return State(inertials.copy(), armature.copy(), gain, nuisance, sigma, weight, weight.copy(), inertials, rigid)
 
 
-def _resumed(terms: Terms, s: Solution) -> _State:
+def resumed(terms: Terms, s: Solution) -> State:
+    """The state that a solution ended in, its weights not yet found."""
     return _state(terms, s.inertials, s.armature, s.gain, s.nuisance.copy(), s.sigma.copy())
 
 
-def _weighed(state: _State) -> list[int]:
+def weighed(state: State) -> list[int]:
+    """Joints of which any sample counts."""
     return [j for j in range(state.sigma.size) if state.weight[:, j].any()]
 
 
-def _move(state: _State, before: FloatArray, step: FloatArray, free: BoolArray) -> None:
+def _move(state: State, before: FloatArray, step: FloatArray, free: BoolArray) -> None:
     after = before.copy()
     after[free] += step
     p, joints = state.inertials.size, state.armature.size
@@ -198,7 +168,8 @@ def _move(state: _State, before: FloatArray, step: FloatArray, free: BoolArray) 
     state.gain = np.where(np.abs(after[p + joints :]) > 1e-9, after[p + joints :], before[p + joints :])
 
 
-def _left(terms: Terms, state: _State) -> FloatArray:
+def left(terms: Terms, state: State) -> FloatArray:
+    """(n, j) torque that the unknowns leave, N·m."""
     motion = terms.motion
     change = state.inertials - state.prior
     out = motion.effort / state.gain - motion.contact - state.rigid - motion.acceleration * state.armature
@@ -207,20 +178,18 @@ def _left(terms: Terms, state: _State) -> FloatArray:
     return np.asarray(out)
 
 
-def _fit_nuisance(terms: Terms, state: _State) -> None:
+def _fit_nuisance(terms: Terms, state: State) -> None:
     """Friction and offset of every joint for what is left by the rest."""
-    rest = _left(terms, state)
+    rest = left(terms, state)
     for j in range(rest.shape[1]):
-        root = np.sqrt(state.weight[:, j])
-        if np.count_nonzero(root) < 4:
-            continue
-        found = np.linalg.lstsq(terms.nuisance[j] * root[:, None], rest[:, j] * root, rcond=None)[0]
-        state.nuisance[j] += found
+        weight, columns = state.weight[:, j], terms.nuisance[j]
+        if np.count_nonzero(weight) >= 4:
+            state.nuisance[j] += projector(columns, weight) @ (columns.T @ (weight * rest[:, j]))
 
 
-def _reweigh(terms: Terms, state: _State) -> None:
+def reweigh(terms: Terms, state: State) -> None:
     """Noise level of each joint (median absolute residual), Huber weights, and the design effect of clusters."""
-    rest = _left(terms, state)
+    rest = left(terms, state)
     for j in range(rest.shape[1]):
         use = terms.motion.moving[:, j]
         if not use.any():
@@ -230,11 +199,13 @@ def _reweigh(terms: Terms, state: _State) -> None:
         weight = np.where(use, np.minimum(1.0, _HUBER / np.maximum(ratio, 1e-9)), 0.0)
         together = terms.by_cluster(np.where(use, weight * rest[:, j], 0.0))
         alone = float(np.sum((weight * rest[:, j])[use] ** 2))
-        state.weight[:, j] = weight / max(1.0, float(np.sum(together**2)) / max(alone, 1e-30))
+        design = max(1.0, float(np.sum(together**2)) / max(alone, 1e-30))
+        state.weight[:, j] = weight / design
+        state.slope[:, j] = np.where(use & (ratio <= _HUBER), 1.0 / design, 0.0)
 
 
-def _jacobian(
-    terms: Terms, state: _State, j: int, free: BoolArray, rest: FloatArray, root: FloatArray
+def jacobian(
+    terms: Terms, state: State, j: int, free: BoolArray, rest: FloatArray, root: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Which free unknowns joint j feels, and (n, f_j) weighted derivatives of its torque by them."""
     p, joints = state.inertials.size, state.armature.size
@@ -250,23 +221,23 @@ def _jacobian(
     return np.asarray(place, dtype=np.int64), np.concatenate(parts, axis=1) * root[:, None]
 
 
-def _normal(terms: Terms, state: _State, free: BoolArray) -> tuple[FloatArray, FloatArray]:
+def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Gradient (f,) and data part of the precision matrix (f, f), friction and offset projected out."""
-    rest = _left(terms, state)
+    rest = left(terms, state)
     size = int(free.sum())
     gradient, data = np.zeros(size), np.zeros((size, size))
-    for j in _weighed(state):
+    for j in weighed(state):
         root = np.sqrt(state.weight[:, j]) / state.sigma[j]
-        place, columns = _jacobian(terms, state, j, free, rest[:, j], root)
-        basis, _ = np.linalg.qr(terms.nuisance[j] * root[:, None])
-        shared = basis.T @ columns
-        target = rest[:, j] * root
-        gradient[place] += columns.T @ (target - basis @ (basis.T @ target))
-        data[np.ix_(place, place)] += columns.T @ columns - shared.T @ shared
+        place, columns = jacobian(terms, state, j, free, rest[:, j], root)
+        others, target = terms.nuisance[j] * root[:, None], rest[:, j] * root
+        shared = others.T @ columns
+        onto = projector(terms.nuisance[j], state.weight[:, j] / state.sigma[j] ** 2) @ shared
+        gradient[place] += columns.T @ target - onto.T @ (others.T @ target)
+        data[np.ix_(place, place)] += columns.T @ columns - shared.T @ onto
     return gradient, data
 
 
-def _finish(terms: Terms, state: _State, free: BoolArray, precision: FloatArray) -> Solution:
+def _finish(terms: Terms, state: State, free: BoolArray, precision: FloatArray) -> Solution:
     _, data = _normal(terms, state, free)
     return Solution(
         inertials=state.inertials,

@@ -9,13 +9,16 @@ import numpy as np
 
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.filters import low_pass
-from collaudit.core.identification.shift import prompt_motion
+from collaudit.core.identification.nuisance import drift_columns
+from collaudit.core.identification.shift import prompt_motion, steady
 from collaudit.core.prepare import Prepared
 from collaudit.core.series import BoolArray, FloatArray, IntArray
 
 #: Slower than this, friction is not steady and says nothing of the law (rad/s or m/s).
 SLOWEST = 0.02
 _CLUSTER_S = 1.0
+#: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
+_SETTLED_S = 0.05
 _MIN_SAMPLES = 200
 
 
@@ -27,7 +30,8 @@ class Motion:
         position, velocity, acceleration: (n, j).
         effort: (n, j) in the log's unit, low-passed as the motion was.
         contact: (n, j) torque of the meant tool force, zero without a wrench.
-        moving: (n, j) where a joint moves and its effort is known.
+        moving: (n, j) where a joint has moved one way for a while and will, and its effort is known.
+        drift: (n, d) functions of time that an offset may follow.
         cluster: (n,) stretch of one second that a sample belongs to; errors inside one are alike.
         block: (n,) block of time to be held out together.
         rate_hz: samples a second.
@@ -40,6 +44,7 @@ class Motion:
     effort: FloatArray
     contact: FloatArray
     moving: BoolArray
+    drift: FloatArray
     cluster: IntArray
     block: IntArray
     rate_hz: float
@@ -55,6 +60,7 @@ class Motion:
             effort=self.effort[rows],
             contact=self.contact[rows],
             moving=self.moving[rows],
+            drift=self.drift[rows],
             cluster=self.cluster[rows],
             block=self.block[rows],
         )
@@ -105,6 +111,7 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
         columns[3],
         columns[4],
         np.asarray(columns[5] > 0),
+        drift_columns(clocks),
         np.asarray(cluster, dtype=np.int64),
         np.asarray(block, dtype=np.int64),
         rate,
@@ -131,7 +138,10 @@ def _part(
     series = prepared.series
     q, v, a = (x[rows] for x in (series.position_rad, velocity, acceleration))
     contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
-    use = np.isfinite(effort[rows]) & ~series.saturated[rows] & (np.abs(v) > SLOWEST)
+    use = np.isfinite(effort[rows]) & ~series.saturated[rows]
+    margin = round(_SETTLED_S / series.period_s)
+    for j in range(v.shape[1]):
+        use[:, j] &= steady(velocity[:, j], SLOWEST, margin)[rows]
     return q, v, a, np.nan_to_num(effort[rows]), contact, use.astype(np.float64)
 
 

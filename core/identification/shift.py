@@ -55,8 +55,8 @@ def effort_shift(
     known = np.isfinite(series.position_rad + v + a).all(axis=1) & ~series.edge
     if contact is not None:
         known &= np.isfinite(contact).all(axis=1)
-    steady = {j: _steady(v[:, j], round(_STEADY_S / series.period_s)) for j in loaded}
-    rows = thinned(np.flatnonzero(known & np.any([steady[j] for j in loaded], axis=0)), series, effort[:, loaded])
+    slides = {j: steady(v[:, j], MOVING, round(_STEADY_S / series.period_s)) for j in loaded}
+    rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, effort[:, loaded])
     if rows.size == 0:
         return None
     rigid = robot.inverse_dynamics(*(np.ascontiguousarray(x[rows]) for x in (series.position_rad, v, a)))
@@ -66,7 +66,7 @@ def effort_shift(
     def costs(pick: IntArray) -> Callable[[int], FloatArray]:
         parts = []
         for j in loaded:
-            use = pick[steady[j][rows[pick]]]
+            use = pick[slides[j][rows[pick]]]
             speed = v[rows[use], j]
             columns = np.column_stack([rigid[use, j], np.sign(speed), speed, np.ones(use.size)])
             parts.append((rows[use], basis_of(columns), np.ascontiguousarray(effort[:, j])))
@@ -175,10 +175,10 @@ def _reach(period_s: float) -> tuple[int, int]:
     return min(back, -3), max(ahead, 3)
 
 
-def _steady(v: FloatArray, margin: int) -> BoolArray:
-    """Samples around which a joint moves one way for ``margin`` samples: friction there is that of sliding."""
+def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:
+    """(n,) around which a joint moves one way for ``margin`` samples, faster than ``slowest``: friction slides."""
     out = np.zeros(v.size, dtype=bool)
-    for mask in (v > MOVING, v < -MOVING):
+    for mask in (v > slowest, v < -slowest):
         for start, stop in zip(*run_bounds(mask), strict=True):
             out[start + margin : max(start + margin, stop - margin)] = True
     return out

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.identification.nuisance import nuisance_columns
 from collaudit.core.identification.samples import Motion
 from collaudit.core.series import BoolArray, FloatArray, IntArray
 
@@ -19,7 +20,8 @@ class Terms:
         regressor: (n, j, p).
         columns: for each joint (n, f_j): derivatives by the inertial parameters that are free and that it feels.
         index: for each joint (f_j,): which parameters these are.
-        nuisance: (j, n, 3) sgn(v), v and 1.
+        nuisance: (j, n, k) columns of friction and offset (``nuisance.py``).
+        one_way: (j,) joints of which the motion does not tell offset from friction.
         starts: (c,) first sample of each cluster; clusters follow one another.
     """
 
@@ -28,6 +30,7 @@ class Terms:
     columns: tuple[FloatArray, ...]
     index: tuple[IntArray, ...]
     nuisance: FloatArray
+    one_way: BoolArray
     starts: IntArray
 
     @classmethod
@@ -44,14 +47,18 @@ class Terms:
             pick = np.flatnonzero(free & np.any(regressor[:, j] != 0.0, axis=0))
             columns.append(np.ascontiguousarray(regressor[:, j, pick]))
             index.append(np.asarray(pick, dtype=np.int64))
-        v = motion.velocity.T
-        nuisance = np.stack([np.sign(v), v, np.ones_like(v)], axis=2)
+        nuisance, one_way = nuisance_columns(motion.velocity, motion.acceleration, motion.drift, motion.moving)
         starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
-        return cls(motion, regressor, tuple(columns), tuple(index), nuisance, np.asarray(starts, dtype=np.int64))
+        starts = np.asarray(starts, dtype=np.int64)
+        return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)
 
     def over(self, motion: Motion) -> Terms:
         """The same columns for the same samples of which others count."""
-        return Terms(motion, self.regressor, self.columns, self.index, self.nuisance, self.starts)
+        return replace(self, motion=motion)
+
+    def without_drift(self) -> Terms:
+        """The same with an offset that stays, as for predicting another time."""
+        return replace(self, nuisance=self.nuisance[:, :, : self.nuisance.shape[2] - self.motion.drift.shape[1]])
 
     def by_cluster(self, values: FloatArray) -> FloatArray:
         """Sums of (n,) or (n, k) values over each cluster."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.problem import Errors, Solution
+from collaudit.core.identification.errors import Errors
+from collaudit.core.identification.problem import Solution
 from collaudit.core.result_identification import Bounds, IdentifiedTool
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray

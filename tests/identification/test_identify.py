@@ -106,7 +106,7 @@ def test_base_parameters_lie_in_their_intervals() -> None:
     base = base_map(truth, NAMES)
     exact = dict(zip(base.names, base.matrix @ truth.inertial_parameters, strict=True))
     hits = total = 0
-    for seed in range(4):
+    for seed in range(5):
         found = identify([prepared_log(config, truth, seed=seed)], config)
         assert found is not None
         for parameter in found.base_parameters:

@@ -1,0 +1,91 @@
+"""What a joint's torque holds besides the rigid body, as columns that identification projects out.
+
+A law of friction that is too poor biases what it is projected from: what sliding friction does at low speed has the
+sign of the motion, as the torque of a ramp has, and friction that follows the speed late (frictional lag: Rabinowicz,
+Proc. Phys. Soc. 71, 1958; LuGre: Canudas de Wit et al., IEEE Trans. Automatic Control 40, 1995) has the shape of
+inertia. So the columns are sgn v, v and 1; |v|, which tells the directions apart; sgn v·exp(-|v|/w) for two widths;
+and a·exp(-|v|/w) for the lag. The offset may wander: hat functions over each log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.series import BoolArray, FloatArray
+
+OFFSET = 2
+_LAW = 7
+_LOW_SPEEDS = (0.03, 0.1)  # rad/s: Stribeck velocities of gears lie between
+_KNOT_S = 30.0
+_MOST_KNOTS = 20
+_RANK = 1e-10
+
+
+def friction_columns(velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
+    """(n, 7) sgn v, v, 1, |v|, two that fade with speed, and the lag, for one joint.
+
+    Args:
+        velocity: (n,) rad/s; acceleration: (n,) rad/s².
+    """
+    sign, speed = np.sign(velocity), np.abs(velocity)
+    fading = [sign * np.exp(-speed / width) for width in _LOW_SPEEDS]
+    lag = acceleration * np.exp(-speed / _LOW_SPEEDS[-1])
+    return np.column_stack([sign, velocity, np.ones_like(speed), speed, *fading, lag])
+
+
+def drift_columns(times_s: Sequence[FloatArray]) -> FloatArray:
+    """(n, d) hats about every half minute of each log, less their mean, so that the offset is the mean over time.
+
+    Args:
+        times_s: of each log, (n_k,) times of its samples, ascending.
+    """
+    parts = []
+    for k, time in enumerate(times_s):
+        count = int(np.clip(round(float(time[-1] - time[0]) / _KNOT_S), 1, _MOST_KNOTS)) if time.size else 1
+        knots = np.linspace(time[0], time[-1], count + 1) if time.size else np.array([0.0, 1.0])
+        # the first log lacks one hat: all hats together are the offset itself
+        hats = [np.interp(time, knots, row) for row in np.eye(count + 1)[int(k == 0) :]]
+        parts.append(np.column_stack(hats))
+    out = np.zeros((sum(t.size for t in times_s), sum(p.shape[1] for p in parts)))
+    row = column = 0
+    for part in parts:
+        out[row : row + part.shape[0], column : column + part.shape[1]] = part
+        row, column = row + part.shape[0], column + part.shape[1]
+    centred: FloatArray = out - out.mean(axis=0)
+    return centred
+
+
+def nuisance_columns(
+    velocity: FloatArray, acceleration: FloatArray, drift: FloatArray, moving: BoolArray
+) -> tuple[FloatArray, BoolArray]:
+    """(j, n, 7 + d) columns of every joint, and (j,) which joints move one way only.
+
+    Of those friction and offset are one: what is the same both ways is left to friction.
+
+    Args:
+        velocity, acceleration, moving: (n, j).
+        drift: (n, d).
+    """
+    joints = velocity.shape[1]
+    out = np.empty((joints, velocity.shape[0], _LAW + drift.shape[1]))
+    one_way = np.zeros(joints, dtype=bool)
+    for j in range(joints):
+        out[j, :, :_LAW] = friction_columns(velocity[:, j], acceleration[:, j])
+        out[j, :, _LAW:] = drift
+        ahead = np.count_nonzero(velocity[moving[:, j], j] > 0)
+        total = np.count_nonzero(moving[:, j])
+        one_way[j] = min(ahead, total - ahead) < 0.01 * total
+        if one_way[j]:
+            out[j][:, [OFFSET, OFFSET + 1]] = 0.0
+    return out, one_way
+
+
+def projector(columns: FloatArray, weight: FloatArray) -> FloatArray:
+    """(k, k) generalised inverse of columns^T W columns (n, k): columns alike or zero share or have no part."""
+    gram = (columns * weight[:, None]).T @ columns
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    size[np.diag(gram) <= 0] = 1.0
+    inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=_RANK, hermitian=True)
+    return np.asarray(inverse / np.outer(size, size))

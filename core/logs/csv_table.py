@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,17 +11,10 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv_stream import BoundedStream, decompression_errors
-from collaudit.core.logs.csv_text import (
-    COMMENT,
-    NULLS,
-    Dialect,
-    is_iso,
-    is_number,
-    open_bytes,
-    rows_as_text,
-)
-from collaudit.core.logs.sniff import compression_of, head_of
+from collaudit.core.logs.csv_fault import Fault, first_fault
+from collaudit.core.logs.csv_source import Mend, source_of
+from collaudit.core.logs.csv_stream import BoundedStream, LineStream, decompression_errors
+from collaudit.core.logs.csv_text import COMMENT, NULLS, Dialect, is_iso
 from collaudit.core.series import FloatArray, IntArray
 
 _BLOCK = 1 << 20
@@ -36,7 +28,7 @@ class CsvColumns:
         values: name of a group to (n, c) numbers.
         stamps: the time column as an Arrow array of int64, float64, decimal or timestamp; None without.
         texts: index of a column to n texts.
-        damage: where a compressed file could not be read to its end, or None.
+        damage: where the file could not be read to its end, or None.
     """
 
     values: dict[str, FloatArray]
@@ -66,20 +58,61 @@ def read_columns(
     wanted = sorted({*columns, *([time] if time is not None else []), *texts})
     types: dict[str, Any] = {f"c{index}": pa.float64() for index in columns}
     types |= {f"c{index}": pa.string() for index in texts}
-    attempts = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
-    for kind in attempts:
-        if time is not None and kind is not None:
-            types[f"c{time}"] = kind
+    try:
+        table, damage = _attempts(path, dialect, wanted, types, time)
+    except pa.ArrowInvalid as failure:
+        fault = first_fault(path, dialect, [k for k in wanted if k not in texts], columns, time)
         try:
-            table, damage = _arrow(path, dialect, wanted, types)
-            break
-        except pa.ArrowInvalid as error:
-            failure = error
-    else:
-        raise _located(path, dialect, [k for k in wanted if k not in texts], columns, time, failure)
+            table, damage = _mended(path, dialect, wanted, types, time, fault)
+        except pa.ArrowInvalid:
+            said = LogError("cannot be read as a table of numbers", where=str(path), found=str(failure)[:200])
+            raise (said if fault is None else fault.error) from None
     stamps = table.column(f"c{time}") if time is not None else None
     words = {index: tuple(text or "" for text in table.column(f"c{index}").to_pylist()) for index in texts}
     return CsvColumns(_matrices(table, groups), stamps, words, damage)
+
+
+def _attempts(
+    path: Path,
+    dialect: Dialect,
+    wanted: Sequence[int],
+    types: dict[str, Any],
+    time: int | None,
+    mend: Mend | None = None,
+) -> tuple[Any, str | None]:
+    """The table with the first type that its stamps fit.
+
+    Raises:
+        ArrowInvalid: they fit none, or another cell or row is not as it should be.
+    """
+    import pyarrow as pa
+
+    kinds = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
+    for number, kind in enumerate(kinds):
+        own = types if kind is None else types | {f"c{time}": kind}
+        try:
+            return _arrow(path, dialect, wanted, own, mend)
+        except pa.ArrowInvalid:
+            if number == len(kinds) - 1:
+                raise
+    raise AssertionError("there is at least one type")
+
+
+def _mended(
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: Fault | None
+) -> tuple[Any, str | None]:
+    """The table without what is no row of it: comments with as many cells as it has columns, a last row cut short.
+
+    Raises:
+        ArrowInvalid: it cannot be read without them either.
+        LogError: the fault is another one.
+    """
+    if fault is None:
+        return _attempts(path, dialect, wanted, types, time, Mend())
+    if fault.before is None:
+        raise fault.error
+    table, damage = _attempts(path, dialect, wanted, types, time, Mend(fault.line, fault.before))
+    return table, damage or f"its last row, line {fault.line}, ends in the middle and was left out"
 
 
 def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:
@@ -109,12 +142,14 @@ def _time_types(first: str) -> list[Any]:
     return [pa.float64()]
 
 
-def _arrow(path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any]) -> tuple[Any, str | None]:
-    """The table, and where a compressed file could not be read to its end."""
+def _arrow(
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], mend: Mend | None
+) -> tuple[Any, str | None]:
+    """The table, mended where asked for, and where a compressed file could not be read to its end."""
     from pyarrow import csv as pacsv
 
     names = [f"c{index}" for index in range(len(dialect.names))]
-    source, skip, delimiter = _source(path, dialect)
+    source, skip, delimiter = source_of(path, dialect, mend)
     try:
         with source:
             table = pacsv.read_csv(
@@ -125,7 +160,7 @@ def _arrow(path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str,
                     block_size=_BLOCK,
                     encoding=dialect.encoding.removesuffix("-sig"),
                 ),
-                parse_options=pacsv.ParseOptions(delimiter=delimiter, invalid_row_handler=_comment_or_error),
+                parse_options=pacsv.ParseOptions(delimiter=delimiter, invalid_row_handler=_remark_or_error),
                 convert_options=pacsv.ConvertOptions(
                     include_columns=[f"c{index}" for index in wanted],
                     column_types=types,
@@ -134,51 +169,14 @@ def _arrow(path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str,
                 ),
             )
             stream = getattr(source, "raw", None)
-            return table, stream.damage if isinstance(stream, BoundedStream) else None
+            return table, stream.damage if isinstance(stream, (BoundedStream, LineStream)) else None
     except decompression_errors() as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
 
 
-def _comment_or_error(row: Any) -> str:
-    return "skip" if str(row.text).lstrip().startswith(COMMENT) else "error"
-
-
-def _source(path: Path, dialect: Dialect) -> tuple[Any, int, str]:
-    """A byte source for Arrow, the rows it must skip, and the delimiter; white space becomes commas."""
-    import pyarrow as pa
-
-    if dialect.delimiter == " ":
-        rows = (",".join(cells) for _, cells in rows_as_text(path, dialect))
-        return io.BytesIO("\n".join(rows).encode()), 0, ","
-    if compression_of(head_of(path, 8)) is None:
-        return pa.OSFile(str(path)), dialect.skip, dialect.delimiter
-    return open_bytes(path), dialect.skip, dialect.delimiter
-
-
-def _located(
-    path: Path, dialect: Dialect, wanted: Sequence[int], columns: Sequence[int], time: int | None, error: Exception
-) -> LogError:
-    """Find the first cell that is not what it should be, and name its line and column."""
-    width = len(dialect.names)
-    numeric = set(columns)
-    for line, cells in rows_as_text(path, dialect):
-        where = f"{path}, line {line}"
-        if len(cells) != width:
-            return LogError(
-                "the row has another number of cells than the columns",
-                where=where,
-                found=f"{len(cells)} cells",
-                expected=f"{width}",
-            )
-        for index in wanted:
-            cell = cells[index].strip()
-            if cell in NULLS and index in numeric:
-                continue
-            fine = is_number(cell, dialect.decimal) or (index == time and is_iso(cell))
-            if not fine:
-                name = dialect.names[index] if dialect.header else f"number {index + 1}"
-                return LogError(f"the cell in column {name!r} is not a number", where=where, found=repr(cell[:60]))
-    return LogError("cannot be read as a table of numbers", where=str(path), found=str(error)[:200])
+def _remark_or_error(row: Any) -> str:
+    text = str(row.text).strip()
+    return "skip" if not text or text.startswith(COMMENT) else "error"
 
 
 def stamps_ns(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 HEAD_BYTES = 1 << 18
 _SAMPLE_LINES = 64
 COMMENT = ("#", "%")
+#: What may stand around a number; the blanks of other scripts are no part of one.
+BLANKS = " \t\r\n"
 NULLS = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A", "n/a")
-_NUMBER = re.compile(r"[+-]?(\d+([.]\d*)?|[.]\d+)([eE][+-]?\d+)?|[+-]?(inf|nan|infinity)", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+([.]\d*)?|[.]\d+)([eE][+-]?\d+)?|[+-]?(inf|nan|infinity)", re.IGNORECASE | re.ASCII)
 _ISO = re.compile(r"\d{4}-\d{2}-\d{2}([T ]\d{2}:\d{2}(:\d{2}([.,]\d+)?)?\s*(Z|[+-]\d{2}:?\d{2})?)?")
 
 Delimiter = Literal[",", ";", "\t", "|", " "]
@@ -85,9 +87,14 @@ def encoding_of(head: bytes) -> str:
     return "utf-8"
 
 
+def is_remark(cells: Sequence[str]) -> bool:
+    """Whether a line is a comment, or nothing but blanks."""
+    return not any(cells) or cells[0].lstrip().startswith(COMMENT) or (len(cells) == 1 and not cells[0].strip())
+
+
 def is_number(cell: str, decimal: str = ".") -> bool:
     """Whether a cell is a number (or not a number, said so)."""
-    text = cell.strip()
+    text = cell.strip(BLANKS)
     if decimal != ".":
         if "." in text:
             return False
@@ -104,7 +111,10 @@ def split(line: str, delimiter: str) -> list[str]:
     """The cells of one line."""
     if delimiter == " ":
         return line.split()
-    return next(csv.reader([line], delimiter=delimiter), [])
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:  # a cell longer than the module takes: no table that could be quoted
+        return line.split(delimiter)
 
 
 def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
@@ -213,5 +223,5 @@ def rows_as_text(path: Path, dialect: Dialect) -> Any:
             text.readline()
         reader = csv.reader(text, delimiter=dialect.delimiter)
         for cells in reader:
-            if cells and not cells[0].lstrip().startswith(COMMENT):
+            if not is_remark(cells):
                 yield dialect.skip + reader.line_num, cells

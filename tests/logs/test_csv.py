@@ -293,3 +293,82 @@ def test_a_compressed_table_cut_short_is_partial(tmp_path: Path, method: str) ->
     count = log.time_s.shape[0]
     assert 1000 < count < 60_000
     np.testing.assert_array_equal(log.position_rad[:, 0], values[:count])
+
+
+@pytest.mark.parametrize("form", ["plain", "crlf", "blanks", "semicolons", "gzip"])
+@pytest.mark.parametrize("drop", [3, 5, 9, 12])
+def test_a_table_cut_inside_its_last_row_is_partial(drop: int, form: str, tmp_path: Path) -> None:
+    """The rows before are read, and that one is missing is said."""
+    rows = [(*row[:4], -1.5 - row[4] * 1e-9) for row in ROWS]
+    text = table(rows=rows, sep={"blanks": "  ", "semicolons": ";"}.get(form, ",")).rstrip("\n")
+    last = text.rsplit("\n", 1)[1]
+    assert last.endswith("-1.5")
+    cut = text[:-drop] if drop != 3 else text[:-3] + "-"  # drop 3 leaves a lone sign: no number
+    data = cut.replace("\n", "\r\n").encode() if form == "crlf" else cut.encode()
+    log = read(write(tmp_path / "log.csv", gzip.compress(data) if form == "gzip" else data), NM)
+    np.testing.assert_allclose(log.position_rad, np.array(ROWS)[:-1, 1:3])
+    (said,) = [finding for finding in log.findings if finding.code == "log-partial"]
+    assert said.severity == "error"
+    assert "line 41" in said.text
+    assert [finding.code for finding in describe((tmp_path / "log.csv",)).findings].count("log-partial") == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("0.39,3.9,-7.8,40,-37\n", "0.39,3.9,-7.8\n"),  # the line is ended
+        ("0.39,3.9,-7.8,40,-37\n", "0.39,OFF,-7.8"),  # damage before the end of the line
+        ("0.39,3.9,-7.8,40,-37\n", "0.39,3.9,OFF,40,-37"),
+        ("0.39,3.9,-7.8,40,-37\n", "0.39,3.9,-7.8,40,-37,4"),  # more than the columns
+        ("0.05,0.5,-1,6,-3\n", "0.05,0.5,-1\n"),  # damage elsewhere, and a cut
+    ],
+)
+def test_other_damage_is_refused(old: str, new: str, tmp_path: Path) -> None:
+    text = table()
+    assert old in text
+    text = text.replace(old, new)
+    with pytest.raises(LogError, match=r"line|cells"):
+        read(write(tmp_path / "log.csv", text if "0.05" not in old else text[:-8]), NM)
+
+
+def test_a_huge_cell_is_refused_without_a_traceback(tmp_path: Path) -> None:
+    text = table().replace("0.05,0.5", "0.05," + "9" * 300_000)
+    try:
+        read(write(tmp_path / "log.csv", text), NM)
+    except LogError as error:
+        assert str(tmp_path) in error.render()
+    with pytest.raises(LogError):
+        read(write(tmp_path / "b.csv", text.replace("9" * 300_000, '"' + "x" * 300_000)), NM)
+    with pytest.raises(LogError):
+        read(write(tmp_path / "c.csv", "t,q1," + "x" * 300_000 + "\n1,2,3\n"), NM)
+
+
+@pytest.mark.parametrize("row", ["# 0.05,0.5,-1,6,-3", "  % 0,0,0,0,0", "# a, b", "   ", "\t"])
+@pytest.mark.parametrize("pack", [bytes, gzip.compress], ids=["plain", "gzip"])
+def test_comments_and_blank_lines_between_rows_are_no_rows(
+    row: str, pack: Callable[[bytes], bytes], tmp_path: Path
+) -> None:
+    """Also a row that was commented out, which has as many cells as any other."""
+    text = table().replace("0.05,", f"{row}\n0.05,")
+    check(read(write(tmp_path / "log.csv", pack(text.encode())), NM))
+
+
+@pytest.mark.parametrize(
+    ("cell", "value"),
+    [
+        *(("1_000", None), ("0x10", None), ("True", None), ("1d5", None), ("٣", None), ("\u00a05", None), ("5e", None)),
+        *(('"1,5"', None), ("#N/A", None), ("- 5", None)),
+        *(("+5", 5.0), (" 5 ", 5.0), ('"1.5"', 1.5), ("5.", 5.0), (".5", 0.5), ("1e-400", 0.0), ("1E3", 1e3)),
+        ("12345678901234567890123", 12345678901234567890123.0),
+        ("0.1000000000000000055511151231257827", 0.1),
+        ("null", np.nan),
+    ],
+)
+def test_what_a_number_may_look_like(cell: str, value: float | None, tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", table().replace("0.05,0.5,", f"0.05,{cell},"))
+    if value is None:
+        with pytest.raises(LogError, match="not a number") as caught:
+            read(path, NM)
+        assert "line 7" in caught.value.render()
+    else:
+        np.testing.assert_array_equal(read(path, NM).position_rad[5, 0], value)

@@ -34,7 +34,7 @@ class CsvConfig(Section):
 
 
 class FieldsConfig(Section):
-    """Where the joint signals stand in messages of a type that no profile reads: JSON, protobuf or ROS.
+    """Where the joint signals and the wrench stand in messages of types that no profile reads: JSON, protobuf or ROS.
 
     A path is dotted (`state.q`); `a,b` puts fields side by side, `joints[*].pos` takes one field of every item.
     """
@@ -42,13 +42,20 @@ class FieldsConfig(Section):
     names: str | list[str] | None = Field(
         None, description="Path of the joint names, or the names themselves in the order of the values."
     )
-    position: str = Field(description="Path of the positions.")
+    position: str | None = Field(
+        None, description="Path of the positions; without it, `joint_states` is read by its type."
+    )
     velocity: str | None = Field(None, description="Path of the velocities.")
     effort: str | None = Field(None, description="Path of the efforts.")
     temperature: str | None = Field(None, description="Path of the joints' temperatures, °C.")
     stamp: str | None = Field(
         None, description="Paths of the stamp's seconds and nanoseconds: `header.stamp.sec,header.stamp.nanosec`."
     )
+    wrench: str | None = Field(
+        None,
+        description="Path of the six numbers (N, N·m) on the topic `wrench`; without it, that is read by its type.",
+    )
+    wrench_stamp: str | None = Field(None, description="Paths of the wrench's stamp, as `stamp`.")
 
 
 class UnitsConfig(Section):
@@ -98,7 +105,7 @@ class LogConfig(Section):
         [], description="Folders of .msg files, for types whose definitions a log does not hold (--msg-path)."
     )
     fields: FieldsConfig | None = Field(
-        None, description="Where the signals of `joint_states` stand, when no profile reads its type."
+        None, description="Where the signals of `joint_states` and `wrench` stand, when no profile reads their types."
     )
     csv: CsvConfig = Field(CsvConfig(), description="Columns of CSV logs.")
     units: UnitsConfig = Field(UnitsConfig(), description="Units of the log.")

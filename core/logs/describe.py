@@ -14,6 +14,7 @@ from collaudit.core.logs.clock import start_of
 from collaudit.core.logs.clock_publish import publish_findings
 from collaudit.core.logs.describe_mcap import by_summary
 from collaudit.core.logs.opening import data_files, open_messages, partial
+from collaudit.core.logs.profiles import CONFIGURED
 from collaudit.core.logs.read import is_text, log_name, misnamed
 from collaudit.core.logs.read_messages import skipped
 from collaudit.core.logs.records import LogReader
@@ -129,7 +130,7 @@ def _note(topic: Topic) -> str:
         return topic.problem
     if topic.profile is None:
         return "no profile reads this type; it is left alone"
-    if topic.profile.name == "configured":
+    if topic.profile.name == CONFIGURED:
         return "read by the field paths of the configuration, [log.fields]"
     return f"read by the profile {topic.profile.name}, by its type"
 

@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.logs.layout import Layout, LayoutError, Numbers, Path
 from collaudit.core.logs.profiles import LABEL, Profile
 from collaudit.core.logs.records import ByteArray
-from collaudit.core.logs.tables import GroupKey
+from collaudit.core.logs.tables import QUANTITIES, GroupKey
 from collaudit.core.series import BoolArray, FloatArray, IntArray
 
 NS = 1_000_000_000
@@ -185,9 +185,8 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
     named = finder.names(profile.names) if profile.names is not None and not _counted(profile, layout) else ()
     columns = {name: finder.numbers(path) for name, path in profile.quantities().items()}
     columns = {name: parts for name, parts in columns.items() if _count(parts)}
-    if _count(columns.get("temperature", ())) != len(named):
-        columns.pop("temperature", None)  # some joints have no such sensor: motion is not lost for that
-    counts = {name: _count(parts) for name, parts in columns.items()}
+    counts = usable_counts({name: _count(parts) for name, parts in columns.items()})
+    columns = {name: columns[name] for name in counts}
     names = check_counts(profile, named, counts)
     stamp = finder.numbers(profile.stamp) if profile.stamp is not None else ()
     pair = (stamp[0], stamp[1]) if len(stamp) == 2 and stamp[0].count == stamp[1].count == 1 else None
@@ -202,6 +201,12 @@ def _counted(profile: Profile, layout: Layout) -> bool:
 
 def _count(parts: tuple[Numbers, ...]) -> int:
     return sum(part.count for part in parts)
+
+
+def usable_counts(counts: dict[str, int]) -> dict[str, int]:
+    """Without temperatures that some joints lack: motion is not lost for that."""
+    motion = max((counts.get(name, 0) for name in QUANTITIES), default=0)
+    return {name: count for name, count in counts.items() if name != "temperature" or count == motion}
 
 
 def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:

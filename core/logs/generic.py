@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from collaudit.core.logs.extract import NS, check_counts, choice_of
+from collaudit.core.logs.extract import NS, check_counts, choice_of, usable_counts
 from collaudit.core.logs.layout import LayoutError
 from collaudit.core.logs.profiles import Profile
 from collaudit.core.logs.records import Channel
@@ -17,6 +17,7 @@ from collaudit.core.series import FloatArray, IntArray
 
 Columns = dict[str, IntArray | FloatArray]
 Deserializer = Callable[[bytes], Any]
+_MAX_STAMP = (1 << 63) - 1
 
 
 def _ros(channel: Channel, extra: Mapping[str, Any]) -> Deserializer:
@@ -109,7 +110,7 @@ def _values(message: Any, path: str) -> FloatArray:
 def _one(message: Any, path: str) -> FloatArray | None:
     if "[*]" not in path:
         value = _field(message, path)
-        return None if value is None else np.atleast_1d(np.asarray(value)).astype(np.float64)
+        return None if value is None else _numbers(value)
     head, tail = path.split("[*]", 1)
     items = _field(message, head) or ()
     if tail.startswith("{"):
@@ -117,7 +118,27 @@ def _one(message: Any, path: str) -> FloatArray | None:
     values = [_field(item, tail.lstrip(".")) for item in items]
     if all(value is None for value in values):
         return np.empty(0)
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    return _numbers([np.nan if value is None else value for value in values])
+
+
+def _numbers(value: Any) -> FloatArray:
+    """A number or a row of numbers; text that looks like one is none.
+
+    Raises:
+        ValueError: it is something else.
+    """
+    array = np.atleast_1d(np.asarray(value))
+    if (
+        array.ndim != 1
+        or array.dtype.kind not in "biufO"
+        or any(isinstance(item, str | bytes) for item in _items(array))
+    ):
+        raise ValueError("it is no number and no row of numbers")
+    return array.astype(np.float64)
+
+
+def _items(array: np.ndarray[Any, Any]) -> list[Any]:
+    return array.tolist() if array.dtype.kind == "O" else []
 
 
 def _chosen(item: Any, choice: str) -> tuple[float, ...]:
@@ -177,12 +198,14 @@ def generic_decoder(
                 if named and profile.role == "phase"
                 else {name: _values(message, path) for name, path in profile.quantities().items()}
             )
-        except (AttributeError, TypeError, ValueError) as error:
+        except (AttributeError, TypeError, ValueError, OverflowError) as error:
             raise LayoutError(f"a field is not what its type says: {error}") from error
-        counts = {name: values.size for name, values in found.items() if values.size}
+        counts = usable_counts({name: values.size for name, values in found.items() if values.size})
         names = check_counts(profile, named, counts)
         columns: Columns = {name: found[name][None, :] for name in counts}
         stamp = _stamp(message, profile.stamp) if profile.stamp is not None else None
+        if stamp is not None and not -_MAX_STAMP <= stamp <= _MAX_STAMP:
+            raise LayoutError("its stamp is beyond all times")
         if stamp is not None:
             columns["stamp_ns"] = np.array([stamp], dtype=np.int64)
         return GroupKey(names, tuple(counts.items()), stamp is not None), columns

@@ -16,13 +16,16 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from collaudit.core.errors import ConfigError
 from collaudit.core.series import BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from collaudit.core.config.schema import FieldsConfig
+    from collaudit.core.config.schema import LogConfig
 
 #: Stands before the name of a label where quantities are named.
 LABEL = "label:"
+#: Name of the profiles that the configuration makes.
+CONFIGURED = "configured"
 Role = Literal["joint_states", "wrench", "label", "phase"]
 
 
@@ -253,19 +256,37 @@ def profile_of(type_name: str) -> Profile | None:
     return _BY_TYPE.get(type_name)
 
 
-def configured(fields: FieldsConfig, type_name: str) -> Profile:
-    """The profile that the configuration itself gives for the topic of the joint states."""
-    path = fields.names if isinstance(fields.names, str) else None
-    fixed = tuple(fields.names) if isinstance(fields.names, list) else ("joint{i}",)
-    return Profile(
-        name="configured",
-        role="joint_states",
-        types=(type_name,),
-        stamp=fields.stamp,
-        names=path,
-        fixed_names=fixed if path is None else (),
-        position=fields.position,
-        velocity=fields.velocity,
-        effort=fields.effort,
-        temperature=fields.temperature,
-    )
+def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | None:
+    """The profile that the configuration itself gives for a topic, if it does.
+
+    Raises:
+        ConfigError: paths are given for a topic that is not named.
+    """
+    fields = settings.fields
+    if fields is None:
+        return None
+    for named, path in (("joint_states", fields.position), ("wrench", fields.wrench)):
+        if path is not None and getattr(settings, named) is None:
+            raise ConfigError(f"[log.fields] says where fields stand on a topic that [log] {named} does not name")
+    if fields.position is not None and _same(topic, settings.joint_states):
+        path = fields.names if isinstance(fields.names, str) else None
+        fixed = tuple(fields.names) if isinstance(fields.names, list) else ("joint{i}",)
+        return Profile(
+            name=CONFIGURED,
+            role="joint_states",
+            types=(type_name,),
+            stamp=fields.stamp,
+            names=path,
+            fixed_names=fixed if path is None else (),
+            position=fields.position,
+            velocity=fields.velocity,
+            effort=fields.effort,
+            temperature=fields.temperature,
+        )
+    if fields.wrench is not None and _same(topic, settings.wrench):
+        return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.wrench_stamp, wrench=fields.wrench)
+    return None
+
+
+def _same(topic: str, named: str | None) -> bool:
+    return named is not None and topic.strip("/") == named.strip("/")

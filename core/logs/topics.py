@@ -56,20 +56,17 @@ def topics_of(reader: LogReader, settings: LogConfig | None = None) -> list[Topi
     """The topics of a log, sorted by name, each with a decoder where a profile or the configuration reads it.
 
     Raises:
-        ConfigError: the configured message definitions cannot be read.
+        ConfigError: the configured message definitions cannot be read, or paths are given for no topic.
     """
     extra = read_definitions(settings.msg_path) if settings is not None and settings.msg_path else {}
     by_name: dict[str, list[Channel]] = {}
     for channel in reader.channels:
         by_name.setdefault(channel.topic, []).append(channel)
-    fields = settings.fields if settings is not None else None
-    wanted = (settings.joint_states or "").strip("/") if settings is not None else ""
-    return [
-        read_by(name, channels, configured(fields, channels[0].type), extra)
-        if fields is not None and name.strip("/") == wanted
-        else _topic(name, channels, extra)
-        for name, channels in sorted(by_name.items())
-    ]
+    out = []
+    for name, channels in sorted(by_name.items()):
+        own = configured(settings, name, channels[0].type) if settings is not None else None
+        out.append(_topic(name, channels, extra) if own is None else read_by(name, channels, own, extra))
+    return out
 
 
 def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions) -> Topic:

@@ -89,7 +89,7 @@ def read_message_log(
     unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
     if "position" not in columns:
         raise LogError("the joint states hold no positions", where=where)
-    findings += conflicts or alternation(columns["position"], names.model, joints.name)
+    findings += conflicts or alternation(columns, names.model, joints.name)
     if "effort" not in columns:
         text = "The joint states hold no efforts."
         findings.append(Finding("log-effort-missing", "warning", text, where=joints.name))

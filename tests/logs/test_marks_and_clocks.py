@@ -181,6 +181,28 @@ def test_publishers_that_disagree(tmp_path: Path, shape: str) -> None:
     assert "log-publishers-conflict" not in codes(read(alike))
 
 
+@pytest.mark.parametrize("shape", ["one channel", "two connections"])
+@pytest.mark.parametrize(("quantity", "by"), [("effort", 4.0), ("position", 2e-3), ("nothing", 0.0)])
+def test_publishers_that_disagree_a_little(tmp_path: Path, shape: str, quantity: str, by: float) -> None:
+    """Efforts alone, or positions by less than 5 mrad: also then neither may be judged as the other; noise is neither."""
+    encoding = "ros1" if shape == "two connections" else "cdr"
+    noise = np.random.default_rng(2).normal(0, [0.3, 1e-4], (400, 2))
+    parts: list[list[w.Said]] = [[], []]
+    for k in range(400):
+        for number, part in enumerate(parts):
+            position = np.array([np.sin(k * PERIOD_S), 1.0]) + noise[k, 1] + number * by * (quantity == "position")
+            effort = np.array([10 * np.sin(k * PERIOD_S), 2.0]) + noise[k, 0] + number * by * (quantity == "effort")
+            part.append(
+                w.joint_state(NAMES, position, stamp_ns=steady(k) + 900_000 * number, effort=effort, encoding=encoding)
+            )
+    if shape == "two connections":
+        path = two_connections(tmp_path / "log.bag", *parts)
+    else:
+        path = w.write_mcap(tmp_path / "log.mcap", sorted(sum(parts, []), key=lambda one: one.log_ns))
+    found = [one for one in read(path).findings if one.code == "log-publishers-conflict"]
+    assert [f"different {quantity}s" in one.text for one in found] == ([] if quantity == "nothing" else [True])
+
+
 def two_connections(path: Path, *parts: list[w.Said]) -> Path:
     with w.Bag1Writer(path) as writer:
         for number, messages in enumerate(parts):

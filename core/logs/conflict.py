@@ -117,7 +117,7 @@ def _turns(values: FloatArray, floor: FloatArray) -> BoolArray:
     moved = np.abs(values[2:] - values[:-2])
     off = values[1:-1] - 0.5 * (values[2:] + values[:-2])
     far = np.abs(off) > _MOTIONS * moved + floor
-    return np.asarray(far[1:] & far[:-1] & (off[1:] * off[:-1] < 0))
+    return np.asarray(far[1:] & far[:-1] & ((off[1:] < 0) != (off[:-1] < 0)))
 
 
 def _springs(position: FloatArray) -> BoolArray:

@@ -40,15 +40,19 @@ def flags_of(decoded: Decoded, profile: Profile | None) -> list[Flags]:
     """The flags of a topic that were ever raised; to be asked before its groups are used up."""
     out = []
     for group in decoded.groups.values():
-        for name in [key for key in group.columns if key.startswith(LABEL)]:
+        names = [key for key in group.columns if key.startswith(LABEL)]
+        if not names:
+            continue
+        at = np.argsort(np.asarray(group.look("order")), kind="stable")
+        for name in names:
             values = np.asarray(group.take(name), dtype=np.float64)
             if profile is None or not (raised := profile.raised(name.removeprefix(LABEL), values)).any():
                 continue
             log_ns = np.asarray(group.look("log_ns"), dtype=np.int64)
             stamps = group.look("stamp_ns")
-            stamp_ns = None if stamps is None else np.asarray(stamps, dtype=np.int64)
+            stamp_ns = None if stamps is None else np.asarray(stamps, dtype=np.int64)[at]
             joints = group.key.names if raised.shape[1] == len(group.key.names) else ()
-            out.append(Flags(name.removeprefix(LABEL), joints, log_ns, stamp_ns, raised))
+            out.append(Flags(name.removeprefix(LABEL), joints, log_ns[at], stamp_ns, raised[at]))
     return out
 
 

@@ -41,7 +41,8 @@ def clocks_of(groups: Sequence[Group]) -> tuple[IntArray, IntArray | None, IntAr
     tagged = all("source" in group.columns for group in groups)
     log_ns, order = _integers(groups, "log_ns"), _integers(groups, "order")
     stamp_ns = _integers(groups, "stamp_ns") if stamped else None
-    return log_ns, stamp_ns, order if len(groups) > 1 else None, _integers(groups, "source") if tagged else None
+    in_file_order = bool((order[1:] >= order[:-1]).all())  # messages of other sizes are decoded after each other
+    return log_ns, stamp_ns, None if in_file_order else order, _integers(groups, "source") if tagged else None
 
 
 def _integers(groups: Sequence[Group], name: str) -> IntArray:

@@ -156,6 +156,26 @@ def test_a_clock_set_back_is_a_break(tmp_path: Path, clock: str) -> None:
     assert [len(span) for span in base.grid] == [1000, 1000]
 
 
+@pytest.mark.parametrize("container", ["mcap", "bag", "db3"])
+def test_messages_of_several_sizes_keep_their_order(tmp_path: Path, container: str) -> None:
+    """Sizes are decoded one after the other; that is no clock that goes back and forth."""
+    encoding = "ros1" if container == "bag" else "cdr"
+    messages = [
+        w.joint_state(NAMES, (k, 1.0), stamp_ns=steady(k), frame="base" * (1 + k // 7 % 3), encoding=encoding)
+        for k in range(900)
+    ]
+    if container == "db3":
+        path = w.storage_file(w.write_folder(tmp_path / "log", messages))
+    elif container == "bag":
+        path = w.write_bag(tmp_path / "log.bag", messages, chunk_size=1 << 16)
+    else:
+        path = w.write_mcap(tmp_path / "log.mcap", messages, chunk_size=1 << 16)
+    log = read(path)
+    assert "time-jump-back" not in codes(log)
+    np.testing.assert_array_equal(log.position_rad[:, 0], np.arange(900))
+    np.testing.assert_allclose(log.time_s, np.arange(900) * PERIOD_S, atol=1e-12)
+
+
 def test_stamps_astray_and_blocks_out_of_order_are_no_break(tmp_path: Path) -> None:
     astray = w.write_mcap(tmp_path / "a.mcap", states(500, lambda k: steady(k) + (9 * 10**9 if k == 200 else 0)))
     assert "time-jump-back" not in codes(read(astray, time="header"))
@@ -184,7 +204,7 @@ def test_publishers_that_disagree(tmp_path: Path, shape: str) -> None:
 @pytest.mark.parametrize("shape", ["one channel", "two connections"])
 @pytest.mark.parametrize(("quantity", "by"), [("effort", 4.0), ("position", 2e-3), ("nothing", 0.0)])
 def test_publishers_that_disagree_a_little(tmp_path: Path, shape: str, quantity: str, by: float) -> None:
-    """Efforts alone, or positions by less than 5 mrad: also then neither may be judged as the other; noise is neither."""
+    """Efforts alone, or positions by less than 5 mrad: neither may be judged as the other; noise is no difference."""
     encoding = "ros1" if shape == "two connections" else "cdr"
     noise = np.random.default_rng(2).normal(0, [0.3, 1e-4], (400, 2))
     parts: list[list[w.Said]] = [[], []]
@@ -198,7 +218,7 @@ def test_publishers_that_disagree_a_little(tmp_path: Path, shape: str, quantity:
     if shape == "two connections":
         path = two_connections(tmp_path / "log.bag", *parts)
     else:
-        path = w.write_mcap(tmp_path / "log.mcap", sorted(sum(parts, []), key=lambda one: one.log_ns))
+        path = w.write_mcap(tmp_path / "log.mcap", sorted([*parts[0], *parts[1]], key=lambda one: one.log_ns))
     found = [one for one in read(path).findings if one.code == "log-publishers-conflict"]
     assert [f"different {quantity}s" in one.text for one in found] == ([] if quantity == "nothing" else [True])
 

@@ -20,6 +20,9 @@ from collaudit.core.signals import State
 
 #: Lever arms below this (m) see a force too faintly to say anything.
 _BLIND_M = 0.03
+#: A contact is somewhere on its link, not at its origin (m, standard deviation of its lever arm about an axis): the
+#: torque that this adds is no misfit.
+_OFF_ORIGIN_M = 0.05
 _AVERAGED_S = 0.02
 _Z95 = 1.96
 #: A link further out explains the joints as well if its weighted squared misfit is not larger by this.
@@ -117,6 +120,8 @@ def _at_link(
     force = _solve(arm, torque, noise, rotation, frame)
     if force is None:
         return None
+    noise = np.hypot(noise, _OFF_ORIGIN_M * force.size_n)
+    force = _solve(arm, torque, noise, rotation, frame) or force
     left = torque + arm @ (rotation.T @ np.array(force.force_n))
     return force, float(np.sum((left / np.maximum(noise, 1e-3)) ** 2))
 

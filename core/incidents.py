@@ -73,14 +73,19 @@ def _describe(
 
 
 def _peak_sample(prepared: Prepared, found: Evaluation, group: Sequence[Collision]) -> int:
-    """Sample at which the joints' residuals, each over its threshold, are largest together."""
+    """Sample at which the joints' residuals, each over its threshold, are largest together.
+
+    Of the samples at which most joints are evidence: a joint within its friction interval shows only a part of its
+    torque, and when it did not alarm nothing at all.
+    """
     series = judged_series(prepared)
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
     a, b = (int(k) for k in np.searchsorted(series.time_s, [onset, end]))
     part = slice(a, max(b, a + 1))
     columns = [series.column(c.joint) for c in group]
     ratio = np.abs(found.residual.torque_nm[part][:, columns]) / found.threshold_nm[part][:, columns]
-    return a + int(np.argmax(np.nan_to_num(ratio).sum(axis=1)))
+    judged = np.count_nonzero(found.judgement.state[part] == State.JUDGED, axis=1)
+    return a + int(np.argmax(np.where(judged == judged.max(), np.nan_to_num(ratio).sum(axis=1), -1.0)))
 
 
 def _note(scalar: bool, beyond: Sequence[str], blind: Sequence[str]) -> str:

@@ -25,6 +25,11 @@ _SMALL_POSITION, _EFFORT_SHARE = 2e-4, 0.02
 _BLOCKS, _BLOCK = 64, 512
 
 
+# Values may be anything that a message can hold.
+_any_value = np.errstate(over="ignore", invalid="ignore")
+
+
+@_any_value
 def disagreement(publisher: Publisher, stamps_ns: IntArray, scale: float, topic: str) -> list[Finding]:
     """An error where channels of one topic give the same joints other positions or efforts at the same time.
 
@@ -69,6 +74,7 @@ def _apart(difference: FloatArray, values: FloatArray, floor: float | FloatArray
     return np.asarray(difference > _MOTIONS * np.nan_to_num(motion) + floor)
 
 
+@_any_value
 def alternation(columns: Mapping[str, FloatArray], names: tuple[str, ...], topic: str) -> list[Finding]:
     """An error where positions or efforts spring between two courses, as two publishers on one channel make them.
 

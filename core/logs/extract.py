@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.logs.layout import Layout, LayoutError, Numbers, Path
 from collaudit.core.logs.profiles import LABEL, Profile
 from collaudit.core.logs.records import ByteArray
-from collaudit.core.logs.tables import QUANTITIES, GroupKey
+from collaudit.core.logs.tables import MOTION, GroupKey
 from collaudit.core.series import BoolArray, FloatArray, IntArray
 
 NS = 1_000_000_000
@@ -205,7 +205,7 @@ def _count(parts: tuple[Numbers, ...]) -> int:
 
 def usable_counts(counts: dict[str, int]) -> dict[str, int]:
     """Without temperatures that some joints lack: motion is not lost for that."""
-    motion = max((counts.get(name, 0) for name in QUANTITIES), default=0)
+    motion = max((counts.get(name, 0) for name in MOTION), default=0)
     return {name: count for name, count in counts.items() if name != "temperature" or count == motion}
 
 

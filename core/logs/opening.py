@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -14,7 +15,6 @@ from collaudit.core.logs.bag_folder import folder_files
 from collaudit.core.logs.records import Batch, Channel, Damage, LogReader, Progress
 from collaudit.core.logs.sniff import Kind, head_of, sniff
 
-_STRIDE = 1 << 20
 _BLOCK = 1 << 20
 _EXPECTED = "MCAP, ROS 1 bag (2.0), ROS 2 bag (sqlite3, mcap), or CSV"
 
@@ -26,11 +26,7 @@ class ManyFiles:
         self._readers = tuple(readers)
         self._folder_damage = tuple(damage)
         self.format = self._readers[0][1].format
-        self.channels: tuple[Channel, ...] = tuple(
-            replace(channel, key=number * _STRIDE + channel.key)
-            for number, (_, reader) in enumerate(self._readers)
-            for channel in reader.channels
-        )
+        self.channels, self._keys = _joined([reader.channels for _, reader in self._readers])
 
     @property
     def damage(self) -> list[Damage]:
@@ -43,18 +39,37 @@ class ManyFiles:
         """Raw messages, file after file."""
         total = sum(path.stat().st_size for path, _ in self._readers)
         done = 0
-        for number, (path, reader) in enumerate(self._readers):
-            base = number * _STRIDE
-            wanted = None if keys is None else frozenset(k - base for k in keys if 0 <= k - base < _STRIDE)
+        for (path, reader), names in zip(self._readers, self._keys, strict=True):
+            wanted = frozenset(inner for inner, key in names.items() if keys is None or key in keys)
             inner = _shifted(progress, done, total)
-            for batch in reader.batches(wanted, inner) if wanted is None or wanted else ():
-                yield replace(batch, key=base + batch.key)
+            for batch in reader.batches(wanted, inner) if wanted else ():
+                yield replace(batch, key=names[batch.key])
             done += path.stat().st_size
 
     def close(self) -> None:
         """Release the files."""
         for _, reader in self._readers:
             reader.close()
+
+
+def _joined(files: Sequence[Sequence[Channel]]) -> tuple[tuple[Channel, ...], tuple[dict[int, int], ...]]:
+    """The channels of all files, and for each file its keys to theirs.
+
+    A channel that goes on in the next file, told by topic and definition, stays one: its clock can be followed. Several
+    of the same kind on one topic are told by their order.
+    """
+    out: dict[tuple[Channel, int], Channel] = {}
+    keys = []
+    for channels in files:
+        met: Counter[Channel] = Counter()
+        names = {}
+        for channel in channels:
+            kind = replace(channel, key=0)
+            its = out.setdefault((kind, met[kind]), replace(channel, key=len(out)))
+            met[kind] += 1
+            names[channel.key] = its.key
+        keys.append(names)
+    return tuple(out.values()), tuple(keys)
 
 
 def _shifted(progress: Progress | None, base: int, total: int) -> Progress | None:

@@ -13,7 +13,8 @@ from collaudit.core.series import FloatArray, IntArray
 _LEAST_ROWS = 4096
 #: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
 _MARGIN, _MOST_FORESEEN = 1.1, 1000
-QUANTITIES = ("position", "velocity", "effort")
+MOTION = ("position", "velocity", "effort")
+QUANTITIES = (*MOTION, "temperature")
 
 
 @dataclass(frozen=True, slots=True)

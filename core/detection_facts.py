@@ -15,6 +15,7 @@ from collaudit.core.friction_level import LARGEST
 from collaudit.core.incidents import find_incidents
 from collaudit.core.known_events import controller_alarms_s, score_detection
 from collaudit.core.prepare import Prepared, judged_series
+from collaudit.core.result import RuleFacts
 from collaudit.core.result_detection import DetectionFacts, DetectorFacts, LevelFacts
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, UniformSeries
@@ -24,6 +25,8 @@ from collaudit.core.watch import control_modes
 
 #: A level this far from the calibration is worth saying.
 _NOTABLE_LEVEL = 0.05
+#: A push of the persistence this many times the threshold is to be seen.
+_SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
 
 
@@ -90,8 +93,8 @@ def _levels(found: Evaluation, followed: bool) -> dict[str, LevelFacts]:
 
 
 def detection_findings(series: UniformSeries, found: Evaluation, grounds: Grounds) -> list[Finding]:
-    """Friction off its calibration, torque hidden at rest, and events cut off by stretches that are not judged."""
-    findings = []
+    """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged."""
+    findings = _slow(found, grounds.rule, series.period_s)
     for joint, level in _levels(found, True).items():
         span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
         if span >= LARGEST - 1e-6:
@@ -111,6 +114,19 @@ def detection_findings(series: UniformSeries, found: Evaluation, grounds: Ground
             findings += _cut_events(series, found, j, joint, grounds.rule.n)
             findings += _hidden(series, found, grounds, j, joint)
     return findings
+
+
+def _slow(found: Evaluation, rule: RuleFacts, period_s: float) -> list[Finding]:
+    """Whether the kernel is too wide for the persistence asked for."""
+    share = found.balance.kernel.share_of_push(rule.n, period_s)
+    if share >= 1.0 / _SHORT_PUSH_FACTOR:
+        return []
+    text = (
+        f"The filter of the detector '{found.balance.engine.name}' lets {100 * share:.0f} % of a push of "
+        f"{1e3 * rule.n * period_s:.3g} ms pass: one that short shows only above {1 / share:.2g} times the threshold. "
+        "A higher [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or the detector 'direct', shows more."
+    )
+    return [Finding("detector-slow", "warning", text)]
 
 
 def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n: int) -> list[Finding]:

@@ -60,6 +60,15 @@ class Kernel:
         out = self.apply(pulse, [Span(0, len(pulse))], period_s)
         return float(np.sqrt(np.sum(out**2)))
 
+    def share_of_push(self, samples: int, period_s: float) -> float:
+        """The largest share of a rectangular push of so many samples that passes."""
+        if self.identity:
+            return 1.0
+        around = max(16, math.ceil(4.0 * self.settle_s / period_s))
+        push = np.zeros((samples + 2 * around, 1))
+        push[around : around + samples] = 1.0
+        return float(self.apply(push, [Span(0, len(push))], period_s).max())
+
     def apply(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """Smooth each stretch, starting settled at its first value.
 

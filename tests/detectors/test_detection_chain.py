@@ -76,6 +76,17 @@ def test_detectors_side_by_side(hits: Path, friction: FrictionFile) -> None:
     assert 3 <= counts["energy"] < len(found.collisions)
 
 
+def test_a_filter_too_slow_for_the_persistence_is_said(hits: Path, friction: FrictionFile) -> None:
+    """Three hertz let half of a push of 26 ms pass."""
+    slow = audited(hits, friction, conditioning__bandwidth_hz=3.0).result
+    (finding,) = [f for f in slow.findings if f.code == "detector-slow"]
+    assert finding.severity == "warning"
+    assert "26 ms" in finding.text
+    usual = audited(hits, friction).result
+    assert len(slow.collisions) < len(usual.collisions)
+    assert "detector-slow" not in {f.code for f in usual.findings}
+
+
 @pytest.mark.parametrize("name", ["momentum", "energy"])
 def test_another_detector_can_lead(hits: Path, friction: FrictionFile, name: str) -> None:
     found = audited(hits, friction, detect__detector=name).result

@@ -99,3 +99,14 @@ def test_missing_samples_stay_missing_as_far_as_they_are_felt(causal: bool) -> N
     assert 525 < missing.max() < 560
     assert (missing.min() < 500) is not causal
     assert np.allclose(out[~np.isnan(out)], 1.0)
+
+
+@pytest.mark.parametrize("samples", [1, 13, 100])
+def test_the_share_of_a_short_push(samples: int) -> None:
+    """K/(s + K) on a push of length d between samples: 1 - exp(-K d), and 1 - exp(-K d / 2) when run both ways."""
+    seconds = samples * T
+    forward = first_order(60.0, True).share_of_push(samples, T)
+    assert 1.0 - np.exp(-60.0 * (seconds - T)) <= forward <= 1.0 - np.exp(-60.0 * (seconds + T))
+    both = first_order(60.0, False).share_of_push(samples, T)
+    assert 1.0 - np.exp(-30.0 * (seconds - T)) <= both <= 1.0 - np.exp(-30.0 * (seconds + T))
+    assert identity(True).share_of_push(samples, T) == 1.0

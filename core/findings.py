@@ -108,7 +108,7 @@ CODES: dict[str, str] = {
     "coverage-low": "A large part of the motion could not be judged.",
     "recommend-little-data": "A recommendation rests on little data.",
     "friction-level": "Friction was off its calibration; its level was followed, or could not be.",
-    "detector-slow": "The detector's filter is slow: a push no longer than the persistence must exceed the threshold by far.",
+    "detector-slow": "The detector's filter is slow: a push as long as n must exceed gamma by far.",
     "event-cut": "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
     "hidden-at-rest": "A standing joint hides external torque up to about its breakaway friction.",
     "phases-unknown": "No phases were given; the whole log is one free phase.",

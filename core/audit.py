@@ -16,7 +16,7 @@ from collaudit.core.evaluate import Grounds, evaluate
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
-from collaudit.core.identification.apply import with_identified, with_sensor
+from collaudit.core.identification.apply import with_known
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.findings import identified_findings
 from collaudit.core.identification.identify import identify
@@ -48,9 +48,10 @@ _AROUND_EVENT_S = 0.5
 def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenance) -> FrictionFile:
     """Fit the friction of every judged joint from the constant-velocity sections of one or several logs."""
     identified = identify(prepared, config)
-    seen = [with_identified(p, identified) for p in prepared]
-    fits = fit_joints(seen, config)
     audited = [audit_channels(p, config) for p in prepared]
+    channels = {p.series.source.name: facts for p, (facts, _) in zip(prepared, audited, strict=True)}
+    seen = [with_known(p, identified, channels, config) for p in prepared]
+    fits = fit_joints(seen, config)
     trends = merged([joint_trends(p, fits) for p in seen])
     findings = [f for p, (_, said) in zip(prepared, audited, strict=True) for f in (*p.findings, *said)]
     findings += identified_findings(identified) + friction_findings(fits) + trend_findings(trends, fits)
@@ -64,7 +65,7 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
             model_sha256=prepared[0].robot.sha256,
         ),
         identified=identified,
-        channels={p.series.source.name: facts for p, (facts, _) in zip(prepared, audited, strict=True)},
+        channels=channels,
         trends=trends,
     )
 
@@ -85,8 +86,8 @@ def audit_log(
         provenance: versions and hashes.
         truth: file of known events to score the detection against, if any.
     """
-    prepared = with_sensor(prepared, {} if friction is None else friction.channels, config)
-    prepared = with_identified(prepared, None if friction is None else friction.identified)
+    known = (None, {}) if friction is None else (friction.identified, friction.channels)
+    prepared = with_known(prepared, *known, config)
     series = judged_series(prepared)
     findings = list(prepared.findings)
     if friction is None:

@@ -16,8 +16,9 @@ class IdentifiedJoint:
         gain: effort per N·m of joint torque: torque = effort / gain - offset_nm; 1 when not estimated, None when
             the motion does not show it: then nothing of this joint is judged.
         gain_ci95: its interval, None when not estimated.
-        offset_nm: constant torque that neither model nor friction explains.
-        offset_ci95: its interval.
+        offset_nm: constant torque that neither model nor friction explains, the mean over time; Coulomb friction that
+            is not the same both ways is in it. 0 where the joint moves one way only: friction has it then.
+        offset_ci95: its interval; open where the motion tells no offset.
         armature_kg_m2: rotor inertia used from now on.
         armature_file_kg_m2: rotor inertia of the robot's description.
         samples: of this joint in motion.

@@ -13,6 +13,7 @@ from collaudit.core.result_identification import SensorFacts
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+from collaudit.core.tool_inertia import tool_inertia_torque
 from collaudit.core.usual_force import meant_share
 
 _BIAS_S = 1.0
@@ -41,6 +42,9 @@ def contact_torque(
     if force is None:
         return None, findings
     torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
+    carried = _carried(robot, sensor)
+    if carried is not None and robot.has_inertials:
+        torque -= tool_inertia_torque(series, robot, *carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
     share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
     if not (share == 1.0).all():
@@ -51,6 +55,14 @@ def contact_torque(
     else:
         findings = [*findings, _always_meant()]
     return torque, findings
+
+
+def _carried(robot: RobotModel, sensor: SensorFacts | None) -> tuple[str, float, FloatArray] | None:
+    """Frame, mass and centre of the tool that the sensor carries; None when none is known."""
+    if sensor is not None:
+        centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+        return (sensor.frame, sensor.mass_kg, centre) if sensor.mass_kg > 0 else None
+    return None if robot.tool is None else (robot.tool.frame, robot.tool.mass_kg, np.array(robot.tool.com_m))
 
 
 def tool_force(

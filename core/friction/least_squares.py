@@ -114,8 +114,9 @@ def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
     """Least squares through a column-scaled QR decomposition (of zeros, for the covariance alone)."""
     target = np.zeros(design.shape[0]) if target is None else target
     scale = np.linalg.norm(design, axis=0)
+    scale[scale == 0] = 1.0
     q, r = np.linalg.qr(design / scale)
-    inverse = np.linalg.inv(r)
+    inverse = np.linalg.inv(_solvable(r))
     estimate = inverse @ (q.T @ target) / scale
     covariance = (inverse @ inverse.T) / np.outer(scale, scale)
     rest = target - design @ estimate
@@ -186,12 +187,7 @@ def _solve_all(points: Points, law: Law, grid: FloatArray) -> tuple[FloatArray, 
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0] = 1.0
     q, r = np.linalg.qr(design / scale[:, None, :])
-    diagonal = np.abs(np.diagonal(r, axis1=1, axis2=2))
-    flat = diagonal < 1e-13
-    if flat.any():  # a column that is gone in rounding: kept solvable, its variance is then beyond all bounds
-        index = np.arange(r.shape[1])
-        r[:, index, index] = np.where(flat, 1e-13, r[:, index, index])
-    inverse = np.linalg.inv(r)
+    inverse = np.linalg.inv(_solvable(r))
     projected = np.einsum("mnk,n->mk", q, target)
     estimate = np.einsum("mij,mj->mi", inverse, projected) / scale
     covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
@@ -255,3 +251,13 @@ def interval_of_linear(prof: Profile, weights: FloatArray, allowance: float) -> 
     half = np.sqrt(spare[inside] * variance)
     centre = prof.estimate[inside] @ weights
     return float(np.min(centre - half)), float(np.max(centre + half))
+
+
+def _solvable(r: FloatArray) -> FloatArray:
+    """(…, k, k) triangles in which a column gone in rounding is kept, its variance then beyond all bounds."""
+    index = np.arange(r.shape[-1])
+    diagonal = r[..., index, index]
+    flat = np.abs(diagonal) < 1e-13
+    if flat.any():
+        r[..., index, index] = np.where(flat, 1e-13, diagonal)
+    return r

@@ -8,13 +8,31 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.effort_check import effort_findings, effort_gains
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
+from collaudit.core.identification.calibrated_tool import with_calibrated_tool
+from collaudit.core.identification.seen import seen_with
 from collaudit.core.prepare import Prepared
-from collaudit.core.result_identification import ChannelFacts, Identified
+from collaudit.core.result_identification import ChannelFacts, Identified, SensorFacts
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.wrench import contact_torque
+
+
+def with_known(
+    prepared: Prepared, identified: Identified | None, channels: Mapping[str, ChannelFacts], config: Config
+) -> Prepared:
+    """A log with all that a friction file knows of sensor, drives, inertials and tool."""
+    seen = with_identified(with_sensor(prepared, channels, config), identified)
+    used = calibration(channels, config) if prepared.series.wrench is not None else None
+    return with_calibrated_tool(seen, used, identified, config)
+
+
+def calibration(channels: Mapping[str, ChannelFacts], config: Config) -> SensorFacts | None:
+    """The calibration of most poses in the sensor's frame, where ``wrench_bias = "calibrated"`` asks for one."""
+    if config.log.wrench_bias != "calibrated":
+        return None
+    found = [c.sensor for c in channels.values() if c.sensor is not None]
+    return max((s for s in found if s.frame == config.log.wrench_frame), key=lambda s: s.poses, default=None)
 
 
 def with_identified(prepared: Prepared, identified: Identified | None) -> Prepared:
@@ -41,16 +59,9 @@ def with_identified(prepared: Prepared, identified: Identified | None) -> Prepar
         gain = np.array([np.nan if value is None else value for value in found])
         offset = np.array([identified.joints[name].offset_nm for name in names])
         series = replace(series, effort=series.effort / gain - offset, effort_unit="Nm")
-    rigid = robot.inverse_dynamics(series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    expected = rigid if prepared.contact_nm is None else rigid + np.nan_to_num(prepared.contact_nm)
-    gains = tuple(g for g in effort_gains(series, expected) if g.joint in prepared.judged)
-    kept = tuple(f for f in prepared.findings if not f.code.startswith("effort-") or f.code == "effort-delay")
     said = Finding("identified-used", "info", _words(identified), where="friction file")
-    about = effort_findings(gains, prepared.judged, series.effort_unit)
-    if any(f.code == "effort-delay" for f in kept):  # signs mean nothing until the delay is taken off
-        about = [f for f in about if f.code != "effort-sign-inverted"]
-    findings = (*kept, *about, said)
-    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, gains=gains, findings=findings)
+    seen = seen_with(prepared, robot, series)
+    return replace(seen, findings=(*seen.findings, said))
 
 
 def with_sensor(prepared: Prepared, channels: Mapping[str, ChannelFacts], config: Config) -> Prepared:
@@ -63,8 +74,7 @@ def with_sensor(prepared: Prepared, channels: Mapping[str, ChannelFacts], config
     """
     if config.log.wrench_bias != "calibrated" or prepared.series.wrench is None:
         return prepared
-    found = [c.sensor for c in channels.values() if c.sensor is not None]
-    sensor = max((s for s in found if s.frame == config.log.wrench_frame), key=lambda s: s.poses, default=None)
+    sensor = calibration(channels, config)
     if sensor is None:
         text = (
             f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "

@@ -18,7 +18,6 @@ from collaudit.core.runs import run_bounds
 from collaudit.core.series import FloatArray
 
 _STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
-_SAME_POSE = 0.05  # rad
 _MIN_POSES = 4
 _Z95 = 1.96
 _STANDARD_G = 9.80665

@@ -204,6 +204,18 @@ class RigidBodies:
         pose = to_frame.placement.inverse() * of_frame.placement
         return pose.rotation.copy(), pose.translation.copy()
 
+    def beyond(self, frame: str) -> tuple[float, FloatArray]:
+        """Mass (kg) and first moments (3,) kg·m, in its joint, of the links that the description fixes to a frame."""
+        frames, own = self._model.frames, self._model.getFrameId(frame)
+        mass, first, outside = 0.0, np.zeros(3), {own}
+        for number in range(own + 1, len(frames)):
+            part = frames[number]
+            if part.parentFrame in outside and part.parentJoint == frames[own].parentJoint:
+                outside.add(number)
+                mass += float(part.inertia.mass)
+                first += part.inertia.mass * (part.placement * part.inertia.lever)
+        return mass, first
+
     def forward(self) -> ForwardModel:
         """Forward dynamics of this model, for simulation."""
         return ForwardModel(self._model.copy())

@@ -1,7 +1,8 @@
 """How often 95 % intervals of drive gains hold the truth: ``python gain_coverage.py CACHE [SEEDS] [DOCS]``.
 
 CACHE is a folder for the simulated motions, one minute of fast motion a seed; SEEDS (100) is their number for each arm,
-from 101 on, since the method was chosen on the seeds before. DOCS is the page whose table between ``<!-- coverage-gain -->`` marks is replaced.
+from 101 on, since the method was chosen on the seeds before. DOCS is the page whose table between
+``<!-- coverage-gain -->`` marks is replaced.
 """
 
 from __future__ import annotations

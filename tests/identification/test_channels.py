@@ -212,7 +212,9 @@ def test_a_calibrated_sensor_is_used_where_that_is_asked_for() -> None:
     assert log.contact_nm is not None
     seen = with_sensor(log, {"calibration": facts}, config)
     assert seen.contact_nm is not None
-    assert np.nanstd(seen.contact_nm) < 0.1 * np.nanstd(log.contact_nm)  # the tool's weight was left in before
+    # at rest, the last 300 of 500 samples a pose: this log's sensor does not feel the tool being accelerated
+    rest = np.isin(np.arange(len(log.contact_nm)) % 500, np.arange(270, 470))
+    assert np.std(seen.contact_nm[rest]) < 0.1 * np.std(log.contact_nm[rest])  # the tool's weight was left in before
     assert any(f.code == "log-wrench-bias" and "1.4 kg" in f.text for f in seen.findings)
     none = with_sensor(log, {}, config)
     assert none.contact_nm is log.contact_nm

@@ -1,0 +1,60 @@
+"""The tool that a calibrated wrist sensor feels, carried by the arm's model too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.findings import Finding
+from collaudit.core.identification.seen import seen_with
+from collaudit.core.prepare import Prepared
+from collaudit.core.result_identification import Identified, SensorFacts
+from collaudit.core.robot.robot import RobotModel
+from collaudit.core.tool_inertia import point_mass
+
+
+def with_calibrated_tool(
+    prepared: Prepared, sensor: SensorFacts | None, identified: Identified | None, config: Config
+) -> Prepared:
+    """The same log with the calibrated tool in place of what the description hangs on the sensor.
+
+    Unchanged where the joint torques themselves told the tool or the inertials, and without model or calibration.
+
+    Args:
+        prepared: the log, identified gains and inertials applied.
+        sensor: the calibration in use, or None.
+        identified: what the torques told.
+        config: says the described tool.
+    """
+    told = () if identified is None else identified.estimate
+    if sensor is None or prepared.rigid_nm is None or {"tool", "inertials"} & set(told):
+        return prepared
+    robot, mass, before = carrying(prepared.robot, sensor, config)
+    text = (
+        f"The model carries the tool that the wrist sensor was calibrated with, {mass:.3g} kg, in place of "
+        f"{before:.3g} kg on file."
+    )
+    said = Finding("identified-used", "info", text, where="friction file")
+    return seen_with(replace(prepared, findings=(*prepared.findings, said)), robot, prepared.series)
+
+
+def carrying(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[RobotModel, float, float]:
+    """The arm with the calibrated tool; its mass and the mass on file beyond the sensor, kg.
+
+    Both are moved as point masses at their centres: a body of the right mass on file keeps its inertia.
+    """
+    assert robot.bodies is not None
+    turn, place, body = robot.bodies.frame_in_joint(sensor.frame)
+    centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+    mass, first = robot.bodies.beyond(sensor.frame)
+    tool = config.robot.tool
+    if not isinstance(tool.mass_kg, str) and tool.mass_kg > 0:
+        own_turn, own_place, _ = robot.bodies.frame_in_joint(tool.frame or robot.bodies.frame_names[-1])
+        mass += tool.mass_kg
+        first = first + tool.mass_kg * (own_turn @ np.array(tool.com_m) + own_place)
+    parameters = robot.inertial_parameters.copy()
+    ten = parameters[10 * body : 10 * body + 10]
+    ten += point_mass(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - point_mass(mass, first)
+    return robot.with_inertials(parameters, robot.armature), sensor.mass_kg, mass

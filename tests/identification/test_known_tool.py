@@ -1,0 +1,105 @@
+"""The tool that a wrist sensor carries: its inertia is no contact, and a calibrated one is in the arm's model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.core.config.schema import Config, RobotConfig
+from collaudit.core.friction.least_squares import solve
+from collaudit.core.identification.apply import with_known
+from collaudit.core.identification.calibrated_tool import carrying
+from collaudit.core.identification.channels import audit_channels
+from collaudit.core.prepare import Prepared, prepare
+from collaudit.core.robot import load_robot
+from collaudit.core.series import JointLog, LogSource, WrenchSeries
+from collaudit.fixtures.motion import Path as Motion
+from collaudit.fixtures.plant import Trace
+from collaudit.fixtures.robots import FixtureRobot, robot_named
+from collaudit.fixtures.sensors import record
+
+
+def quiet(arm: FixtureRobot) -> FixtureRobot:
+    none = tuple(0.0 for _ in arm.joints)
+    sensors = replace(arm.sensors, torque_noise_nm=none, torque_drift_nm=none, ripple_nm=none, wrench_noise=(0.0, 0.0))
+    return replace(arm, sensors=sensors)
+
+
+@pytest.fixture(scope="module")
+def moved() -> tuple[FixtureRobot, Trace]:
+    """Poses at rest and quick moves between them, exactly followed, without friction."""
+    arm = quiet(robot_named("paper6"))
+    rng = np.random.default_rng(3)
+    path = Motion(arm.home)
+    for _ in range(8):
+        path.hold(1.2)
+        path.move(np.array(arm.home) + rng.uniform(-1.0, 1.0, 6), 1.5, 6.0)
+    path.hold(1.0)
+    q, v, a = path.sampled(0.1)
+    drive = arm.model().inverse_dynamics(q, v, a)
+    return arm, Trace(q, v, drive, np.zeros((len(q), 6)))
+
+
+def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tuple[Prepared, Config]:
+    arm, trace = moved
+    model = arm.model()
+    recording = record(trace, arm, model, np.random.default_rng(1))
+    joints = recording.publishers[0]
+    time_s = (joints.stamp_ns - joints.stamp_ns[0]) * 1e-9
+    keys = dict(arm.describe(lambda: 0.0).keys)
+    keys["tool"] = {**keys["tool"], "mass_kg": mass_kg}
+    config = Config.model_validate(
+        {
+            "robot": keys,
+            "log": {"wrench_frame": arm.sensor_frame, "wrench_sign": arm.log.wrench_sign, "wrench_bias": bias},
+        }
+    )
+    robot = load_robot(RobotConfig.model_validate(keys), Path(), arm.joints)
+    source = LogSource("simulated", "0" * 64, "test", None, "column", "/t")
+    wrench = WrenchSeries(time_s, recording.wrench, "/w")
+    log = JointLog(time_s, arm.joints, joints.position, None, joints.effort, "Nm", wrench, source)
+    return prepare(log, robot, config), config
+
+
+def level(prepared: Prepared) -> float:
+    """Largest RMS over joints of what model and contact leave, N·m."""
+    assert prepared.series.effort is not None
+    assert prepared.rigid_nm is not None
+    assert prepared.contact_nm is not None
+    rest = (prepared.series.effort - prepared.rigid_nm - prepared.contact_nm)[~prepared.series.edge]
+    return float(np.sqrt(np.nanmean(rest**2, axis=0)).max())
+
+
+def test_accelerating_the_tool_is_no_contact(moved: tuple[FixtureRobot, Trace]) -> None:
+    prepared, _ = seen(moved, 0.8, list(moved[0].sensors.wrench_offset))
+    assert prepared.contact_nm is not None
+    assert np.sqrt(np.nanmean(prepared.contact_nm[~prepared.series.edge] ** 2, axis=0)).max() < 0.05
+
+
+def test_a_calibrated_tool_is_in_the_model(moved: tuple[FixtureRobot, Trace]) -> None:
+    """A tool that nobody wrote down: the file's calibration brings the residual to that of a described one."""
+    described, _ = seen(moved, 0.8, "estimate")
+    unknown, config = seen(moved, 0.0, "calibrated")
+    facts, _ = audit_channels(unknown, config)
+    known = with_known(unknown, None, {"log": facts}, config)
+    assert level(unknown) > 1.0
+    assert level(known) < 1.5 * level(described) + 0.02
+    assert any(f.code == "identified-used" and "0.8 kg" in f.text for f in known.findings)
+
+
+def test_a_tool_on_file_is_not_carried_twice(moved: tuple[FixtureRobot, Trace]) -> None:
+    prepared, config = seen(moved, 0.8, "calibrated")
+    facts, _ = audit_channels(prepared, config)
+    assert facts.sensor is not None
+    robot, mass, before = carrying(prepared.robot, facts.sensor, config)
+    assert mass == pytest.approx(before, abs=1e-3)
+    assert robot.inertial_parameters == pytest.approx(prepared.robot.inertial_parameters, abs=1e-3)
+
+
+def test_a_column_that_is_gone_in_rounding_is_solvable() -> None:
+    """As an exponential at speeds far above where it fades: two logs of unlike speeds ended in a bug."""
+    fit = solve(np.column_stack([np.ones(5), np.zeros(5), np.arange(5.0)]), 2.0 + 3.0 * np.arange(5.0))
+    assert fit.estimate[[0, 2]] == pytest.approx([2.0, 3.0])

@@ -64,7 +64,7 @@ class Plan:
         return same
 
     def columns_of(self, rows: ByteArray) -> dict[str, IntArray | FloatArray]:
-        """The stamp (int64 ns) and the quantities (n, j) float64 of rows that match."""
+        """The stamp (int64 ns) and the quantities (n, j) float64 of rows that match; views where they can be."""
         out: dict[str, IntArray | FloatArray] = {}
         if self.stamp is not None:
             seconds, rest = (_numbers(rows, part)[:, 0].astype(np.int64) for part in self.stamp)
@@ -72,13 +72,14 @@ class Plan:
         for name, parts in self.columns.items():
             blocks = [_numbers(rows, part) for part in parts]
             joined = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
-            out[name] = np.ascontiguousarray(joined, dtype=np.float64)
+            out[name] = joined.astype(np.float64, copy=False)
         return out
 
 
 def _numbers(rows: ByteArray, part: Numbers) -> np.ndarray[tuple[int, int], np.dtype[np.generic]]:
-    block = np.ascontiguousarray(rows[:, part.offset : part.offset + part.size])
-    view: np.ndarray[tuple[int, int], np.dtype[np.generic]] = block.view(part.code)
+    """(n, count) numbers as a view of the bytes: they are copied once, to where they stay."""
+    view: np.ndarray[tuple[int, int], np.dtype[np.generic]]
+    view = rows[:, part.offset : part.offset + part.size].view(part.code)
     return view
 
 

@@ -17,7 +17,7 @@ from collaudit.core.logs.records import Batch, Channel, Damage, Progress
 from collaudit.core.parallel import ordered_map
 from collaudit.core.series import IntArray
 
-_WINDOW = 2 << 20
+_WINDOW = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +119,7 @@ class McapFile:
     ) -> Iterator[Batch]:
         numbers = np.flatnonzero(np.bincount(located.channel)).tolist() if located.channel.size else []
         for number in numbers:
-            mine = located.channel == number if len(numbers) > 1 else slice(None)
+            mine = np.flatnonzero(located.channel == number) if len(numbers) > 1 else slice(None)
             start = located.start[mine]
             self._met[number] = self._met.get(number, 0) + start.shape[0]
             if number not in self.index.channels:

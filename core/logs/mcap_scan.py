@@ -27,7 +27,7 @@ MESSAGE_HEAD = 31
 #: Further places of damage are not listed.
 MAX_DAMAGE = 20
 _WINDOW = 1 << 16
-_WIDE_WINDOW = 1 << 22
+_WIDE_WINDOW = 1 << 20
 _MAX_SMALL = 2 * MAX_SCHEMA_BYTES
 
 

@@ -88,6 +88,7 @@ CODES: dict[str, str] = {
     "model-joint-between": "A joint between judged joints is not in the log: their model torque is not known.",
     "model-approximate": "A property of the model was left out or simplified.",
     "identified-used": "Gains, offsets, inertials or a tool from the friction file were used.",
+    "identified-tool-changed": "The tool's mass differs between the halves of the motion.",
     "identified-worse": "What was identified explains time left out worse than the robot's description does.",
     "identified-not-possible": "Identified inertials belong to no physically possible body.",
     "friction-warm-up": "Friction changes with running time.",

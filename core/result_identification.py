@@ -87,6 +87,8 @@ class IdentifiedTool:
         mass_ci95: its interval.
         com_m: centre of mass; None when the mass is not clearly above zero.
         moment_ci95_kg_m: intervals of mass times centre (x, y, z) in the frame.
+        mass_halves_kg: mass by the first and by the second half of the motion where these contradict each other, as
+            when something was picked up in between: no one mass and no interval holds then; else None.
     """
 
     frame: str
@@ -94,6 +96,7 @@ class IdentifiedTool:
     mass_ci95: Bounds
     com_m: tuple[float, float, float] | None
     moment_ci95_kg_m: tuple[Bounds, Bounds, Bounds]
+    mass_halves_kg: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,8 @@ def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: 
         constants = ", ".join(f'"{g.joint}" = {1 / abs(g.gain):.3g}' for g in known)
         also = f", and {signs}" if signs else ""
         return (
-            f"The effort looks like a motor current or another unit, not like N·m{also}. To mend it: [log.units] "
+            f"The effort looks like a motor current or another unit, not like N·m{also}{_or_masses(typical, alike)}. "
+            "To mend it: [log.units] "
             f'effort = "A", torque_constant_nm_per_a = {{ {constants} }} (by the model; the maker knows better), '
             f'or [fit] estimate = ["friction", "gain"].{mend}'
         )
@@ -76,6 +77,13 @@ def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: 
     if signs:
         return f"The effort looks like a torque in N·m, but {signs}.{mend}"
     return "The effort looks like a torque in N·m." if unit == "Nm" else "The effort has the size of a torque in N·m."
+
+
+def _or_masses(typical: float, alike: float) -> str:
+    """All joints by one factor that masses on file can be off by."""
+    if alike < 0.6 or not 0.3 < typical < 3.0:
+        return ""
+    return f"; or all masses on file are too {'large' if typical < 1 else 'small'} by the same factor"
 
 
 def _load(prepared: Prepared, gain: EffortGain) -> float:

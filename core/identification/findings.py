@@ -22,6 +22,14 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
                 f"description {before:.3g} N·m: the log's motion does not carry what was asked for."
             )
             findings.append(Finding("identified-worse", "warning", text, joint=name))
+    if identified.tool is not None and identified.tool.mass_halves_kg is not None:
+        first, second = identified.tool.mass_halves_kg
+        text = (
+            f"The tool weighs {first:.3g} kg by the first half of the motion and {second:.3g} kg by the second: it was "
+            "changed on the way, or something was picked up. Neither the mass in the file nor its interval holds; fit "
+            "each part by itself."
+        )
+        findings.append(Finding("identified-tool-changed", "warning", text))
     odd = [name for name, body in identified.bodies.items() if not body.consistent]
     if odd and not identified.consistent:
         text = f"No rigid body has the inertials identified for: {', '.join(odd)} ({identified.consistency})."

@@ -27,12 +27,14 @@ _STANDARD_G = 9.80665
 class SensorCalibration:
     """Estimates (10,): mass kg, mass times centre kg·m (3), offset N (3), N·m (3); sd (10,); what is missing.
 
+    ``centre_sd`` (3,) is the centre's, m, the errors of mass and moments taken together.
     ``turn_deg`` is how far the sensor seems turned against its frame (rotation vector, degrees), None where the
     poses do not tell; ``turn_sd_deg`` its standard error; ``drift`` (6,) change over the log and its sd (6,).
     """
 
     estimate: FloatArray
     sd: FloatArray
+    centre_sd: FloatArray
     poses: int
     missing: tuple[str, ...]
     turn_deg: FloatArray | None
@@ -73,8 +75,23 @@ def calibrate_sensor(prepared: Prepared, config: Config) -> SensorCalibration | 
     length = float(np.ptp(when))
     turn, turn_sd = _turn(gravity, reading[:, :3], sign, spread)
     return SensorCalibration(
-        estimate, np.sqrt(np.diag(covariance)), len(poses), missing, turn, turn_sd, slope * length, slope_sd * length
+        estimate,
+        np.sqrt(np.diag(covariance)),
+        _centre_sd(estimate, np.asarray(covariance, dtype=np.float64)),
+        len(poses),
+        missing,
+        turn,
+        turn_sd,
+        slope * length,
+        slope_sd * length,
     )
+
+
+def _centre_sd(estimate: FloatArray, covariance: FloatArray) -> FloatArray:
+    """(3,) m: to first order d(mc/m) = (d(mc) - c dm)/m."""
+    mass = float(estimate[0]) if estimate[0] != 0 else np.inf
+    slope = np.column_stack([-estimate[1:4] / mass, np.eye(3)]) / mass
+    return np.asarray(np.sqrt(np.maximum(np.diag(slope @ covariance[:4, :4] @ slope.T), 0.0)))
 
 
 def sensor_facts(found: SensorCalibration, config: Config) -> SensorFacts:
@@ -83,8 +100,7 @@ def sensor_facts(found: SensorCalibration, config: Config) -> SensorFacts:
     com = com_ci = None
     if e[0] > half[0]:
         centre = e[1:4] / e[0]
-        # to first order: d(mc/m) = (d(mc) - c dm)/m, the mass being far better known than the moments
-        com, com_ci = _three(centre), _bounds(centre, half[1:4] / e[0])
+        com, com_ci = _three(centre), _bounds(centre, _Z95 * found.centre_sd)
     return SensorFacts(
         frame=config.log.wrench_frame or "",
         poses=found.poses,

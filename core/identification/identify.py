@@ -19,12 +19,20 @@ from collaudit.core.identification.samples import collect
 from collaudit.core.identification.terms import Terms
 from collaudit.core.identification.tool import identified_tool, point_mass_inertia
 from collaudit.core.prepare import Prepared
-from collaudit.core.result_identification import BaseParameter, Bounds, Identified, IdentifiedBody, IdentifiedJoint
+from collaudit.core.result_identification import (
+    BaseParameter,
+    Bounds,
+    Identified,
+    IdentifiedBody,
+    IdentifiedJoint,
+    IdentifiedTool,
+)
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import BoolArray, FloatArray
 
 _Z95 = 1.96
 _HELD_OUT_STEPS = 4
+_CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
 
 
 def wanted(config: Config) -> tuple[str, ...]:
@@ -77,7 +85,7 @@ def identify(prepared: Sequence[Prepared], config: Config) -> Identified | None:
         joints=_joints(job, config.fit.blocks),
         bodies=_bodies(job),
         base_parameters=_base_parameters(job) if "inertials" in estimate else (),
-        tool=identified_tool(job.robot, config, unknowns.inertials, final, job.errors) if "tool" in estimate else None,
+        tool=_tool(job, config) if "tool" in estimate else None,
         prior=_prior_words(estimate, config.fit.cad_sd),
         prior_sd=config.fit.cad_sd,
         consistent=made.consistent,
@@ -97,6 +105,25 @@ class _Job:
     errors: Errors
     estimate: tuple[str, ...]
     gains: Gains | None
+
+
+def _tool(job: _Job, config: Config) -> IdentifiedTool:
+    """The tool; what each half of the motion says of it, where they contradict each other."""
+    found = identified_tool(job.robot, config, job.unknowns.inertials, job.solution, job.errors)
+    moving = job.terms.motion.moving
+    first = np.zeros_like(moving)
+    first[: len(moving) // 2] = True
+    masses, spread = [], []
+    for rows in (first, ~first):
+        half = job.terms.over(replace(job.terms.motion, moving=np.asarray(moving & rows)))
+        solution = solve(half, job.unknowns, _HELD_OUT_STEPS)
+        tool = identified_tool(
+            job.robot, config, job.unknowns.inertials, solution, errors(half, solution, job.unknowns)
+        )
+        masses.append(tool.mass_kg)
+        spread.append(0.5 * ((tool.mass_ci95[1] or 0.0) - (tool.mass_ci95[0] or 0.0)))
+    apart = abs(masses[1] - masses[0]) > _CONTRADICT * float(np.hypot(spread[0], spread[1]))
+    return replace(found, mass_halves_kg=(masses[0], masses[1])) if apart else found
 
 
 def _repaired(
@@ -148,7 +175,7 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
         joints[name] = IdentifiedJoint(
             gain=float(gain[j]) if known else None,
             gain_ci95=_interval(float(gain[j]), float(job.gains.sd[j])) if job.gains is not None and known else None,
-            offset_nm=offset if known else 0.0,
+            offset_nm=offset if known and not job.terms.one_way[j] else 0.0,
             offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if told else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),
             armature_file_kg_m2=float(file_only.armature[j]),

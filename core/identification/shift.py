@@ -51,6 +51,9 @@ def effort_shift(
     if series.effort is None or not joints:
         return None
     effort, loaded = series.effort, [series.column(j) for j in joints]
+    loaded = [j for j in loaded if np.nanstd(effort[:, j]) > 0]
+    if not loaded:
+        return None
     v, a = position_motion(series)
     known = np.isfinite(series.position_rad + v + a).all(axis=1) & ~series.edge
     if contact is not None:

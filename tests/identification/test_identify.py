@@ -13,6 +13,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.identification import consistency
 from collaudit.core.identification.apply import with_identified
 from collaudit.core.identification.base import base_map
+from collaudit.core.identification.findings import identified_findings
 from collaudit.core.identification.identify import identify
 from collaudit.core.identification.motion_points import motion_points
 from collaudit.core.prepare import Prepared, prepare
@@ -252,3 +253,38 @@ def test_an_arm_the_file_was_not_made_for_is_refused() -> None:
     other = replace(found, joints={"elbow": found.joints["joint1"]})
     with pytest.raises(ConfigError, match="other joints"):
         with_identified(log, other)
+
+
+def test_a_tool_picked_up_on_the_way_is_no_one_tool() -> None:
+    """Its mass is that of neither half, and that is said."""
+    keys = {"frame": "tool0", "mass_kg": "estimate", "com_m": [0.0, 0.0, 0.05]}
+    config = settings(fit={"estimate": ["tool"], "blocks": 2}, tool=keys)
+    light, heavy = (arm(settings(tool={**keys, "mass_kg": mass})) for mass in (0.8, 2.4))
+    gain = np.ones(3)
+    both = [log_of(truth, gain) for truth in (light, heavy)]
+    effort = np.where(both[0].time_s[:, None] < 30.0, both[0].effort, both[1].effort)
+    changed = identify([prepare(replace(both[0], effort=effort), arm(config), config)], config)
+    assert changed is not None
+    assert changed.tool is not None
+    assert changed.tool.mass_halves_kg == pytest.approx((0.8, 2.4), abs=0.3)
+    assert [f.code for f in identified_findings(changed)].count("identified-tool-changed") == 1
+    same = identify([prepare(both[0], arm(config), config)], config)
+    assert same is not None
+    assert same.tool is not None
+    assert same.tool.mass_halves_kg is None
+    assert same.tool.mass_kg == pytest.approx(0.8, abs=0.2)
+
+
+def test_a_joint_that_moves_one_way_has_no_offset_of_its_own() -> None:
+    """Offset and Coulomb friction are one there: friction keeps it, and no interval is printed."""
+    config = settings(fit={"estimate": ["inertials"], "blocks": 2})
+    log = log_of(arm(settings()), np.ones(3))
+    assert log.effort is not None
+    assert log.velocity_rad_s is not None
+    effort = log.effort.copy()
+    effort[log.velocity_rad_s[:, 1] > 0, 1] = np.nan
+    found = identify([prepare(replace(log, effort=effort), arm(config), config)], config)
+    assert found is not None
+    assert found.joints["joint2"].offset_nm == 0.0
+    assert found.joints["joint2"].offset_ci95 == (None, None)
+    assert found.joints["joint1"].offset_ci95[0] is not None

@@ -18,6 +18,7 @@ _DOUBLED = (1.75, 2.3)
 _ALIKE = 1.6
 _MOVING = 0.02
 _COARSE = 0.5
+_HEARD = 1e-3  # a joint with less of the load than this does not speak of signs
 
 
 def audit_effort(prepared: Prepared, late: Delay | None = None) -> list[Finding]:
@@ -47,7 +48,8 @@ def _kind(prepared: Prepared, late: Delay | None) -> list[Finding]:
     typical = float(np.exp(size))
     heavy = np.abs(np.log(np.abs(gain)) - size) < np.log(_ALIKE)
     alike = float(weight[heavy].sum() / weight.sum())
-    negative = float(weight[gain < 0].sum() / weight.sum())
+    heard = weight > _HEARD * weight.sum()
+    negative = float(np.mean(gain[heard] < 0))
     numbers = "; ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g}, {g.ci95[1]:.3g}]" for g in known)
     text = _words(known, typical, alike, negative, prepared.series.effort_unit)
     if late is not None:
@@ -56,7 +58,7 @@ def _kind(prepared: Prepared, late: Delay | None) -> list[Finding]:
 
 
 def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: float, unit: str) -> str:
-    signs = "its sign is inverted" if negative > 0.9 else "its signs are mixed" if negative > 0.1 else ""
+    signs = "its sign is inverted" if negative == 1.0 else "its signs are mixed" if negative > 0.0 else ""
     flip = ", ".join(f'"{g.joint}" = -1' for g in known if g.gain < 0)
     mend = f" To mend it: [log.units] effort_sign = {{ {flip} }}." if flip else ""
     if alike < 0.6 or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:

@@ -16,6 +16,7 @@ from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
+from collaudit.core.identification.shift import effort_shift
 from collaudit.core.prepare import prepare
 from collaudit.core.result import Provenance
 from collaudit.core.robot import load_robot
@@ -237,3 +238,11 @@ def test_friction_is_compared_with_a_temperature_channel() -> None:
     assert trend.shown
     assert trend.per_unit == pytest.approx(-0.02, rel=0.3)
     assert {f.joint for f in found.findings if f.code == "friction-temperature"} >= {"joint2"}
+
+
+def test_a_dead_effort_has_no_delay() -> None:
+    """All zeros follow any motion equally well at any shift."""
+    log = prepared(moving_log(), settings())
+    assert log.series.effort is not None
+    dead = replace(log.series, effort=np.zeros_like(log.series.effort))
+    assert effort_shift(dead, log.robot, dead.joint_names, None) is None

@@ -41,13 +41,13 @@ def run(path: Path, causal: bool) -> Outcome:
     q, dq, tau, wrench = decode(path)
     mark()
     model = arm(path.with_suffix(".urdf"))
-    torque = tau - contact_torque(model, q, wrench)
+    velocity = low_pass(dq)
+    acceleration = np.gradient(velocity, PERIOD_S, axis=0)
+    torque = tau - contact_torque(model, q, wrench) + rigid_torque(tool_alone(model), q, velocity, acceleration)
     mark()
     if causal:
         residual = observe(model, q, dq, torque - friction_torque(dq))
     else:
-        velocity = low_pass(dq)
-        acceleration = np.gradient(velocity, PERIOD_S, axis=0)
         direct = torque - rigid_torque(model, q, velocity, acceleration) - friction_torque(velocity)
         residual = smooth(smooth(direct)[::-1])[::-1]
     mark()
@@ -96,6 +96,19 @@ def arm(urdf: Path) -> Any:
     tool = pin.Inertia(keys["tool"]["mass_kg"], np.array(keys["tool"]["com_m"]), np.zeros((3, 3)))
     model.appendBodyToJoint(frame.parentJoint, tool, frame.placement)
     return model
+
+
+def tool_alone(model: Any) -> Any:
+    """The arm without weight and without any mass but the tool's, whose inertia the wrist sensor feels."""
+    alone = model.copy()
+    alone.gravity.linear, alone.armature = np.zeros(3), np.zeros(len(JOINTS))
+    for k in range(len(alone.inertias)):
+        alone.inertias[k] = pin.Inertia.Zero()
+    frame = alone.frames[alone.getFrameId(ARM.tool_frame)]
+    keys = ARM.describe(lambda: 0.0).keys["tool"]
+    tool = pin.Inertia(keys["mass_kg"], np.array(keys["com_m"]), np.zeros((3, 3)))
+    alone.appendBodyToJoint(frame.parentJoint, tool, frame.placement)
+    return alone
 
 
 def rigid_torque(model: Any, q: Array, v: Array, a: Array) -> Array:

@@ -16,10 +16,10 @@ from collaudit.core.evaluate import Grounds, evaluate
 from collaudit.core.evidence import Audit
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
-from collaudit.core.identification.apply import with_known
+from collaudit.core.identification.apply import before_fit, with_identified, with_known
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.findings import identified_findings
-from collaudit.core.identification.identify import identify
+from collaudit.core.identification.identify import identify, wanted
 from collaudit.core.identification.trends import joint_trends, merged, trend_findings
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
@@ -47,10 +47,11 @@ _AROUND_EVENT_S = 0.5
 
 def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenance) -> FrictionFile:
     """Fit the friction of every judged joint from the constant-velocity sections of one or several logs."""
-    identified = identify(prepared, config)
     audited = [audit_channels(p, config) for p in prepared]
     channels = {p.series.source.name: facts for p, (facts, _) in zip(prepared, audited, strict=True)}
-    seen = [with_known(p, identified, channels, config) for p in prepared]
+    known = [before_fit(p, wanted(config), channels, config) for p in prepared]
+    identified = identify(known, config)
+    seen = [with_identified(p, identified) for p in known]
     fits = fit_joints(seen, config)
     trends = merged([joint_trends(p, fits) for p in seen])
     findings = [f for p, (_, said) in zip(prepared, audited, strict=True) for f in (*p.findings, *said)]

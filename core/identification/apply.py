@@ -22,9 +22,20 @@ def with_known(
     prepared: Prepared, identified: Identified | None, channels: Mapping[str, ChannelFacts], config: Config
 ) -> Prepared:
     """A log with all that a friction file knows of sensor, drives, inertials and tool."""
-    seen = with_identified(with_sensor(prepared, channels, config), identified)
+    seen = with_sensor(prepared, channels, config)
+    if identified is not None:  # its bodies are the whole arm, the tool in use at the fit included
+        return with_identified(seen, identified)
     used = calibration(channels, config) if prepared.series.wrench is not None else None
-    return with_calibrated_tool(seen, used, identified, config)
+    return seen if used is None else with_calibrated_tool(seen, used, config)
+
+
+def before_fit(
+    prepared: Prepared, estimate: tuple[str, ...], channels: Mapping[str, ChannelFacts], config: Config
+) -> Prepared:
+    """A log with what its wrist sensor knows, for fitting; its tool only where the torques are not to tell one."""
+    if {"tool", "inertials"} & set(estimate):
+        return with_sensor(prepared, channels, config)
+    return with_known(prepared, None, channels, config)
 
 
 def calibration(channels: Mapping[str, ChannelFacts], config: Config) -> SensorFacts | None:

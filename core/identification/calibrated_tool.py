@@ -10,26 +10,20 @@ from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
 from collaudit.core.identification.seen import seen_with
 from collaudit.core.prepare import Prepared
-from collaudit.core.result_identification import Identified, SensorFacts
+from collaudit.core.result_identification import SensorFacts
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.tool_inertia import point_mass
 
 
-def with_calibrated_tool(
-    prepared: Prepared, sensor: SensorFacts | None, identified: Identified | None, config: Config
-) -> Prepared:
+def with_calibrated_tool(prepared: Prepared, sensor: SensorFacts, config: Config) -> Prepared:
     """The same log with the calibrated tool in place of what the description hangs on the sensor.
 
-    Unchanged where the joint torques themselves told the tool or the inertials, and without model or calibration.
-
     Args:
-        prepared: the log, identified gains and inertials applied.
-        sensor: the calibration in use, or None.
-        identified: what the torques told.
+        prepared: the log; unchanged without a model.
+        sensor: the calibration in use.
         config: says the described tool.
     """
-    told = () if identified is None else identified.estimate
-    if sensor is None or prepared.rigid_nm is None or {"tool", "inertials"} & set(told):
+    if prepared.rigid_nm is None:
         return prepared
     robot, mass, before = carrying(prepared.robot, sensor, config)
     text = (

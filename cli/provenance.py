@@ -11,7 +11,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.result import Provenance
 
 #: Distributions whose version can change a number.
-_COMPUTING = ("numpy", "scipy", "pin", "pyarrow", "mcap", "rosbags")
+_COMPUTING = ("numpy", "scipy", "pin", "pandas", "pyarrow", "mcap", "rosbags")
 
 
 def make_provenance(loaded: LoadedConfig, friction: Path | None, model_sha256: str | None) -> Provenance:

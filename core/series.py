@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +43,20 @@ class Span:
         return slice(self.start, self.stop)
 
 
+class Digest(Protocol):
+    """A hash that is being computed."""
+
+    def result(self) -> str:
+        """Wait for it."""
+
+
 @dataclass(frozen=True, slots=True)
 class LogSource:
     """Where a log came from.
 
     Attributes:
         name: file name without its folder (several files joined by ``+``).
-        sha256: hash of the bytes; of several files, the hash of their hashes in the order of their names.
+        digest: hash of the bytes, or what is still computing it; :attr:`sha256` waits for it.
         format: ``csv``, ``mcap-ros2``, ``mcap-ros1``, ``ros1-bag``, ``ros2-db3`` …
         start_ns: absolute stamp of the first sample in nanoseconds since the epoch, or None when unknown.
         time_source: ``header``, ``log`` or ``column``.
@@ -57,11 +64,16 @@ class LogSource:
     """
 
     name: str
-    sha256: str
+    digest: str | Digest = field(compare=False)
     format: str
     start_ns: int | None
     time_source: str
     topic: str
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the bytes; of several files, the hash of their hashes in the order of their names."""
+        return self.digest if isinstance(self.digest, str) else self.digest.result()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,14 +11,17 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv_blanks import read_blanks
 from collaudit.core.logs.csv_fault import Fault, first_fault
+from collaudit.core.logs.csv_frame import read_plain, suits_pandas
 from collaudit.core.logs.csv_source import Mend, source_of
 from collaudit.core.logs.csv_stream import BoundedStream, LineStream, decompression_errors
 from collaudit.core.logs.csv_text import COMMENT, NULLS, Dialect, is_iso
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import FloatArray, IntArray
 
 _BLOCK = 1 << 20
+#: Rows put side by side at a time.
+_ROWS = 1 << 14
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,13 +122,17 @@ def _mended(
 def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:
     """Columns side by side, filled batch by batch while a batch is in the cache."""
     out = {name: np.empty((table.num_rows, len(indices))) for name, indices in groups.items()}
-    start = 0
-    for batch in table.to_batches():
-        stop = start + batch.num_rows
+    batches = table.to_batches(max_chunksize=_ROWS)
+    starts = np.cumsum([0, *(batch.num_rows for batch in batches)]).tolist()
+
+    def fill(item: tuple[int, Any]) -> None:
+        start, batch = item
         for name, indices in groups.items():
             for number, index in enumerate(indices):
-                out[name][start:stop, number] = _numbers(batch.column(f"c{index}"))
-        start = stop
+                out[name][start : start + batch.num_rows, number] = _numbers(batch.column(f"c{index}"))
+
+    for _ in ordered_map(fill, list(zip(starts, batches, strict=False))):
+        pass
     return out
 
 
@@ -156,8 +163,10 @@ def _arrow(
     """The table, mended where asked for, and where a compressed file could not be read to its end."""
     from pyarrow import csv as pacsv
 
-    if dialect.delimiter == " " and mend is None and (plain := read_blanks(path, dialect, wanted, types)) is not None:
-        return plain, None
+    if mend is None and suits_pandas(dialect):
+        plain = read_plain(path, dialect, wanted, types)
+        if plain is not None:
+            return plain, None
     names = [f"c{index}" for index in range(len(dialect.names))]
     source, skip, delimiter = source_of(path, dialect, mend)
     try:

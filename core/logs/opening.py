@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import os
+import sys
+import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +20,7 @@ from collaudit.core.logs.records import Batch, Channel, Damage, LogReader, Progr
 from collaudit.core.logs.sniff import Kind, head_of, sniff
 
 _BLOCK = 1 << 20
+_NICENESS = 10
 _EXPECTED = "MCAP, ROS 1 bag (2.0), ROS 2 bag (sqlite3, mcap), or CSV"
 
 
@@ -158,19 +163,34 @@ def partial(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]:
 
 
 class Hashing:
-    """The sha256 of files, computed in a thread beside the reading."""
+    """The sha256 of files, computed in a thread that gives way to the reading and to what follows it.
+
+    It is awaited where it is written down, by which time it is there. Copied and pickled it is the hash itself.
+    """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        self._pool = ThreadPoolExecutor(1)
-        self._future: Future[str] = self._pool.submit(sha256_of, tuple(paths))
+        pool = ThreadPoolExecutor(1)
+        self._future: Future[str] = pool.submit(_politely, tuple(paths))
+        pool.shutdown(wait=False)  # the thread ends with its work
 
     def result(self) -> str:
         """Wait for the hash."""
         return self._future.result()
 
-    def wait(self) -> None:
-        """End the thread, whatever became of the reading."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+    def abandon(self) -> None:
+        """Wait until no file is open any more, whatever the hash is."""
+        wait([self._future])
+
+    def __reduce__(self) -> tuple[type[str], tuple[str]]:
+        return str, (self.result(),)
+
+
+def _politely(paths: Sequence[Path]) -> str:
+    """:func:`sha256_of` in a thread of low priority, where threads have priorities."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+    return sha256_of(paths)
 
 
 def sha256_of(paths: Sequence[Path]) -> str:

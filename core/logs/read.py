@@ -116,5 +116,6 @@ def _read(
         from collaudit.core.logs.read_messages import read_message_log
 
         return read_message_log(paths, settings, robot_joints, prismatic, hashing, progress)
-    finally:
-        hashing.wait()
+    except BaseException:
+        hashing.abandon()
+        raise

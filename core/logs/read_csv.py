@@ -67,7 +67,7 @@ def read_csv_log(
         wrench=wrench,
         source=LogSource(
             name=name,
-            sha256=hashing.result(),
+            digest=hashing,
             format="csv",
             start_ns=start_of(table.start_ns) if table.start_ns is not None else None,
             time_source="column",

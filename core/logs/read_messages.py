@@ -101,7 +101,7 @@ def read_message_log(
         effort=frozen(columns["effort"]) if "effort" in columns else None,
         effort_unit=unit,
         wrench=series,
-        source=LogSource(name, hashing.result(), reader.format, start_of(origin), clock, joints.name),
+        source=LogSource(name, hashing, reader.format, start_of(origin), clock, joints.name),
         findings=tuple(findings),
         labels=tuple(labels),
         phases=tuple(phases),

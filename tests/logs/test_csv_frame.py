@@ -1,4 +1,4 @@
-"""Tables between blanks: the fast way and the one line by line give the same, or the same error."""
+"""Tables between blanks: read by pandas they give the same as line by line, or the same error."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_both_ways_agree(row: str, end: str, tmp_path: Path, monkeypatch: pytest
     lines = [f"{k / 10:.18e} {k / 1000:.18e} {1 + k / 10:.18e}" for k in range(4)]
     path.write_text("\n".join([*lines, row, "0.5 0.005 1.5"]) + end)
     fast = read(path)
-    monkeypatch.setattr(csv_table, "read_blanks", lambda *_: None)
+    monkeypatch.setattr(csv_table, "read_plain", lambda *_: None)
     slow = read(path)
     if isinstance(fast, str) or isinstance(slow, str):
         assert fast == slow
@@ -49,8 +49,8 @@ def test_both_ways_agree(row: str, end: str, tmp_path: Path, monkeypatch: pytest
 
 def test_plain_tables_take_the_fast_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     taken = []
-    own = csv_table.read_blanks
-    monkeypatch.setattr(csv_table, "read_blanks", lambda *given: taken.append(own(*given)) or taken[-1])
+    own = csv_table.read_plain
+    monkeypatch.setattr(csv_table, "read_plain", lambda *given: taken.append(own(*given)) or taken[-1])
     path = tmp_path / "log.txt.gz"
     np.savetxt(path, np.random.default_rng(1).normal(size=(200, 3)).cumsum(axis=0) ** 2)
     read(path)

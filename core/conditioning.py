@@ -81,8 +81,11 @@ def segments_mask(base: Timebase) -> BoolArray:
 
 def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
     """Bring (m, j) recorded values onto the (n, j) grid; NaN in gaps. Values that lie on it already are not copied."""
-    if base.n == values.shape[0] and len(base.raw) == 1 and base.snap[0] and _picked(base.order) == slice(0, base.n):
-        return values
+    count = values.shape[0]
+    if base.n == count and len(base.raw) == 1 and base.snap[0]:
+        whole = _picked(base.order)
+        if isinstance(whole, slice) and whole == slice(0, count):
+            return values
     out = np.full((base.n, values.shape[1]), np.nan)
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):

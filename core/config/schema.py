@@ -93,7 +93,8 @@ class ConditioningConfig(Section):
 
     bandwidth_hz: Positive | None = Field(
         None,
-        description="-3 dB frequency of the zero-phase filters, Hz; min(20, a fifth of the sample rate) when absent.",
+        description="-3 dB frequency of the filters of velocity, acceleration and the `direct` residual, Hz; min(20, a "
+        "fifth of the sample rate) when absent.",
     )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
         1.8, description="A step longer than this many sample periods is a gap."

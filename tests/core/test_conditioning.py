@@ -11,7 +11,7 @@ from synthetic import PERIOD, make_log
 from collaudit.core.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.filters import low_pass
-from collaudit.core.series import Span
+from collaudit.core.series import JointLog, Span
 
 CONFIG = ConditioningConfig()
 
@@ -126,3 +126,30 @@ def test_every_recorded_sample_is_on_the_grid_once(lengths: list[int], gaps: lis
     assert recorded.size == k.size == sum(len(s) for s in series.segments)
     assert np.allclose(series.position_rad[recorded, 0], np.sin(PERIOD * k), atol=1e-12)
     assert np.array_equal(recorded, k)
+
+
+def swing(k: np.ndarray) -> JointLog:
+    """Samples number ``k`` of a swing, in the order given."""
+    t = PERIOD * k
+    q, v = 0.5 * np.sin(2.0 * t)[:, None], np.cos(2.0 * t)[:, None]
+    return make_log(t, q, v, np.cos(3.0 * t)[:, None])
+
+
+def test_the_order_of_recording_does_not_matter() -> None:
+    k = np.arange(400)
+    plain, mixed = (condition(swing(order), ConditioningConfig()) for order in (k, k.reshape(-1, 4)[:, ::-1].ravel()))
+    np.testing.assert_array_equal(plain.position_rad, mixed.position_rad)
+    np.testing.assert_array_equal(plain.acceleration_rad_s2, mixed.acceleration_rad_s2)
+
+
+def test_a_gap_as_long_as_a_fragment_left_out_stays_a_gap() -> None:
+    """The grid then has as many samples as were recorded, and yet they do not lie on it one by one."""
+    k = np.concatenate([np.arange(5), np.arange(20, 220), np.arange(225, 425)])
+    series = condition(swing(k), ConditioningConfig())
+    assert series.position_rad.shape[0] == k.size
+    assert np.isnan(series.position_rad[200:205]).all()
+    np.testing.assert_allclose(
+        series.position_rad[:, 0],
+        np.where(np.isnan(series.position_rad[:, 0]), np.nan, 0.5 * np.sin(2.0 * series.time_s)),
+        atol=1e-9,
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -232,3 +234,12 @@ def test_a_huge_mcap_is_described_by_its_summary(tmp_path: Path) -> None:
     assert by_summary([path]) is None
     bare = w.write_mcap(tmp_path / "y.mcap", w.motion(COUNT), summary=False)
     assert by_summary([bare], least_bytes=0) is None
+
+
+def test_the_hash_is_that_of_the_bytes_and_survives_a_copy(tmp_path: Path) -> None:
+    """It is computed beside what follows the reading; copied or pickled it is the text."""
+    path = tmp_path / "log.csv"
+    path.write_text("t,q1\n" + "".join(f"{k / 100},{k / 10}\n" for k in range(50)))
+    source = read_log((path,), LogConfig(), robot_joints=None).source
+    copied = pickle.loads(pickle.dumps(source))
+    assert source.sha256 == hashlib.sha256(path.read_bytes()).hexdigest() == copied.sha256 == copied.digest

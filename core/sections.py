@@ -16,6 +16,8 @@ from collaudit.core.series import BoolArray, FloatArray, IntArray, Span, Uniform
 
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0
+#: Most of a stretch that either end loses to settling, beyond the half of ``settle_s`` that is always taken off.
+_SETTLING_SHARE = 0.125
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,8 @@ def find_sections(series: UniformSeries, config: SectionsConfig) -> SectionSet:
 
     A section is a gap-free stretch of one direction in which the speed stays within
     max(``speed_tolerance`` · speed, ``speed_tolerance_rad_s``) of its median for at least
-    ``min_duration_s`` after ``settle_s`` is taken off both ends, where effort is known.
+    ``min_duration_s`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
+    ``settle_s`` at most and half of it at least.
 
     Returns:
         Sections, and every stretch of motion that is none with the reason.
@@ -105,9 +108,8 @@ def _split(
     v: FloatArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig
 ) -> tuple[list[Span], list[tuple[Span, str]]]:
     """Sections inside one stretch of motion, and what was rejected of it."""
-    settle = ceil(config.settle_s / series.period_s)
     least = ceil(config.min_duration_s / series.period_s)
-    if len(span) < least + 2 * settle:
+    if len(span) < least + 2 * _settling(len(span), series, config):
         return [], [(span, "too short")]
     part = v[span.slice]
     plateaus = _plateaus(part, least, config)
@@ -117,6 +119,7 @@ def _split(
     lost: list[tuple[Span, str]] = []
     for start, stop in plateaus:
         whole = Span(span.start + start, span.start + stop)
+        settle = _settling(len(whole), series, config)
         if len(whole) < least + 2 * settle:
             lost.append((whole, "too short after settling"))
             continue
@@ -130,6 +133,12 @@ def _split(
         else:
             found.append(inner)
     return found, lost
+
+
+def _settling(length: int, series: UniformSeries, config: SectionsConfig) -> int:
+    """Samples taken off each end: of a short stretch less, since logs of fast motion have no others."""
+    half, whole = (ceil(share * config.settle_s / series.period_s) for share in (0.5, 1.0))
+    return min(whole, max(half, ceil(_SETTLING_SHARE * length)))
 
 
 def _tolerance(speed: float, config: SectionsConfig) -> float:

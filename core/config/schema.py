@@ -110,7 +110,11 @@ class SectionsConfig(Section):
     min_duration_s: Positive = Field(0.15, description="Shorter stretches are rejected.")
     speed_tolerance: Positive = Field(0.05, description="Allowed deviation from the section's mean speed, as a share.")
     speed_tolerance_rad_s: NonNegative = Field(0.003, description="The same, absolute; the larger of the two counts.")
-    settle_s: NonNegative = Field(0.05, description="Taken off each end, where the motion has not settled.")
+    settle_s: NonNegative = Field(
+        0.1,
+        description="Taken off each end, where the motion has not settled; of stretches shorter than eight times as "
+        "long an eighth, but half of it at least.",
+    )
     others_max_speed_rad_s: Positive = Field(0.01, description="Another joint faster than this is moving.")
 
 

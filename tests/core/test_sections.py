@@ -39,7 +39,17 @@ def test_most_of_the_cruise_is_used() -> None:
     _, found = sections_of(q[:, None], v[:, None])
     for section in found.sections:
         cruise = np.count_nonzero(np.isclose(v, section.velocity_rad_s, atol=1e-3))
-        assert len(section.span) > cruise - 2 * (0.05 + 0.1) / PERIOD
+        assert len(section.span) > cruise - 2 * (SectionsConfig().settle_s + 0.1) / PERIOD
+
+
+def test_a_short_cruise_loses_less_to_settling_than_a_long_one() -> None:
+    for cruise_s, lost_s in ((0.32, 0.05), (0.6, 0.075), (3.0, 0.1)):
+        q, v = strokes((0.2,), travel=0.1 * (cruise_s + 0.05))
+        whole, kept = (sections_of(q[:, None], v[:, None], settle_s=s)[1].sections for s in (0.0, 0.1))
+        assert len(whole) == len(kept) == 2
+        for a, b in zip(whole, kept, strict=True):
+            assert (b.span.start - a.span.start) * PERIOD == pytest.approx(lost_s, abs=0.02)
+            assert (a.span.stop - b.span.stop) * PERIOD == pytest.approx(lost_s, abs=0.02)
 
 
 def test_moving_neighbours_are_marked() -> None:

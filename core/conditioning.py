@@ -33,7 +33,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
     heat = None if log.temperature_c is None else _to_grid(log.temperature_c, base)
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
-    motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names)
+    motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
     saturated = np.zeros(position.shape, dtype=bool) if effort is None else saturation(effort, period)
     findings = [*log.findings, *base.findings, *motion.findings]
     findings += _missing_findings(log, base)
@@ -65,6 +65,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         source=log.source,
         findings=tuple(findings),
         raw_velocity_rad_s=frozen(motion.raw_rad_s),
+        velocity_lag_s=motion.lag_s,
         temperature_c=None if heat is None else frozen(heat),
         labels=log.labels,
         phases=log.phases,

@@ -55,6 +55,7 @@ CODES: dict[str, str] = {
     "log-message-skipped": "Messages were left out because they could not be decoded.",
     "log-velocity-derived": "The log has no usable velocity; it was derived from position.",
     "log-velocity-disagrees": "The logged velocity is not the derivative of the logged position.",
+    "log-velocity-late": "The logged velocity lags behind the positions, as one that the drive filters does.",
     "log-effort-missing": "The log has no usable effort for a joint.",
     "log-effort-constant": "The effort of a moving joint never changes.",
     "log-effort-saturated": "The effort stays at one extreme value, as a saturated drive does.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from collaudit.core.filters import differentiate, low_pass
 from collaudit.core.findings import Finding
 from collaudit.core.parallel import ordered_map
 from collaudit.core.series import FloatArray, Span
+from collaudit.core.velocity_lag import Lag, lag_rows, pooled_s, velocity_lag
 
 _MOVING_RAD_S = 0.02
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
@@ -24,12 +26,14 @@ class Motion:
         raw_rad_s: (n, j) velocity as chosen, not filtered.
         velocity_rad_s: (n, j) low-passed.
         acceleration_rad_s2: (n, j) central difference of the low-passed velocity.
+        lag_s: how much later than the derivative of position the logged velocity is, s; None where that is not told.
         findings: every departure from the log.
     """
 
     raw_rad_s: FloatArray
     velocity_rad_s: FloatArray
     acceleration_rad_s2: FloatArray
+    lag_s: float | None
     findings: tuple[Finding, ...]
 
 
@@ -40,8 +44,9 @@ def choose_velocity(
     period_s: float,
     bandwidth_hz: float,
     joint_names: Sequence[str],
+    source: Literal["auto", "logged", "position"] = "auto",
 ) -> Motion:
-    """Take each joint's logged velocity where it is the derivative of its position, else derive it.
+    """Take each joint's logged velocity where it is the derivative of its position, and in time, else derive it.
 
     Joint by joint, so that what is needed on the way stays small.
 
@@ -52,15 +57,18 @@ def choose_velocity(
         period_s: sample period, s.
         bandwidth_hz: bandwidth of the low pass, at which the two are compared too, Hz.
         joint_names: j names, for the findings.
+        source: ``logged`` keeps a velocity that is merely late; ``position`` derives it always.
     """
+    rows = lag_rows(segments, period_s, bandwidth_hz)
     velocity, acceleration = np.empty_like(position), np.empty_like(position)
     changed: dict[int, FloatArray] = {}
     findings: list[Finding] = []
 
-    def one(j: int) -> list[Finding]:
+    def one(j: int) -> tuple[list[Finding], Lag | None]:
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
         smooth = low_pass(derived, segments, period_s, bandwidth_hz)
         said: list[Finding] = []
+        lag = None
         if logged is None:
             changed[j] = derived
         else:
@@ -68,15 +76,22 @@ def choose_velocity(
             compare = low_pass(own, segments, period_s, bandwidth_hz)
             chosen, said = _choose(own, compare, smooth, derived, joint_names[j])
             if chosen is own:
+                lag = velocity_lag(compare, smooth, rows, period_s, _MOVING_RAD_S)
+                late = lag is not None and lag.matters(period_s)
+                chosen = derived if source == "position" or (late and source == "auto") else own
+            if chosen is own:
                 smooth = compare
             else:
                 changed[j] = chosen
                 smooth = smooth if chosen is derived else low_pass(chosen, segments, period_s, bandwidth_hz)
         velocity[:, j], acceleration[:, j] = smooth, differentiate(smooth, segments, period_s)
-        return said
+        return said, lag
 
-    for said in ordered_map(one, range(len(joint_names))):
+    lags: list[Lag | None] = []
+    for said, lag in ordered_map(one, range(len(joint_names))):
         findings += said
+        lags.append(lag)
+    findings += _late(lags, joint_names, period_s, source)
     if logged is None:
         text = "The log has no velocity; it was derived from position for all joints."
         findings = [Finding("log-velocity-derived", "info", text)]
@@ -85,7 +100,25 @@ def choose_velocity(
         raw = np.empty_like(position) if raw is None else raw.copy()
         for j, column in changed.items():
             raw[:, j] = column
-    return Motion(raw, velocity, acceleration, tuple(findings))
+    return Motion(raw, velocity, acceleration, pooled_s(lags), tuple(findings))
+
+
+def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: float, source: str) -> list[Finding]:
+    """Which velocities are late, by how much, and what is done about it."""
+    late = [
+        f"'{joint}' {1e3 * lag.seconds:.1f} ms (95 %: {1e3 * lag.ci95[0]:.1f} to {1e3 * lag.ci95[1]:.1f})"
+        for joint, lag in zip(joint_names, lags, strict=True)
+        if lag is not None and lag.matters(period_s)
+    ]
+    if not late:
+        return []
+    kept = source == "logged"
+    done = "used all the same, as [conditioning] velocity asks" if kept else "derived from position instead"
+    text = (
+        "The logged velocity is behind the positions, as one that the drive filters is: "
+        f"{', '.join(late)}. Of {'this joint' if len(late) == 1 else 'these joints'} it was {done}."
+    )
+    return [Finding("log-velocity-late", "warning", text)]
 
 
 def _choose(

@@ -96,6 +96,11 @@ class ConditioningConfig(Section):
         description="-3 dB frequency of the filters of velocity, acceleration and the `direct` residual, Hz; min(20, a "
         "fifth of the sample rate) when absent.",
     )
+    velocity: Literal["auto", "logged", "position"] = Field(
+        "auto",
+        description="auto: the logged velocity of a joint, but the derivative of its position where the log has none, "
+        "where the two disagree, or where the logged one is late; logged: a late one too; position: always derived.",
+    )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
         1.8, description="A step longer than this many sample periods is a gap."
     )

@@ -7,7 +7,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.delays import audit_delays, effort_delay, told, wrench_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
-from collaudit.core.identification.shift import Delay, velocity_delay
+from collaudit.core.identification.shift import Delay
 from collaudit.core.prepare import Prepared
 from collaudit.core.result_identification import Bounds, ChannelFacts
 
@@ -19,7 +19,7 @@ def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, li
     effort, wrench = effort_delay(prepared), wrench_delay(prepared, config)
     late = effort is not None and told(effort, prepared.series.period_s) and abs(effort.seconds) > _MATTERS_S
     calibration = calibrate_sensor(prepared, config)
-    velocity = velocity_delay(prepared.series)
+    velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
         effort_delay_ms=_ms(effort),
         effort_delay_ci95_ms=_bounds_ms(effort),

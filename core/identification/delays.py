@@ -9,7 +9,6 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
 from collaudit.core.identification.shift import (
-    LAGS,
     MOVING,
     Delay,
     basis_of,
@@ -17,10 +16,10 @@ from collaudit.core.identification.shift import (
     effort_shift,
     left_over,
     thinned,
-    velocity_delay,
 )
 from collaudit.core.prepare import Prepared
 from collaudit.core.series import FloatArray, IntArray, UniformSeries
+from collaudit.core.velocity_lag import SAMPLES
 
 _UNSHARP_S = 0.03
 
@@ -70,8 +69,8 @@ def effort_delay(prepared: Prepared) -> Delay | None:
 
 
 def _velocity_words(series: UniformSeries) -> str:
-    late = velocity_delay(series)
-    if late is None or late < LAGS * series.period_s:
+    late = series.velocity_lag_s
+    if late is None or late < SAMPLES * series.period_s:
         return ""
     return f" The logged velocity is {1e3 * late:.1f} ms behind the positions, as one that the drive filters is."
 

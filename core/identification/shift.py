@@ -11,6 +11,7 @@ from collaudit.core.filters import differentiate, low_pass
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, IntArray, UniformSeries
+from collaudit.core.velocity_lag import SAMPLES
 
 _REACH_S = (-0.2, 0.7)
 _COARSE_S = 0.01
@@ -18,8 +19,6 @@ _STEADY_S = 0.1
 _BLOCKS = 10
 _MAX_ROWS = 12_000
 MOVING = 0.02
-#: A logged velocity that is later than this, in samples, is not used where it matters.
-LAGS = 0.25
 
 #: Of some samples (their numbers): the sums of squares (k,) at a shift in samples of the grid.
 Costs = Callable[[IntArray], Callable[[int], FloatArray]]
@@ -85,30 +84,15 @@ def position_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
     return v, differentiate(v, series.segments, series.period_s)
 
 
-def velocity_delay(series: UniformSeries) -> float | None:
-    """How much later than the derivative of position the logged velocity is, s, to first order; None where it is it."""
-    if series.raw_velocity_rad_s is None:
-        return None
-    return _behind(series, *position_motion(series))
-
-
 def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
     """(n, j) velocity and acceleration: the logged ones, or those of the positions where the logged velocity lags.
 
     A velocity that is a few milliseconds late makes inertia look like friction, and drive gains wrong by per cents.
     """
-    v, a = position_motion(series)
-    late = None if series.raw_velocity_rad_s is None else _behind(series, v, a)
-    if late is None or late < LAGS * series.period_s:
+    late = series.velocity_lag_s
+    if late is None or late < SAMPLES * series.period_s:
         return series.velocity_rad_s, series.acceleration_rad_s2
-    return v, a
-
-
-def _behind(series: UniformSeries, v: FloatArray, a: FloatArray) -> float | None:
-    behind = v - series.velocity_rad_s
-    use = np.isfinite(behind + a) & ~series.edge[:, None] & (np.abs(v) > MOVING)
-    power = float(np.sum(a[use] ** 2))
-    return float(np.sum(behind[use] * a[use])) / power if power > 0 else None
+    return position_motion(series)
 
 
 def thinned(rows: IntArray, series: UniformSeries, channel: FloatArray) -> IntArray:

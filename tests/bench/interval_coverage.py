@@ -1,13 +1,14 @@
 """How often 95 % intervals hold the truth on simulated logs: ``python interval_coverage.py CACHE [SEEDS] [DOCS]``.
 
 CACHE is a folder for the simulated motions and for what was read off each seed's log, so that fitting again is cheap.
-SEEDS (200) is their number for each arm. DOCS is the page whose tables between ``<!-- name -->`` marks are replaced.
+SEEDS (200) is their number for each arm. DOCS is the page whose tables between ``<!-- name -->`` marks are replaced:
+``coverage-friction`` with the law that each joint obeys, ``coverage-auto`` with the law that ``auto`` chooses.
 """
 
 from __future__ import annotations
 
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import asdict
 from json import dumps, loads
@@ -29,6 +30,8 @@ from collaudit.fixtures.simulate import plan
 
 ROBOTS = ("paper6", "seven")
 UNITS = FrictionUnits.of("revolute", "Nm")
+#: Symbols of other laws with the same meaning: the Coulomb level and the viscous slope.
+SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}
 
 
 def points_of(cache: Path, robot: str, seeds: int) -> Iterator[dict[str, list[FrictionPoint]]]:
@@ -73,11 +76,14 @@ class Tally:
     def add(self, fit: FrictionFit, symbol: str, value: float) -> None:
         """Count one parameter of one fit."""
         self.asked += 1
-        bounds = fit.ci95.get(UNITS.key(symbol))
+        key = UNITS.key(symbol)
+        if key not in fit.parameters and symbol in SAME:
+            key = UNITS.key(SAME[symbol])
+        bounds = fit.ci95.get(key)
         if fit.identifiable and bounds is not None and bounds[0] is not None and bounds[1] is not None:
             self.closed += 1
             self.held += bounds[0] <= value <= bounds[1]
-            self.error.append(fit.parameters[UNITS.key(symbol)] - value)
+            self.error.append(fit.parameters[key] - value)
             self.half.append(0.5 * (bounds[1] - bounds[0]))
 
     @property
@@ -94,36 +100,40 @@ class Tally:
         return f"{100 * self.coverage:.1f} % | {share:.0f} % | {np.median(self.half):.3g} | {rms:.3g}"
 
 
-def friction(cache: Path, seeds: int) -> Iterator[str]:
-    """Each joint's own law fitted to the ``friction`` scenario."""
+def friction(cache: Path, seeds: int, automatic: bool) -> Iterator[str]:
+    """Each joint's own law fitted to the ``friction`` scenario, or the one that ``auto`` chooses."""
     yield "| arm, joint | law | parameter | truth | held the truth | interval closed | half width | RMS error |"
     yield "|---|---|---|---|---|---|---|---|"
     total: dict[str, Tally] = defaultdict(Tally)
     for robot in ROBOTS:
         arm = robot_named(robot)
         tallies: dict[tuple[str, str], Tally] = defaultdict(Tally)
+        laws: dict[str, Counter[str]] = defaultdict(Counter)
         for points in points_of(cache, robot, seeds):
             for joint, dynamics in zip(arm.joints, arm.friction, strict=True):
-                law, values = truth(dynamics)
-                fit = fit_friction(points[joint], UNITS, law)
+                own, values = truth(dynamics)
+                fit = fit_friction(points[joint], UNITS, "auto" if automatic else own)
+                laws[joint][str(fit.model)] += 1
                 for symbol, value in values.items():
                     tallies[joint, symbol].add(fit, symbol, value)
                     total[symbol].add(fit, symbol, value)
         for joint, dynamics in zip(arm.joints, arm.friction, strict=True):
-            law, values = truth(dynamics)
+            _, values = truth(dynamics)
+            taken = ", ".join(f"{law} {n}" if automatic else law for law, n in laws[joint].most_common())
             for symbol, value in values.items():
-                yield f"| {robot}, {joint} | {law} | {symbol} | {value:.4g} | {tallies[joint, symbol].row()} |"
+                yield f"| {robot}, {joint} | {taken} | {symbol} | {value:.4g} | {tallies[joint, symbol].row()} |"
     for symbol, tally in total.items():
         yield f"| all | | {symbol} | | {100 * tally.coverage:.1f} % | {100 * tally.closed / tally.asked:.0f} % | | |"
 
 
 def main(cache: Path, seeds: int, docs: Path | None) -> None:
-    """Print the table; put it into the page when one is given."""
+    """Print the tables; put them into the page when one is given."""
     cache.mkdir(parents=True, exist_ok=True)
-    lines = list(friction(cache, seeds))
-    print("\n".join(lines))
-    if docs is not None:
-        put(docs, "coverage-friction", lines)
+    for name, automatic in (("coverage-friction", False), ("coverage-auto", True)):
+        lines = list(friction(cache, seeds, automatic))
+        print("\n".join(lines), flush=True)
+        if docs is not None:
+            put(docs, name, lines)
 
 
 if __name__ == "__main__":

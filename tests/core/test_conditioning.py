@@ -71,6 +71,48 @@ def test_velocity_in_degrees_is_noticed() -> None:
     assert np.max(np.abs(series.velocity_rad_s - v)[100:-100]) < 2e-3 * np.max(np.abs(v))
 
 
+def late_log(late_s: float):  # type: ignore[no-untyped-def]
+    """Two joints, the velocity of the second logged late; with noise."""
+    t = PERIOD * np.arange(20000)
+    rng = np.random.default_rng(4)
+    w = 2 * np.pi * np.array([[0.5, 0.7]])
+
+    def motion(at: np.ndarray) -> tuple[np.ndarray, ...]:
+        angle = w * at
+        return (
+            np.sin(angle) + 0.2 * np.sin(3 * angle),
+            w * (np.cos(angle) + 0.6 * np.cos(3 * angle)),
+            -(w**2) * (np.sin(angle) + 1.8 * np.sin(3 * angle)),
+        )
+
+    q, _, a = motion(t[:, None])
+    _, v, _ = motion(t[:, None] - [[0.0, late_s]])
+    return t, q + 1e-5 * rng.standard_normal(q.shape), v + 2e-3 * rng.standard_normal(q.shape), a
+
+
+def test_a_late_velocity_is_measured_and_derived_instead() -> None:
+    t, q, v, a = late_log(0.008)
+    errors = {}
+    for source in ("auto", "logged", "position"):
+        series = condition(make_log(t, q, v, q, ("joint1", "joint2")), ConditioningConfig(velocity=source))  # type: ignore[arg-type]
+        errors[source] = np.std((series.acceleration_rad_s2 - a)[200:-200], axis=0)
+        said = next(f.text for f in series.findings if f.code == "log-velocity-late")
+        assert "'joint2' 8.0 ms (95 %: " in said
+        assert "joint1" not in said
+        assert ("derived from position" in said) == (source != "logged")
+    assert errors["auto"][1] < 0.2 * errors["logged"][1]
+    assert errors["auto"][0] == errors["logged"][0], "the prompt velocity is kept"
+
+
+def test_a_lag_within_what_it_cannot_spoil_is_left_alone() -> None:
+    for late_s in (0.0, 0.003, -0.01):
+        t, q, v, _ = late_log(late_s)
+        series = condition(make_log(t, q, v, q, ("joint1", "joint2")), CONFIG)
+        assert not any(f.code.startswith("log-velocity") for f in series.findings)
+        assert np.array_equal(series.raw_velocity_rad_s, v)
+        assert series.velocity_lag_s is not None
+
+
 def test_velocity_zero_in_the_first_rows_is_mended_there_only() -> None:
     t, q, v, _ = sine_log()
     logged = v.copy()

@@ -13,7 +13,6 @@ from collaudit.core.result_identification import SensorFacts
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
-from collaudit.core.tool_inertia import tool_inertia_torque
 from collaudit.core.usual_force import meant_share
 
 _BIAS_S = 1.0
@@ -41,10 +40,12 @@ def contact_torque(
     force, findings = tool_force(series, robot, phases, config, sensor)
     if force is None:
         return None, findings
-    torque = robot.wrench_torque(series.position_rad, force, _frame(robot, config))
-    carried = _carried(robot, sensor)
-    if carried is not None and robot.has_inertials:
-        torque -= tool_inertia_torque(series, robot, *carried)
+    frame, carried = _frame(robot, config), _carried(robot, sensor)
+    if carried is None or not robot.has_inertials:
+        torque = robot.wrench_torque(series.position_rad, force, frame)
+    else:
+        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+        torque = robot.contact_torque(*motion, force, frame, carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
     share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
     if not (share == 1.0).all():
@@ -89,7 +90,8 @@ def tool_force(
     frame = _frame(robot, config)
     sign = float(config.log.wrench_sign)
     if sensor is not None:
-        own = _calibrated_weight(series, robot, sensor)
+        centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+        own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, centre)
         return _without(series.wrench, sign, np.array(sensor.offset), own), [_calibrated(sensor)]
     weight: FloatArray | None = None
     if config.robot.tool.mass_kg not in (0.0, "estimate"):
@@ -106,13 +108,6 @@ def _without(reading: FloatArray, sign: float, bias: FloatArray, weight: FloatAr
     if weight is not None:
         force += weight
     return force
-
-
-def _calibrated_weight(series: UniformSeries, robot: RobotModel, sensor: SensorFacts) -> FloatArray:
-    """(n, 6) weight of the calibrated tool on the sensor."""
-    weight = sensor.mass_kg * robot.gravity_in(series.position_rad, sensor.frame)
-    centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
-    return np.hstack([weight, np.cross(centre, weight)])
 
 
 def _calibrated(sensor: SensorFacts) -> Finding:

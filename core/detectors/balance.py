@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detectors.engines import Engine, engine_named
 from collaudit.core.detectors.kernel import BOTH_WAYS, Kernel, butterworth, double_pole
-from collaudit.core.detectors.momentum import momentum_terms
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 
@@ -54,7 +53,7 @@ def balance_torques(
 
     After the fact (``causal = false``) the kernel runs both ways over eq. (5) with the zero-phase acceleration.
     Causally, signals pass forward filters only: ``direct`` filters position, velocity and effort alike and takes
-    acceleration as the filter's own smoothed derivative; all others need none (:mod:`momentum`).
+    acceleration as the filter's own smoothed derivative; all others need none: they take the momentum's slope.
 
     Args:
         series: every joint of the model; effort in N·m.
@@ -93,9 +92,11 @@ def _causal(
         a = kernel.slope(velocity, segments, period)
         out: FloatArray = kernel.apply(measured, segments, period) - robot.inverse_dynamics(q, v, a)
         return out
-    terms = momentum_terms(robot, series.position_rad, velocity)
-    known = kernel.apply(measured + terms.rest_nm, segments, period)
-    return known - kernel.slope(terms.momentum, segments, period)
+    momentum, rest = robot.momentum(series.position_rad, velocity)
+    rest += measured
+    known = kernel.apply(rest, segments, period)
+    known -= kernel.slope(momentum, segments, period)
+    return known
 
 
 def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:

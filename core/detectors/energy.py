@@ -17,7 +17,6 @@ from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detectors.balance import kernel_of, start_mask
 from collaudit.core.detectors.judged import judged_balance
 from collaudit.core.detectors.kernel import Kernel
-from collaudit.core.detectors.momentum import momentum_terms
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.friction_band import friction_band
 from collaudit.core.prepare import Prepared, judged_series
@@ -76,8 +75,8 @@ def _power(prepared: Prepared, measured: FloatArray, v: FloatArray, kernel: Kern
         assert prepared.rigid_nm is not None
         return _smooth(kernel, series, (v * (measured - prepared.rigid_nm)).sum(axis=1))
     gravity = prepared.robot.gravity_torque(series.position_rad)
-    terms = momentum_terms(prepared.robot, series.position_rad, v)
-    kinetic = 0.5 * (v * terms.momentum).sum(axis=1)
+    momentum, _ = prepared.robot.momentum(series.position_rad, v)
+    kinetic = 0.5 * (v * momentum).sum(axis=1)
     work = _smooth(kernel, series, (v * (measured - gravity)).sum(axis=1))
     return work - kernel.slope(kinetic[:, None], series.segments, series.period_s)[:, 0]
 

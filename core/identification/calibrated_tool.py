@@ -12,7 +12,7 @@ from collaudit.core.identification.seen import seen_with
 from collaudit.core.prepare import Prepared
 from collaudit.core.result_identification import SensorFacts
 from collaudit.core.robot.robot import RobotModel
-from collaudit.core.tool_inertia import point_mass
+from collaudit.core.series import FloatArray
 
 
 def with_calibrated_tool(prepared: Prepared, sensor: SensorFacts, config: Config) -> Prepared:
@@ -50,5 +50,15 @@ def carrying(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[Ro
         first = first + tool.mass_kg * (own_turn @ np.array(tool.com_m) + own_place)
     parameters = robot.inertial_parameters.copy()
     ten = parameters[10 * body : 10 * body + 10]
-    ten += point_mass(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - point_mass(mass, first)
+    ten += _point_mass(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - _point_mass(mass, first)
     return robot.with_inertials(parameters, robot.armature), sensor.mass_kg, mass
+
+
+def _point_mass(mass_kg: float, first_kg_m: FloatArray) -> FloatArray:
+    """(10,) inertial parameters of a point mass: mass, first moments (3,), inertia about the origin."""
+    out = np.zeros(10)
+    if mass_kg > 0:
+        out[0], out[1:4] = mass_kg, first_kg_m
+        inertia = (float(first_kg_m @ first_kg_m) * np.eye(3) - np.outer(first_kg_m, first_kg_m)) / mass_kg
+        out[4:] = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return out

@@ -1,9 +1,9 @@
-"""The one module that imports Pinocchio: building a model, batched inverse dynamics, forward dynamics."""
+"""Pinocchio's models behind plain arrays: building, constants for the recursions, regressors, forward dynamics."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,11 @@ import pinocchio as pin
 
 from collaudit.core.config.schema import DhRow
 from collaudit.core.errors import RobotError
-from collaudit.core.robot.statics import Chain, ChainJoint
+from collaudit.core.robot import newton_euler, reference
+from collaudit.core.robot.batch import Batched, OneByOne, checked
+from collaudit.core.robot.forward import ForwardModel
+from collaudit.core.robot.links import Link, Place
 from collaudit.core.series import FloatArray
-
-#: Two threads were measured to be enough (1.1-1.3 µs a sample with seven joints), and leave a machine usable.
-THREADS = 2
 
 
 def urdf_model(xml: str, where: str) -> RigidBodies:
@@ -67,7 +67,7 @@ class RigidBodies:
 
     def __init__(self, model: Any) -> None:
         self._model = model
-        self._pool: Any = None
+        self._programs: dict[object, Batched] = {}
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -90,6 +90,7 @@ class RigidBodies:
     def set_gravity(self, gravity_m_s2: FloatArray) -> None:
         """Gravity in base axes, (3,) m/s²."""
         self._model.gravity.linear = gravity_m_s2
+        self._programs.clear()
 
     def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
         """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
@@ -102,21 +103,17 @@ class RigidBodies:
                 out.append(name)
         return out
 
-    def weightless(self) -> RigidBodies:
-        """A copy without gravity."""
-        model = self._model.copy()
-        model.gravity.linear = np.zeros(3)
-        return RigidBodies(model)
-
     def set_armature(self, armature: FloatArray) -> None:
         """Reflected rotor inertia (j,), kg·m² or kg; Pinocchio adds it to the diagonal of the mass matrix."""
         self._model.armature = armature
+        self._programs.clear()
 
     def add_body(self, frame: str, mass_kg: float, com_m: Sequence[float]) -> None:
         """Fix a point mass at ``com_m`` of a frame."""
         at = self._frame(frame)
         body = pin.Inertia(mass_kg, np.array(com_m, dtype=float), np.zeros((3, 3)))
         self._model.appendBodyToJoint(at.parentJoint, body, at.placement)
+        self._programs.clear()
 
     def bodies(self) -> list[tuple[str, float, FloatArray]]:
         """Per joint: its name, the mass (kg) it moves directly, the (3, 3) inertia about that mass's centre."""
@@ -128,21 +125,51 @@ class RigidBodies:
         joint = self._frame(frame).parentJoint
         return None if joint == 0 else str(self._model.names[joint])
 
-    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """Joint torques M(q) a + C(q, v) v + G(q), rotor inertia included; all (n, j), no NaN."""
-        if not hasattr(pin, "rneaInParallel"):  # a build without OpenMP
-            return self._one_by_one(q, v, a)
-        if self._pool is None:
-            self._pool = pin.ModelPool(self._model, THREADS)
-        columns = [np.ascontiguousarray(x).T for x in (q, v, a)]
-        torque = pin.rneaInParallel(THREADS, self._pool, *columns)
-        return np.ascontiguousarray(torque.reshape(columns[0].shape).T)  # one row or column comes back flat
+    def inverse_dynamics(self) -> Batched:
+        """From q, v, a to the joint torques M(q) a + C(q, v) v + G(q), rotor inertia included."""
+        return self._program(
+            "inverse dynamics",
+            lambda: newton_euler.inverse_dynamics_program(self._links(), self._model.gravity.linear),
+            reference.inverse_dynamics(self._model),
+        )
 
-    def _one_by_one(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        data, out = self._model.createData(), np.empty_like(v)
-        for k in range(q.shape[0]):
-            out[k] = pin.rnea(self._model, data, q[k], v[k], a[k])
-        return out
+    def momentum(self) -> Batched:
+        """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
+        return self._program(
+            "momentum",
+            lambda: newton_euler.momentum_program(self._links(), self._model.gravity.linear),
+            reference.momentum(self._model),
+        )
+
+    def force(self, frame: str, carried: tuple[str, float, FloatArray] | None = None) -> Batched:
+        """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes.
+
+        ``carried``: frame, mass in kg and (3,) centre of a point mass that is accelerated, without weight.
+        """
+        body = None if carried is None else (self.place(carried[0]), carried[1], np.asarray(carried[2]))
+        return self._program(
+            ("force", frame, None if carried is None else (*carried[:2], *map(float, carried[2]))),
+            lambda: newton_euler.force_program(self._links(), self.place(frame), body),
+            reference.force(self._model, frame, carried),
+        )
+
+    def weight(self, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> Batched:
+        """From q to the weight (6,) of a point mass in a frame's axes at its origin."""
+        return self._program(
+            ("weight", frame, mass_kg, *map(float, com_m), *map(float, gravity_m_s2)),
+            lambda: newton_euler.weight_program(self._links(), self.place(frame), mass_kg, com_m, gravity_m_s2),
+            reference.weight(self._model, frame, mass_kg, com_m, gravity_m_s2),
+        )
+
+    def _program(self, key: object, record: Callable[[], Batched], slow: OneByOne) -> Batched:
+        """A program, recorded when it is first asked for, and Pinocchio in its place if the two should not agree."""
+        if key not in self._programs:
+            self._programs[key] = checked(record(), slow)
+        return self._programs[key]
+
+    def rotation(self, q: FloatArray, frame: str) -> FloatArray:
+        """(3, 3) axes of a frame in the base at one position (j,)."""
+        return reference.rotation(self._model, self._model.createData(), q, frame).copy()
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.
@@ -179,22 +206,41 @@ class RigidBodies:
         at = self._frame(frame)
         return at.placement.rotation.copy(), at.placement.translation.copy(), int(at.parentJoint) - 1
 
-    def chain(self, frame: str) -> Chain:
-        """The joints from a frame to the base, with the constants :mod:`statics` needs."""
+    def place(self, frame: str) -> Place:
+        """Where a frame is, for the recursions."""
         at = self._frame(frame)
+        pose = self._aligned()[at.parentJoint].inverse() * at.placement
+        return Place(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
+
+    def _links(self) -> list[Link]:
+        """The recursions' constants."""
+        model, aligned, out = self._model, self._aligned(), []
+        for k in range(1, model.njoints):
+            pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
+            mass, *rest = aligned[k].actInv(model.inertias[k]).toDynamicParameters()
+            xx, xy, yy, xz, yz, zz = rest[3:]
+            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            out.append(Link(model.parents[k] - 1, self._prismatic(k), pose.rotation.copy(), pose.translation.copy(),
+                            float(mass), np.array(rest[:3]), inertia, float(model.armature[k - 1])))  # fmt: skip
+        return out
+
+    def _axis(self, joint: int) -> FloatArray:
+        """(6,) motion of a joint per its speed, in its own axes."""
         data = self._model.createData()
         pin.computeJointJacobians(self._model, data, pin.neutral(self._model))
-        joint, pose, steps = at.parentJoint, at.placement, []
-        while joint != 0:
-            column = self._model.joints[joint].idx_v
-            jacobian = pin.getJointJacobian(self._model, data, joint, pin.LOCAL)
-            axis = np.reshape(jacobian, (6, -1))[:, column]  # the Jacobian of a single joint comes back flat
-            prismatic = bool(np.linalg.norm(axis[3:]) < 0.5)
-            align = pin.SE3(_z_onto(axis[:3] if prismatic else axis[3:]), np.zeros(3))
-            step = align.inverse() * pose
-            steps.append(ChainJoint(column, prismatic, step.rotation.copy(), step.translation.copy()))
-            pose, joint = self._model.jointPlacements[joint] * align, self._model.parents[joint]
-        return Chain(tuple(steps), pose.rotation.copy())
+        jacobian = np.reshape(pin.getJointJacobian(self._model, data, joint, pin.LOCAL), (6, -1))
+        return np.asarray(jacobian[:, self._model.joints[joint].idx_v])  # a single joint's Jacobian comes back flat
+
+    def _prismatic(self, joint: int) -> bool:
+        return bool(np.linalg.norm(self._axis(joint)[3:]) < 0.5)
+
+    def _aligned(self) -> list[Any]:
+        """Of the base and of every joint, a rotation of its axes that puts z along its motion."""
+        out = [pin.SE3.Identity()]
+        for k in range(1, self._model.njoints):
+            axis = self._axis(k)
+            out.append(pin.SE3(_z_onto(axis[:3] if self._prismatic(k) else axis[3:]), np.zeros(3)))
+        return out
 
     def frame_offset(self, of: str, relative_to: str) -> tuple[FloatArray, FloatArray] | None:
         """Constant pose (rotation, translation) of one frame in another; None when a joint lies between."""
@@ -222,58 +268,6 @@ class RigidBodies:
 
     def _frame(self, name: str) -> Any:
         return self._model.frames[self._model.getFrameId(name)]
-
-
-class ForwardModel:
-    """Forward dynamics and kinematics one sample at a time, through preallocated data.
-
-    Arrays handed in must be (j,) float64; those handed out are the library's own memory, valid until the next call.
-    """
-
-    def __init__(self, model: Any) -> None:
-        self._model, self._data = model, model.createData()
-        self._rotor: FloatArray = np.array(model.armature, dtype=float)
-
-    def acceleration(self, q: FloatArray, v: FloatArray, torque: FloatArray, extra: FloatArray) -> FloatArray:
-        """Articulated-body algorithm: (j,) acceleration.
-
-        Args:
-            q, v, torque: position, velocity, joint torque.
-            extra: (j,) added to the mass matrix's diagonal for this call, kg·m²: what a linearly implicit
-                integrator needs.
-        """
-        self._model.armature = self._rotor + extra
-        out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
-        return out
-
-    def gravity_torque(self, q: FloatArray) -> FloatArray:
-        """(j,) torque that holds the arm against gravity, N·m."""
-        out: FloatArray = pin.computeGeneralizedGravity(self._model, self._data, q)
-        return out
-
-    def frame_id(self, name: str) -> int:
-        """Number of a frame."""
-        if not self._model.existFrame(name):
-            raise RobotError("the model has no such frame", found=name)
-        return int(self._model.getFrameId(name))
-
-    def update(self, q: FloatArray) -> None:
-        """Compute joint Jacobians and frame poses at ``q`` for the calls below."""
-        pin.computeJointJacobians(self._model, self._data, q)
-        pin.updateFramePlacements(self._model, self._data)
-
-    def pose(self, frame: int) -> tuple[FloatArray, FloatArray]:
-        """(3, 3) rotation and (3,) position of a frame in the base, after :meth:`update`."""
-        place = self._data.oMf[frame]
-        return place.rotation, place.translation
-
-    def jacobian(self, frame: int, point_m: FloatArray | None = None) -> FloatArray:
-        """(6, j) Jacobian in base axes at the frame's origin, or at a point (3,) of the frame; linear rows first."""
-        out: FloatArray = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
-        if point_m is not None:
-            arm = self._data.oMf[frame].rotation @ point_m
-            out[:3] -= pin.skew(arm) @ out[3:]
-        return out
 
 
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:

@@ -8,14 +8,10 @@ import numpy as np
 
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
+from collaudit.core.robot.batch import Batched, Signal, evaluate
 from collaudit.core.robot.model import RigidBodies
 from collaudit.core.robot.names import unknown_name
-from collaudit.core.robot.statics import Chain, chain_gravity, chain_torque, skew
-from collaudit.core.series import BoolArray, FloatArray, JointType
-
-#: Samples at a time.
-_BLOCK = 8192
-_MATRIX_BLOCK = 2048
+from collaudit.core.series import FloatArray, JointType
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,34 +74,42 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        bodies = self._with_inertials()
-        for name, array in (("q", q), ("v", v), ("a", a)):
-            self._check(array, len(self.joint_names), name)
-        out = np.empty((q.shape[0], len(self.joint_names)))
-        for start in range(0, q.shape[0], _BLOCK):  # what is needed on the way stays in the cache
-            block = slice(start, start + _BLOCK)
-            out[block] = self._torque(bodies, q[block], v[block], a[block])
-        return out
+        return self._evaluate(self._with_inertials().inverse_dynamics(), q, v, a)[0]
 
-    def _torque(self, bodies: RigidBodies, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """:meth:`inverse_dynamics` of some samples."""
-        complete = all(np.isfinite(x.sum()) for x in (q, v, a))
-        unknown: BoolArray | None = None if complete else np.asarray(np.isnan(q + v + a).any(axis=1))
-        rows = [x if unknown is None else np.where(unknown[:, None], 0.0, x) for x in (q, v, a)]
-        full = (self._expand(rows[0]), _times(rows[1], self.expansion.T), _times(rows[2], self.expansion.T))
-        out = _times(bodies.inverse_dynamics(*full), self.expansion)
-        if unknown is not None:
-            out[unknown] = np.nan
-        return out
+    def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Momentum M(q) v, and C(q, v)^T v - G(q), with rotor inertia and tool.
+
+        Args:
+            q, v: as for :meth:`inverse_dynamics`.
+
+        Returns:
+            two (n, j): N·m·s and N·m (N·s and N); NaN in rows with any NaN.
+
+        Raises:
+            NotJudgedError: the model has no inertials.
+        """
+        momentum, rest = self._evaluate(self._with_inertials().momentum(), q, v, groups=2)
+        return momentum, rest
+
+    def _evaluate(self, program: Batched, *motion: FloatArray, groups: int = 1) -> list[FloatArray]:
+        return evaluate(program, self._signals(*motion), self._back, groups, whole=True)
+
+    def _signals(self, *motion: FloatArray) -> list[Signal]:
+        """Position, velocity, acceleration (as many as there are) of every joint of the model."""
+        for name, array in zip("qva", motion, strict=False):
+            self._check(array, len(self.joint_names), name)
+        offset = self.offset if self.offset.any() else None
+        return [Signal(x, self._back, None if k else offset) for k, x in enumerate(motion)]
+
+    @property
+    def _back(self) -> FloatArray | None:
+        """:attr:`expansion`, None where it changes nothing."""
+        return None if np.array_equal(self.expansion, np.eye(*self.expansion.shape)) else self.expansion
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
         still = np.zeros_like(q)
         return self.inverse_dynamics(q, still, still)
-
-    def weightless(self) -> RobotModel:
-        """The same arm without gravity: its inverse dynamics at rest are M(q) a."""
-        return replace(self, bodies=self._with_inertials().weightless())
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
@@ -151,10 +155,34 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        self._check(q, len(self.joint_names), "q")
+        return self._force(self._with_frame(frame).force(frame), wrench, q)
+
+    def contact_torque(
+        self,
+        q: FloatArray,
+        v: FloatArray,
+        a: FloatArray,
+        wrench: FloatArray,
+        frame: str,
+        carried: tuple[str, float, FloatArray],
+    ) -> FloatArray:
+        """:meth:`wrench_torque` less what it takes to accelerate a body between the sensor and what it touches.
+
+        A wrist sensor feels that, and it is no force on the environment.
+
+        Args:
+            q, v, a: (n, j) motion.
+            wrench, frame: as for :meth:`wrench_torque`, the body's weight taken out.
+            carried: the body as a point mass: frame, kg, (3,) m of that frame.
+        """
+        for name in (frame, carried[0]):
+            bodies = self._with_frame(name)
+        return self._force(bodies.force(frame, carried), wrench, q, v, a)
+
+    def _force(self, program: Batched, wrench: FloatArray, *motion: FloatArray) -> FloatArray:
         self._check(wrench, 6, "wrench")
-        chain = self._chain(frame)
-        return _times(chain_torque(chain, self._expand(q), wrench), self.expansion)
+        signals = [*self._signals(*motion), Signal(wrench)]
+        return evaluate(program, signals, self._back, whole=False)[0]
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -169,11 +197,10 @@ class RobotModel:
         Raises:
             RobotError: no such frame, or the tool moves against it.
         """
-        self._check(q, len(self.joint_names), "q")
-        chain = self._chain(frame)
-        if self.tool is None or self.bodies is None:
+        bodies = self._with_frame(frame)
+        if self.tool is None:
             return np.zeros((q.shape[0], 6))
-        pose = self.bodies.frame_offset(self.tool.frame, frame)
+        pose = bodies.frame_offset(self.tool.frame, frame)
         if pose is None:
             raise RobotError(
                 "the tool's weight cannot be felt in this frame: a joint lies between them",
@@ -181,9 +208,12 @@ class RobotModel:
                 found=f"sensor {frame}, tool {self.tool.frame}",
                 hint="give both in frames of the same link",
             )
-        weight = self.tool.mass_kg * chain_gravity(chain, self._expand(q), self.gravity_base_m_s2)
-        com = pose[0] @ np.array(self.tool.com_m) + pose[1]
-        return np.hstack([weight, _times(weight, skew(com).T)])
+        return self.weight_in(q, frame, self.tool.mass_kg, pose[0] @ np.array(self.tool.com_m) + pose[1])
+
+    def weight_in(self, q: FloatArray, frame: str, mass_kg: float, com_m: FloatArray) -> FloatArray:
+        """(n, 6) N and N·m: weight of a point mass at ``com_m`` (3,) of a frame, there, at positions (n, j)."""
+        program = self._with_frame(frame).weight(frame, mass_kg, com_m, self.gravity_base_m_s2)
+        return evaluate(program, self._signals(q), whole=False)[0]
 
     def link_of(self, joint: str) -> str | None:
         """A frame of the link that a joint moves, or None without a description."""
@@ -198,16 +228,13 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        position = self._expand(q[None, :])
-        chain = self._chain(frame)
-        return np.stack([chain_gravity(chain, position, axis)[0] for axis in np.eye(3)])
+        return self._with_frame(frame).rotation(self._expand(q), frame)
 
     def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""
-        self._check(q, len(self.joint_names), "q")
-        return chain_gravity(self._chain(frame), self._expand(q), self.gravity_base_m_s2)
+        return np.ascontiguousarray(self.weight_in(q, frame, 1.0, np.zeros(3))[:, :3])
 
-    def _chain(self, frame: str) -> Chain:
+    def _with_frame(self, frame: str) -> RigidBodies:
         if self.bodies is None:
             raise NotJudgedError(
                 "forces at the tool cannot be turned into joint torques without a robot description",
@@ -215,7 +242,7 @@ class RobotModel:
             )
         if frame not in self.bodies.frame_names:
             raise unknown_name("the robot has no such frame", "log.wrench_frame", frame, self.bodies.frame_names)
-        return self.bodies.chain(frame)
+        return self.bodies
 
     def _with_inertials(self) -> RigidBodies:
         if self.bodies is None or not self.has_inertials:
@@ -226,19 +253,9 @@ class RobotModel:
         return self.bodies
 
     def _expand(self, q: FloatArray) -> FloatArray:
-        out = _times(q, self.expansion.T)
-        return out + self.offset if self.offset.any() else out
+        """(…, k) positions of every joint of the model."""
+        return np.asarray(q @ self.expansion.T + self.offset)
 
     def _check(self, array: FloatArray, columns: int, name: str) -> None:
         if array.ndim != 2 or array.shape[1] != columns:
             raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")
-
-
-def _times(x: FloatArray, matrix: FloatArray) -> FloatArray:
-    """``x @ matrix`` of a long, narrow x: by blocks, for which the BLAS starts no threads that would only wait."""
-    if np.array_equal(matrix, np.eye(*matrix.shape)):
-        return x
-    out = np.empty((x.shape[0], matrix.shape[1]))
-    for start in range(0, x.shape[0], _MATRIX_BLOCK):
-        np.matmul(x[start : start + _MATRIX_BLOCK], matrix, out=out[start : start + _MATRIX_BLOCK])
-    return out

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -15,38 +13,16 @@ from collaudit.cli.provenance import make_provenance
 from collaudit.core.audit import fit_logs
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
-from collaudit.core.detectors import balance, energy
-from collaudit.core.detectors.momentum import MomentumTerms
 from collaudit.core.evaluate import Evaluation, Grounds, evaluate
 from collaudit.core.fitting import friction_laws
 from collaudit.core.prepare import Prepared, judged_series
 from collaudit.core.result import FrictionFile
-from collaudit.core.robot.robot import RobotModel
 from collaudit.core.rule import make_rule
 from collaudit.core.scoring import Alarm, Evidence, Score, score
-from collaudit.core.series import FloatArray
 from collaudit.core.truth_events import read_events
 from collaudit.fixtures import simulate as simulation
 from collaudit.fixtures.robots import FixtureRobot, robot_named
 from collaudit.reports.files import read_friction, write_friction
-
-
-def _remember(module: ModuleType) -> None:
-    """Momentum terms do not depend on friction or gain: those of the last log serve all its evaluations."""
-    compute = module.momentum_terms
-    last: list[Any] = [None, None]
-
-    def terms(robot: RobotModel, q: FloatArray, v: FloatArray) -> MomentumTerms:
-        if last[0] is None or any(a is not b for a, b in zip(last[0], (robot, q, v), strict=True)):
-            last[:] = [(robot, q, v), compute(robot, q, v)]
-        out: MomentumTerms = last[1]
-        return out
-
-    module.momentum_terms = terms  # type: ignore[attr-defined]
-
-
-for _module in (balance, energy):
-    _remember(_module)
 
 #: Pushes count when their true torque exceeds 1.3 gamma for longer than n.
 FACTOR = 1.3

@@ -96,12 +96,6 @@ def test_rows_that_are_not_numbers_stay_so(motion: Any) -> None:
     np.testing.assert_allclose(out[keep], by_hand(q, v, a)[keep], atol=1e-12)
 
 
-def test_the_loop_without_threads_gives_the_same(motion: Any) -> None:
-    robot = load_robot(pendulum(), HERE, ["joint1", "joint2"])
-    assert robot.bodies is not None
-    np.testing.assert_allclose(robot.bodies._one_by_one(*motion), by_hand(*motion), atol=1e-12)
-
-
 def test_joint_order_of_the_log_does_not_matter(motion: Any) -> None:
     robot = load_robot(pendulum(), HERE, ["joint2", "joint1"])
     assert robot.joint_names == ("joint1", "joint2")

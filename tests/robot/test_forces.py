@@ -1,4 +1,4 @@
-"""J(q)^T F by chains against Pinocchio's frame Jacobians, on every kind of frame, for real arms too."""
+"""J(q)^T F against Pinocchio's frame Jacobians, on every kind of frame, for real arms too."""
 
 from __future__ import annotations
 

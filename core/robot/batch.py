@@ -1,0 +1,140 @@
+"""Programs over long, narrow arrays: by blocks of samples in threads, in the joints of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from collaudit.core.parallel import ordered_map
+from collaudit.core.series import FloatArray
+
+#: Samples at a time: long enough that calling NumPy costs little, short enough that a program's buffers stay in cache.
+_BLOCK = 8192
+_AGREE = 1e-9  # of the largest value: rounding alone leaves 1e-14
+
+
+class Run(Protocol):
+    """A computation with its memory: fill ``inputs`` (k, m), run, read ``outputs`` (r, m)."""
+
+    @property
+    def inputs(self) -> FloatArray:
+        """(k, m)."""
+        ...
+
+    @property
+    def outputs(self) -> FloatArray:
+        """(r, m)."""
+        ...
+
+    def run(self) -> None:
+        """Compute the outputs."""
+        ...
+
+
+class Batched(Protocol):
+    """A computation of ``outputs`` numbers from ``inputs`` numbers for many samples at once."""
+
+    inputs: int
+    outputs: int
+
+    def run_of(self, count: int) -> Run:
+        """Memory for that many samples at a time."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal:
+    """Inputs: (n, c) values; ``matrix`` (r, c) and ``offset`` (r,) bring them to (r, n), as far as there are any."""
+
+    values: FloatArray
+    matrix: FloatArray | None = None
+    offset: FloatArray | None = None
+
+    def fill(self, rows: FloatArray, block: slice) -> None:
+        """Put a block of samples into (r, m) rows."""
+        if self.matrix is None:
+            rows[...] = self.values[block].T
+        else:
+            np.matmul(self.matrix, self.values[block].T, out=rows)
+        if self.offset is not None:
+            rows += self.offset[:, None]
+
+
+def evaluate(
+    program: Batched, signals: Sequence[Signal], back: FloatArray | None = None, groups: int = 1, *, whole: bool
+) -> list[FloatArray]:
+    """Run a program over all samples.
+
+    Args:
+        program: its inputs are the rows of the signals, one after the other.
+        signals: of n samples each.
+        back: (r, c) each group's r outputs become c columns by its transpose; as they are without.
+        groups: how many arrays the outputs are, r each.
+        whole: a sample with any input NaN is NaN altogether; else only what depends on it.
+
+    Returns:
+        (n, c) arrays, one a group.
+    """
+    count = signals[0].values.shape[0]
+    rows = program.outputs // groups
+    out = [np.empty((count, rows if back is None else back.shape[1])) for _ in range(groups)]
+    idle: list[Run] = []
+
+    def one(block: slice) -> None:
+        run = idle.pop() if idle else program.run_of(min(_BLOCK, count))
+        samples = len(range(*block.indices(count)))
+        inputs, first = run.inputs[:, :samples], 0
+        for signal in signals:
+            height = signal.values.shape[1] if signal.matrix is None else signal.matrix.shape[0]
+            signal.fill(inputs[first : first + height], block)
+            first += height
+        run.run()
+        unknown = np.isnan(inputs).any(axis=0) if whole and not np.isfinite(inputs.sum()) else None
+        for k, array in enumerate(out):
+            part = run.outputs[k * rows : (k + 1) * rows, :samples]
+            array[block] = part.T if back is None else np.matmul(part.T, back)
+            if unknown is not None:
+                array[block][unknown] = np.nan
+        idle.append(run)
+
+    for _ in ordered_map(one, [slice(start, start + _BLOCK) for start in range(0, count, _BLOCK)]):
+        pass
+    return out
+
+
+class OneByOne:
+    """A computation that is given as a function of one sample: the reference, and slow."""
+
+    def __init__(self, inputs: int, outputs: int, sample: Callable[[FloatArray], FloatArray]) -> None:
+        """``sample``: from (inputs,) to (outputs,)."""
+        self.inputs, self.outputs = inputs, outputs
+        self._sample = sample
+
+    def run_of(self, count: int) -> Run:
+        """Memory for that many samples at a time."""
+        return _Loop(np.zeros((self.inputs, count)), np.zeros((self.outputs, count)), self._sample)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Loop:
+    inputs: FloatArray
+    outputs: FloatArray
+    sample: Callable[[FloatArray], FloatArray]
+
+    def run(self) -> None:
+        """Compute the outputs."""
+        for k in range(self.inputs.shape[1]):
+            self.outputs[:, k] = self.sample(np.ascontiguousarray(self.inputs[:, k]))
+
+
+def checked(program: Batched, reference: Batched) -> Batched:
+    """The program, if it gives what the reference gives at a few random samples; else the reference."""
+    fast, slow = program.run_of(5), reference.run_of(5)
+    fast.inputs[:] = slow.inputs[:] = np.random.default_rng(0).normal(size=(program.inputs, 5))
+    fast.run()
+    slow.run()
+    close = np.abs(fast.outputs - slow.outputs) <= _AGREE * max(1.0, float(np.abs(slow.outputs).max(initial=0.0)))
+    return program if close.all() else reference

@@ -1,0 +1,116 @@
+"""Recorded recursions against Pinocchio, sample by sample, on trees of every kind of joint."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collaudit.core.robot import newton_euler, reference
+from collaudit.core.robot.batch import Batched, OneByOne, Signal, evaluate
+from collaudit.core.robot.model import RigidBodies
+from collaudit.core.robot.tape import Program, Tape
+
+G = np.array([0.3, -1.2, -9.7])
+
+
+def tree(seed: int, joints: int) -> tuple[pin.Model, RigidBodies]:
+    """Joints about and along any axis, some on the same parent, bodies and rotors on each, a frame on the last."""
+    rng = np.random.default_rng(seed)
+    model = pin.Model()
+    model.gravity.linear = G
+    for k in range(joints):
+        axis = rng.normal(size=3)
+        kinds = (
+            pin.JointModelRevoluteUnaligned(axis / np.linalg.norm(axis)),
+            pin.JointModelPrismaticUnaligned(axis / np.linalg.norm(axis)),
+            pin.JointModelRX(), pin.JointModelRY(), pin.JointModelRZ(), pin.JointModelPY(),
+        )  # fmt: skip
+        above = list(model.supports[k])  # Pinocchio wants joints depth first
+        parent = above[-1] if rng.random() < 0.7 else above[rng.integers(len(above))]
+        number = model.addJoint(parent, kinds[rng.integers(len(kinds))], pin.SE3.Random(), f"j{k}")
+        model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"f{k}", number, 0, pin.SE3.Random(), pin.FrameType.OP_FRAME))
+    model.addFrame(pin.Frame("base", 0, 0, pin.SE3.Random(), pin.FrameType.FIXED_JOINT))
+    model.armature = rng.uniform(0.0, 1.0, joints)
+    return model, RigidBodies(model)
+
+
+def compared(program: Batched, slow: OneByOne, seed: int = 1) -> None:
+    """The program was recorded, not replaced, and gives what the reference gives."""
+    assert isinstance(program, Program)
+    x = np.random.default_rng(seed).normal(size=(40, slow.inputs))
+    fast, theirs = (evaluate(p, [Signal(x)], whole=False)[0] for p in (program, slow))
+    np.testing.assert_allclose(fast, theirs, rtol=1e-10, atol=1e-11 * max(1.0, np.abs(theirs).max()))
+
+
+@pytest.mark.parametrize("joints", [1, 2, 4, 7])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_any_tree(seed: int, joints: int) -> None:
+    pin.seed(seed)
+    model, bodies = tree(seed, joints)
+    compared(bodies.inverse_dynamics(), reference.inverse_dynamics(model))
+    compared(bodies.momentum(), reference.momentum(model))
+    for frame in (f"f{joints - 1}", "f0", "base"):
+        compared(bodies.force(frame), reference.force(model, frame, None))
+        body = (f"f{joints // 2}", 1.7, np.array([0.1, -0.2, 0.3]))
+        compared(bodies.force(frame, body), reference.force(model, frame, body))
+        mass = (frame, 0.8, np.array([0.1, 0.0, -0.2]), G)
+        compared(bodies.weight(*mass), reference.weight(model, *mass))
+
+
+def test_a_recursion_that_is_wrong_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, bodies = tree(5, 3)
+    right = newton_euler.inverse_dynamics_program
+    monkeypatch.setattr(newton_euler, "inverse_dynamics_program", lambda links, g: right(links, 1.001 * np.asarray(g)))
+    program = bodies.inverse_dynamics()
+    assert isinstance(program, OneByOne)
+    x = np.random.default_rng(1).normal(size=(5, 9))
+    data = model.createData()
+    expected = [pin.rnea(model, data, *np.split(row, 3)) for row in x]
+    np.testing.assert_array_equal(evaluate(program, [Signal(x)], whole=False)[0], expected)
+
+
+def test_a_model_that_is_changed_is_recorded_anew() -> None:
+    model, bodies = tree(6, 3)
+    x = np.random.default_rng(1).normal(size=(5, 9))
+    before = evaluate(bodies.inverse_dynamics(), [Signal(x)], whole=False)[0]
+    bodies.set_armature(model.armature + 1.0)
+    after = evaluate(bodies.inverse_dynamics(), [Signal(x)], whole=False)[0]
+    np.testing.assert_allclose(after - before, x[:, 6:], atol=1e-12)
+
+
+numbers = st.floats(-3.0, 3.0).map(lambda x: round(x, 2))
+picks = st.integers(0, 99)
+operations = st.lists(st.tuples(st.sampled_from("+-*sck"), picks, picks, numbers), max_size=30)
+
+
+def carry_out(kind: str, p: Any, q: Any, number: float, sine: Any, cosine: Any) -> Any:
+    """One operation on recorded or on computed values."""
+    return {"+": operator.add, "-": operator.sub, "*": operator.mul, "k": lambda p, _: number * p + 1.5,
+            "s": lambda p, _: sine(p), "c": lambda p, _: cosine(p)}[kind](p, q)  # fmt: skip
+
+
+@settings(max_examples=200, deadline=None)
+@given(operations=operations, wanted=st.lists(picks, min_size=1, max_size=5))
+def test_a_tape_replays_what_was_computed(operations: list[tuple[str, int, int, float]], wanted: list[int]) -> None:
+    """The same arithmetic on values and on arrays, with constants 0 and 1 among them and results used often."""
+    x = np.random.default_rng(2).normal(size=(3, 11))
+    tape = Tape(3)
+    recorded: list[Any] = [*tape.inputs(), 0.0, 1.0, -1.0]
+    computed: list[Any] = [*x, 0.0, 1.0, -1.0]
+    for kind, a, b, number in operations:
+        for values, functions in ((recorded, (tape.sine, tape.cosine)), (computed, (np.sin, np.cos))):
+            values.append(carry_out(kind, values[a % len(values)], values[b % len(values)], number, *functions))
+    picked = [k % len(recorded) for k in wanted]
+    run = tape.program([recorded[k] for k in picked]).run_of(11)
+    run.inputs[:] = x
+    run.run()
+    for row, k in zip(run.outputs, picked, strict=True):
+        expected = np.broadcast_to(computed[k], 11)
+        np.testing.assert_allclose(row, expected, rtol=1e-9, atol=1e-9 * max(1.0, np.abs(expected).max()))

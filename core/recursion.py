@@ -14,8 +14,8 @@ import numpy as np
 from collaudit.core.parallel import THREADS, ordered_map
 from collaudit.core.series import BoolArray, FloatArray, Span
 
-#: Samples at a time: a group's block and what the filter makes of it stay in the cache.
-_BLOCK = 8192
+#: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
+_BLOCK = 32768
 
 
 def filtered(
@@ -85,13 +85,13 @@ class _Stretch:
         head, tail = 2.0 * x[0] - x[pad:0:-1], 2.0 * x[-1] - x[-2 : -pad - 2 : -1]
         state = self._start(head[0] if pad else x[0])
         state = self._step(head, state)[1]
-        for block in _blocks(len(x)):
+        for block in _blocks(x):
             self.out[block], state = self._step(x[block], state)
         if both_ways:
             after, _ = self._step(tail, state)
             state = self._start(after[-1] if pad else self.out[-1])
             state = self._step(after[::-1], state)[1]
-            for block in reversed(list(_blocks(len(x)))):
+            for block in reversed(list(_blocks(x))):
                 back, state = self._step(self.out[block][::-1], state)
                 self.out[block] = back[::-1]
 
@@ -110,13 +110,15 @@ class _Stretch:
         return result.T, state
 
 
-def _blocks(count: int) -> Iterator[slice]:
-    return (slice(start, min(start + _BLOCK, count)) for start in range(0, count, _BLOCK))
+def _blocks(x: FloatArray) -> Iterator[slice]:
+    """Blocks of the rows of a (m, j) group."""
+    count, step = x.shape[0], max(1, _BLOCK // x.shape[1])
+    return (slice(start, min(start + step, count)) for start in range(0, count, step))
 
 
 def _groups(columns: int, samples: int) -> list[slice]:
     """The columns in as many parts as there are threads; short stretches in one."""
-    parts = min(THREADS, columns) if samples > 2 * _BLOCK else 1
+    parts = min(THREADS, columns) if samples * columns > 2 * _BLOCK else 1
     edges = np.linspace(0, columns, parts + 1).round().astype(int).tolist()
     return [slice(first, last) for first, last in pairwise(edges)]
 

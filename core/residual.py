@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detectors.balance import Balance
+from collaudit.core.detectors.kernel import Kernel
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.friction_band import FrictionBand, friction_band
 from collaudit.core.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.parallel import ordered_map
-from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+from collaudit.core.series import BoolArray, FloatArray, IntArray, Span, UniformSeries
 from collaudit.core.signals import State
 
 #: Friction is trusted this far beyond the fastest speed it was measured at.
@@ -109,16 +110,18 @@ def _one_joint(
     assert balance.total_nm is not None
     velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
     band = friction_band(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
-    undecided = _through(balance, series, ~band.steady)
+    around = _Around.of(balance, series, ~band.steady)
+    undecided = around.reached(~band.steady)
     too_fast = np.abs(velocity) > _BEYOND_RANGE * law.speed_range[1]
     sliding = _smoothed(balance, series, band.sliding_nm)
+    sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
-        level = fixed_level(total.size, config.friction_level_sd)
+        level = fixed_level(total.size, sd)
     else:
         usable = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
-        level = follow_level(total - sliding, sliding, usable, series.period_s, config.friction_level_sd, config.causal)
-    beyond = _beyond(total, band, level, balance, series)
-    out.torque_nm[:] = np.where(undecided, beyond, total - (1.0 + level.deviation) * sliding)
+        level = follow_level(total - sliding, sliding, usable, series.period_s, sd, config.causal)
+    np.subtract(total, (1.0 + level.deviation) * sliding, out=out.torque_nm)
+    out.torque_nm[undecided] = _beyond(total, band, level, around, undecided)
     out.state[undecided] = State.FRICTION_INTERVAL
     out.state[too_fast] = State.TOO_FAST
     out.uncertainty_nm[:] = np.where(undecided | ~np.isfinite(sliding), 0.0, SIGMAS * level.sd * np.abs(sliding))
@@ -126,21 +129,54 @@ def _one_joint(
 
 
 def _beyond(
-    total: FloatArray, band: FrictionBand, level: FrictionLevel, balance: Balance, series: UniformSeries
+    total: FloatArray, band: FrictionBand, level: FrictionLevel, around: _Around, undecided: BoolArray
 ) -> FloatArray:
-    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty."""
-    slack = SIGMAS * level.sd * np.maximum(np.abs(band.low_nm), np.abs(band.high_nm))
-    low = _smoothed(balance, series, (1.0 + level.deviation) * band.low_nm - slack)
-    high = _smoothed(balance, series, (1.0 + level.deviation) * band.high_nm + slack)
-    return np.asarray(np.maximum(total - high, 0.0) + np.minimum(total - low, 0.0))
+    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty.
+
+    Only at the undecided samples, (k,).
+    """
+    rows = around.rows
+    scale = 1.0 + level.deviation[rows]
+    slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(band.low_nm[rows]), np.abs(band.high_nm[rows]))
+    low, high = around.smoothed(scale * band.low_nm[rows] - slack), around.smoothed(scale * band.high_nm[rows] + slack)
+    its = total[rows]
+    return np.asarray(np.maximum(its - high, 0.0) + np.minimum(its - low, 0.0))[undecided[rows]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Around:
+    """The rows around a joint's reversals and rests, one after the other: smoothing them is enough there.
+
+    Attributes:
+        rows: (k,) sample numbers.
+        stretches: of rows that follow each other within a segment, or nearly: what lies between does not matter.
+        kernel: with which they are smoothed.
+        series: the whole.
+    """
+
+    rows: IntArray
+    stretches: list[Span]
+    kernel: Kernel
+    series: UniformSeries
+
+    @classmethod
+    def of(cls, balance: Balance, series: UniformSeries, mask: BoolArray) -> _Around:
+        """Around the marked samples (n,)."""
+        return cls(*balance.kernel.near(mask, series.segments, series.period_s), balance.kernel, series)
+
+    def smoothed(self, x: FloatArray) -> FloatArray:
+        """(k,) values at the rows through the kernel."""
+        return self.kernel.apply(x[:, None], self.stretches, self.series.period_s)[:, 0]
+
+    def reached(self, mask: BoolArray) -> BoolArray:
+        """(n,) recorded samples in whose kernel the marked samples weigh something."""
+        out = np.zeros_like(mask)
+        out[self.rows] = self.kernel.reach(mask[self.rows][:, None], self.stretches, self.series.period_s)[:, 0]
+        return out
 
 
 def _smoothed(balance: Balance, series: UniformSeries, x: FloatArray) -> FloatArray:
     return balance.kernel.apply(x[:, None], series.segments, series.period_s)[:, 0]
-
-
-def _through(balance: Balance, series: UniformSeries, mask: BoolArray) -> BoolArray:
-    return balance.kernel.reach(mask[:, None], series.segments, series.period_s)[:, 0]
 
 
 def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:

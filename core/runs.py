@@ -9,5 +9,7 @@ from collaudit.core.series import BoolArray, IntArray
 
 def run_bounds(mask: BoolArray) -> tuple[IntArray, IntArray]:
     """Starts and stops (half-open) of the runs of True in a (n,) mask."""
-    edges = np.diff(np.concatenate(([0], mask.view(np.int8), [0])))
-    return np.flatnonzero(edges == 1).astype(np.int64), np.flatnonzero(edges == -1).astype(np.int64)
+    edges = np.flatnonzero(mask[1:] != mask[:-1]) + 1
+    first, last = mask[:1].nonzero()[0], mask[-1:].nonzero()[0] + mask.size
+    edges = np.concatenate((first, edges, last)).astype(np.int64)
+    return edges[::2], edges[1::2]

@@ -69,11 +69,14 @@ def balance_torques(
     velocity = series.velocity_rad_s if raw is None or not config.causal else raw
     total = None
     if rigid_nm is not None and series.effort is not None and series.effort_unit == "Nm":
-        measured = series.effort if contact_nm is None else series.effort - contact_nm
-        if not config.causal:
-            total = kernel.apply(measured - rigid_nm, series.segments, series.period_s)
-        else:
+        if config.causal:
+            measured = series.effort if contact_nm is None else series.effort - contact_nm
             total = _causal(series, robot, measured, velocity, engine, kernel)
+        else:
+            unexplained = series.effort - rigid_nm
+            if contact_nm is not None:
+                unexplained -= contact_nm
+            total = kernel.apply(unexplained, series.segments, series.period_s)
     return Balance(engine, kernel, total, velocity, start_mask(series, kernel))
 
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.recursion import filtered
-from collaudit.core.series import BoolArray, FloatArray, Span
+from collaudit.core.runs import run_bounds
+from collaudit.core.series import BoolArray, FloatArray, IntArray, Span
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05
@@ -105,6 +106,26 @@ class Kernel:
             return mask
         weight = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
         return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
+
+    def near(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> tuple[IntArray, list[Span]]:
+        """Rows that are enough to smooth what is at the marked rows (n,), and the stretches that they form together.
+
+        Rows further away than six times :attr:`settle_s` weigh less than 2e-8; so do neighbouring stretches on each
+        other when what is in between is left out.
+        """
+        margin = math.ceil(6.0 * self.settle_s / period_s)
+        rows, stretches, count = [], [], 0
+        for span in segments:
+            starts, stops = run_bounds(mask[span.slice])
+            wanted = np.zeros(len(span) + 1, dtype=np.int64)
+            np.add.at(wanted, np.maximum(starts - margin, 0), 1)
+            np.add.at(wanted, np.minimum(stops + margin, len(span)), -1)
+            its = span.start + np.flatnonzero(np.cumsum(wanted[:-1]))
+            if its.size:
+                rows.append(its)
+                stretches.append(Span(count, count + its.size))
+                count += its.size
+        return np.concatenate(rows) if rows else np.empty(0, dtype=np.int64), stretches
 
     def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:
         """Exact for inputs that are straight between samples (first-order hold)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -110,3 +111,27 @@ def test_the_share_of_a_short_push(samples: int) -> None:
     both = first_order(60.0, False).share_of_push(samples, T)
     assert 1.0 - np.exp(-30.0 * (seconds - T)) <= both <= 1.0 - np.exp(-30.0 * (seconds + T))
     assert identity(True).share_of_push(samples, T) == 1.0
+
+
+@pytest.mark.parametrize("causal", [True, False])
+@pytest.mark.parametrize("make", [first_order, butterworth, double_pole])
+def test_smoothing_near_some_samples_is_smoothing_there(make: Callable[[float, bool], Kernel], causal: bool) -> None:
+    """Rows near the marked ones, put side by side, give there what the whole signal gives, steps in between or not."""
+    kernel = make(60.0, causal)
+    rng = np.random.default_rng(7)
+    x = np.cumsum(rng.normal(size=4000))
+    segments = [Span(0, 2500), Span(2600, 4000)]
+    mask = np.zeros(4000, dtype=bool)
+    for start in (0, 700, 705, 1500, 2490, 2600, 3200, 3995):
+        mask[start : start + 9] = True
+    mask[2500:2600] = False
+    rows, stretches = kernel.near(mask, segments, T)
+    assert rows.size < 3400
+    assert mask[rows].sum() == mask.sum()
+    whole = kernel.apply(x[:, None], segments, T)[:, 0]
+    part = kernel.apply(x[rows][:, None], stretches, T)[:, 0]
+    here = mask[rows]
+    np.testing.assert_allclose(part[here], whole[rows][here], atol=1e-6)
+    reached = kernel.reach(mask[:, None], segments, T)[:, 0]
+    np.testing.assert_array_equal(kernel.reach(here[:, None], stretches, T)[:, 0], reached[rows])
+    assert reached[rows].sum() == reached.sum()

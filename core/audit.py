@@ -21,6 +21,7 @@ from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.findings import identified_findings
 from collaudit.core.identification.identify import identify, wanted
 from collaudit.core.identification.trends import joint_trends, merged, trend_findings
+from collaudit.core.identification.warm_laws import warm_laws
 from collaudit.core.phases import phase_spans
 from collaudit.core.prepare import Prepared, judged_series, prepare
 from collaudit.core.recommend import CleanResidual, little_data_findings, recommend_rule
@@ -104,6 +105,9 @@ def audit_log(
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
         findings += _friction_mismatch(friction, prepared)
     laws, missing = friction_laws(fits, series)
+    if friction is not None:
+        laws, more = warm_laws(laws, friction.trends, series)
+        missing += more
     findings += friction_findings(fits) + missing
     rule, watch, more = make_rule(series, prepared.phases, config)
     findings += more

@@ -26,12 +26,14 @@ class FrictionBand:
         sliding_nm: (n,) steady friction at the velocity.
         low_nm, high_nm: (n,) bounds; equal to ``sliding_nm`` where ``steady``.
         steady: (n,) the joint has slid far enough since it rested, reversed or came into view.
+        level_sd: standard error that a trend with temperature leaves in the level, as a share.
     """
 
     sliding_nm: FloatArray
     low_nm: FloatArray
     high_nm: FloatArray
     steady: BoolArray
+    level_sd: float = 0.0
 
 
 def friction_band(
@@ -61,7 +63,11 @@ def friction_band(
     forward = velocity[k] >= 0
     low[k] = np.where(forward, along_low, -along_high)
     high[k] = np.where(forward, along_high, -along_low)
-    return FrictionBand(sliding, low, high, steady)
+    heat = None if law.warmth is None or series.temperature_c is None else series.temperature_c[:, j]
+    if law.warmth is None or heat is None:
+        return FrictionBand(sliding, low, high, steady)
+    share = law.warmth.share(heat)
+    return FrictionBand(share * sliding, share * low, share * high, steady, law.warmth.doubt(heat))
 
 
 def _travel(series: UniformSeries, j: int, velocity: FloatArray, resting: BoolArray) -> FloatArray:

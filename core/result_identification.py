@@ -183,6 +183,22 @@ class ChannelFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class TrendFit:
+    """Where a trend of friction was fitted: at which values of the other, and where the line passes.
+
+    Attributes:
+        lowest, highest: of the other.
+        mean: of the other, weighted as the fit was.
+        level: what friction was off its law at the mean, as a share.
+    """
+
+    lowest: float
+    highest: float
+    mean: float
+    level: float
+
+
+@dataclass(frozen=True, slots=True)
 class Trend:
     """How friction of one joint goes with something else, over settled motion.
 
@@ -192,6 +208,7 @@ class Trend:
         ci95: its interval.
         span: how much of the other there was: minutes, kelvin, N·m.
         log: name of the log.
+        fit: of a trend with temperature, °C.
     """
 
     against: Literal["time", "temperature", "load"]
@@ -199,6 +216,7 @@ class Trend:
     ci95: Bounds
     span: float
     log: str
+    fit: TrendFit | None = None
 
     @property
     def shown(self) -> bool:

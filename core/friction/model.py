@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.friction.laws import law_curve
+from collaudit.core.friction.warmth import Warmth
 from collaudit.core.result_friction import FrictionFit
 from collaudit.core.series import FloatArray
 
@@ -27,12 +28,14 @@ class FrictionModel:
         values: parameters by symbol, in the units of the fit.
         speed_range: slowest and fastest speed measured.
         breakaway_known: whether friction towards zero speed is determined.
+        warmth: how friction goes with the joint's temperature, where that is to be used.
     """
 
     name: str
     values: Mapping[str, float]
     speed_range: tuple[float, float]
     breakaway_known: bool
+    warmth: Warmth | None = None
 
     @classmethod
     def of(cls, fit: FrictionFit) -> FrictionModel | None:

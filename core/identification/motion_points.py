@@ -64,6 +64,7 @@ class Settled:
         time_s, position: when and where.
         residual: torque that model and friction leave, not filtered: ripple passes at the speed of the motion.
         friction: as fitted, signed.
+        speed: of the joint.
         load: size of the model's torque and the tool's: what the gear carries.
         temperature: of the joint, °C; None without such a channel.
     """
@@ -72,6 +73,7 @@ class Settled:
     position: FloatArray
     residual: FloatArray
     friction: FloatArray
+    speed: FloatArray
     load: FloatArray
     temperature: FloatArray | None
 
@@ -99,7 +101,8 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
         return None
     at = None if heat is None else heat[rows]
     position = series.position_rad[rows, j]
-    return Settled(series.time_s[rows], position, left[rows], friction[rows], np.abs(known[rows]), at)
+    time_s, speed = series.time_s[rows], np.abs(v[rows])
+    return Settled(time_s, position, left[rows], friction[rows], speed, np.abs(known[rows]), at)
 
 
 def _settled(v: FloatArray, margin: int) -> IntArray:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.identification.motion_points import Settled, settled_residual
+from collaudit.core.identification.shift import basis_of
 from collaudit.core.prepare import Prepared
 from collaudit.core.result_friction import FrictionFit
-from collaudit.core.result_identification import Bounds, JointTrends, RippleFacts, Trend
+from collaudit.core.result_identification import Bounds, JointTrends, RippleFacts, Trend, TrendFit
 from collaudit.core.series import FloatArray
 
 _BLOCK_S = 2.0
@@ -20,36 +22,64 @@ _MIN_RUN_S = 60.0
 _MIN_KELVIN = 2.0
 _MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads tells nothing
 _MOST_CYCLES = 400  # a turn
+_MOST_SAMPLES = 60_000
+_KNOTS = 8
 _NOTEWORTHY = 0.1
 
 
+class Slope(NamedTuple):
+    """Share of friction per unit with its interval, and a point of the line: what is off at the mean of the other."""
+
+    per_unit: float
+    ci95: Bounds
+    mean: float
+    level: float
+
+
 def friction_slope(
-    time_s: FloatArray, residual: FloatArray, friction: FloatArray, against: FloatArray
-) -> tuple[float, Bounds] | None:
-    """Slope of residual/friction over something else, from means over blocks of two seconds (t interval).
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, speed: FloatArray, against: FloatArray
+) -> Slope | None:
+    """Slope of residual/friction over something else, compared at equal speeds (t interval over stretches of time).
+
+    The law was fitted on the same motion: where the other rises while the speeds do, as in an experiment that goes
+    through the speeds while the arm warms up, the law has taken up part of the trend. What any law of speed could
+    take up (hats over speed, a constant) is therefore taken out of both sides; where that leaves little, the interval
+    is wide.
 
     Args:
-        time_s, residual, friction: (n,) settled samples: time, torque that is left, friction as fitted, signed.
+        time_s, residual, friction, speed: (n,) settled samples: time, torque that is left, friction as fitted, signed,
+            and speed.
         against: (n,) what friction may go with.
 
     Returns:
-        Share of friction per unit and its interval; None with too few blocks, or nothing to compare.
+        The line; None with too little time, or nothing to compare.
     """
-    ids, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
-    if ids.size < _MIN_BLOCKS:
+    rows = slice(None, None, max(1, time_s.size // _MOST_SAMPLES))
+    time_s, residual, friction, speed, against = (x[rows] for x in (time_s, residual, friction, speed, against))
+    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    if blocks.size < _MIN_BLOCKS:
         return None
-    weight = np.bincount(label, weights=friction**2)
-    level = np.bincount(label, weights=residual * friction) / np.maximum(weight, 1e-30)
-    at = np.bincount(label, weights=against) / np.bincount(label)
-    at = at - float(np.sum(weight * at) / weight.sum())
-    mean = float(np.sum(weight * level) / weight.sum())
-    power = float(np.sum(weight * at**2))
-    if power <= 1e-12 * float(weight.sum()):
+    weight = float(friction @ friction)
+    middle = float(friction**2 @ against) / weight
+    column = friction * (against - middle)
+    laws = _any_law(speed, friction)
+    own, left = (x - laws @ (laws.T @ x) for x in (column, residual))
+    power = float(own @ own)
+    if power <= 1e-9 * float(column @ column) or not power > 0:
         return None
-    slope = float(np.sum(weight * at * (level - mean))) / power
+    slope = float(own @ left) / power
     # neighbouring blocks err alike: sums of four blocks are taken as one error
-    score: FloatArray = np.asarray(weight * at * (level - mean - slope * at), dtype=np.float64)
-    return slope, _interval(slope, score, power, 4)
+    score: FloatArray = np.bincount(label, weights=own * (left - slope * own)).astype(np.float64)
+    return Slope(slope, _interval(slope, score, power, 4), middle, float(residual @ friction) / weight)
+
+
+def _any_law(speed: FloatArray, friction: FloatArray) -> FloatArray:
+    """(n, k) orthonormal columns of what a law of speed, and a constant, can explain."""
+    log = np.log(np.maximum(speed, 1e-6))
+    knots = np.unique(np.quantile(log, np.linspace(0.0, 1.0, _KNOTS)))
+    hats = [np.interp(log, knots, row) for row in np.eye(knots.size)]
+    columns = np.column_stack([np.ones_like(speed), *(np.sign(friction) * hat for hat in hats)])
+    return basis_of(columns)
 
 
 def load_slope(
@@ -120,25 +150,28 @@ def joint_trends(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[st
 
 def _of(prepared: Prepared, joint: str, left: Settled) -> JointTrends:
     name, data = prepared.series.source.name, (left.time_s, left.residual, left.friction)
+    compared = (*data, left.speed)
     trends, untold = [], []
     minutes = float(np.ptp(left.time_s)) / 60.0
-    found = friction_slope(*data, left.time_s / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
+    found = friction_slope(*compared, left.time_s / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
     if found is not None:
-        trends.append(Trend("time", found[0], found[1], minutes, name))
+        trends.append(Trend("time", found.per_unit, found.ci95, minutes, name))
     else:
         untold.append(f"change with running time: {60 * minutes:.0f} s of motion are too short")
     if left.temperature is not None:
         span = float(np.ptp(left.temperature))
-        found = friction_slope(*data, left.temperature) if span >= _MIN_KELVIN else None
+        found = friction_slope(*compared, left.temperature) if span >= _MIN_KELVIN else None
         if found is not None:
-            trends.append(Trend("temperature", found[0], found[1], span, name))
+            low, high = float(left.temperature.min()), float(left.temperature.max())
+            fit = TrendFit(low, high, found.mean, found.level)
+            trends.append(Trend("temperature", found.per_unit, found.ci95, span, name, fit))
         else:
             untold.append(f"change with temperature: it moved by {span:.2g} K only")
     span = float(np.ptp(np.quantile(left.load, [0.05, 0.95])))
     enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
-    found = load_slope(*data, left.load) if enough else None
-    if found is not None:
-        trends.append(Trend("load", found[0], found[1], span, name))
+    loaded = load_slope(*data, left.load) if enough else None
+    if loaded is not None:
+        trends.append(Trend("load", *loaded, span, name))
     else:
         untold.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
     wave = ripple(left.position, left.residual, name)

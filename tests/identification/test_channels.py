@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collaudit.core.audit import fit_logs
+from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config.schema import Config
+from collaudit.core.friction.warmth import Warmth
 from collaudit.core.identification.apply import with_sensor
 from collaudit.core.identification.channels import audit_channels
 from collaudit.core.identification.delays import audit_delays, effort_delay
@@ -18,7 +19,7 @@ from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.identification.shift import effort_shift
 from collaudit.core.prepare import prepare
-from collaudit.core.result import Provenance
+from collaudit.core.result import AuditResult, FrictionFile, Provenance
 from collaudit.core.robot import load_robot
 from collaudit.core.series import JointLog, LogSource, WrenchSeries
 
@@ -224,20 +225,61 @@ def test_a_calibrated_sensor_is_used_where_that_is_asked_for() -> None:
     assert with_sensor(log, {"calibration": facts}, usual) is log
 
 
-def test_friction_is_compared_with_a_temperature_channel() -> None:
+def heated_log(first_c: float, rise_c: float) -> JointLog:
+    """Friction falls by 2 % a kelvin from what it is at 30 °C."""
     log = moving_log()
     assert log.effort is not None
     assert log.velocity_rad_s is not None
-    warm = 25.0 + 10.0 * (1.0 - np.exp(-log.time_s / 20.0))
+    warm = first_c + rise_c * (1.0 - np.exp(-log.time_s / 20.0))
     friction = 3.0 * np.sign(log.velocity_rad_s) + 2.0 * log.velocity_rad_s
     effort = log.effort - 0.02 * (warm - 30.0)[:, None] * friction
-    heated = replace(log, effort=effort, temperature_c=np.repeat(warm[:, None], 3, axis=1))
-    config = Config.model_validate({**settings().model_dump(exclude_defaults=True), "fit": {"motion": "any"}})
-    found = fit_logs([prepared(heated, config)], config, Provenance("0", {}))
+    return replace(log, effort=effort, temperature_c=np.repeat(warm[:, None], 3, axis=1))
+
+
+@pytest.fixture(scope="module")
+def warmed() -> tuple[Config, FrictionFile]:
+    fixed = {"friction_level": "fixed", "gamma_nm": 4.0, "watch": list(NAMES)}
+    keys = {**settings().model_dump(exclude_defaults=True), "fit": {"motion": "any"}, "detect": fixed}
+    config = Config.model_validate(keys)
+    return config, fit_logs([prepared(heated_log(25.0, 10.0), config)], config, Provenance("0", {}))
+
+
+def test_friction_is_compared_with_a_temperature_channel(warmed: tuple[Config, FrictionFile]) -> None:
+    found = warmed[1]
     trend = next(t for t in found.trends["joint2"].trends if t.against == "temperature")
     assert trend.shown
     assert trend.per_unit == pytest.approx(-0.02, rel=0.3)
+    assert trend.fit is not None
+    assert (trend.fit.lowest, trend.fit.highest) == pytest.approx((25.0, 34.5), abs=0.2)
     assert {f.joint for f in found.findings if f.code == "friction-temperature"} >= {"joint2"}
+
+
+def test_a_log_is_judged_at_its_own_temperature(warmed: tuple[Config, FrictionFile]) -> None:
+    config, friction = warmed
+    cold = heated_log(25.0, 1.0)
+
+    def judged(log: JointLog) -> AuditResult:
+        return audit_log(prepared(log, config), config, friction, Provenance("0", {})).result
+
+    def said(result: AuditResult) -> set[str]:
+        return {f.code for f in result.findings if f.code.startswith("friction-temperature")}
+
+    blind, seeing = judged(replace(cold, temperature_c=None)), judged(cold)
+    assert said(blind) == {"friction-temperature-missing"}
+    assert said(seeing) == {"friction-temperature-used"}
+    for joint in NAMES:
+        before, after = (r.residual[joint].rms_nm for r in (blind, seeing))
+        assert before is not None
+        assert after is not None
+        assert after < 0.7 * before
+    assert said(judged(heated_log(10.0, 1.0))) == {"friction-temperature-used", "friction-temperature-beyond"}
+
+
+def test_friction_beyond_the_fits_temperatures_is_held_at_its_ends() -> None:
+    warmth = Warmth(-0.01, 0.002, 30.0, 0.02, (20.0, 40.0))
+    heat = np.array([10.0, 20.0, np.nan, 40.0, 90.0])
+    assert warmth.share(heat) == pytest.approx([1.12, 1.12, 1.02, 0.92, 0.92])
+    assert warmth.doubt(heat) == pytest.approx(0.02)
 
 
 def test_a_dead_effort_has_no_delay() -> None:

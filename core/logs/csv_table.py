@@ -117,8 +117,11 @@ def _mended(
 
 
 def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, FloatArray]:
-    """Columns side by side, filled batch by batch while a batch is in the cache (two threads take twice as long)."""
-    out = {name: np.empty((table.num_rows, len(indices))) for name, indices in groups.items()}
+    """Columns one after the other in memory, filled batch by batch while a batch is in the cache.
+
+    Side by side (C order) takes three times as long, and two threads twice as long.
+    """
+    out = {name: np.empty((table.num_rows, len(indices)), order="F") for name, indices in groups.items()}
     start = 0
     for batch in table.to_batches():
         stop = start + batch.num_rows

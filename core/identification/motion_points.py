@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from collaudit.core.filters import low_pass
+from collaudit.core.filters import differentiate, low_pass
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.identification.samples import SLOWEST
 from collaudit.core.prepare import Prepared
@@ -65,6 +65,7 @@ class Settled:
         residual: torque that model and friction leave, not filtered: ripple passes at the speed of the motion.
         friction: as fitted, signed.
         speed: of the joint.
+        torque_rate: N·m/s, of the model's torque and the tool's: what an effort stamped late is off by, a second.
         load: size of the model's torque and the tool's: what the gear carries.
         temperature: of the joint, °C; None without such a channel.
     """
@@ -74,6 +75,7 @@ class Settled:
     residual: FloatArray
     friction: FloatArray
     speed: FloatArray
+    torque_rate: FloatArray
     load: FloatArray
     temperature: FloatArray | None
 
@@ -101,8 +103,9 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
         return None
     at = None if heat is None else heat[rows]
     position = series.position_rad[rows, j]
-    time_s, speed = series.time_s[rows], np.abs(v[rows])
-    return Settled(time_s, position, left[rows], friction[rows], speed, np.abs(known[rows]), at)
+    speed, load = np.abs(v[rows]), np.abs(known[rows])
+    rate = np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows])
+    return Settled(series.time_s[rows], position, left[rows], friction[rows], speed, rate, load, at)
 
 
 def _settled(v: FloatArray, margin: int) -> IntArray:

@@ -10,11 +10,10 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.friction.model import FrictionModel
 from collaudit.core.identification.motion_points import Settled, settled_residual
-from collaudit.core.identification.shift import basis_of
 from collaudit.core.prepare import Prepared
 from collaudit.core.result_friction import FrictionFit
 from collaudit.core.result_identification import Bounds, JointTrends, RippleFacts, Trend, TrendFit
-from collaudit.core.series import FloatArray
+from collaudit.core.series import FloatArray, IntArray
 
 _BLOCK_S = 2.0
 _MIN_BLOCKS = 12
@@ -24,7 +23,10 @@ _MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads tells nothing
 _MOST_CYCLES = 400  # a turn
 _MOST_SAMPLES = 60_000
 _KNOTS = 8
+_TOGETHER = 4  # neighbouring blocks err alike
+_SHARE_LEFT = 1e-4  # of the column's power, to be told from a law
 _NOTEWORTHY = 0.1
+_ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
 
 
 class Slope(NamedTuple):
@@ -37,49 +39,81 @@ class Slope(NamedTuple):
 
 
 def friction_slope(
-    time_s: FloatArray, residual: FloatArray, friction: FloatArray, speed: FloatArray, against: FloatArray
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, beside: FloatArray, against: FloatArray
 ) -> Slope | None:
     """Slope of residual/friction over something else, compared at equal speeds (t interval over stretches of time).
 
-    The law was fitted on the same motion: where the other rises while the speeds do, as in an experiment that goes
-    through the speeds while the arm warms up, the law has taken up part of the trend. What any law of speed could
-    take up (hats over speed, a constant) is therefore taken out of both sides; where that leaves little, the interval
-    is wide.
-
     Args:
-        time_s, residual, friction, speed: (n,) settled samples: time, torque that is left, friction as fitted, signed,
-            and speed.
+        time_s, residual, friction: (n,) settled samples: time, torque that is left, friction as fitted, signed.
+        beside: (n, k) what may be in the residual besides, from :func:`any_law`.
         against: (n,) what friction may go with.
 
     Returns:
         The line; None with too little time, or nothing to compare.
     """
-    rows = slice(None, None, max(1, time_s.size // _MOST_SAMPLES))
-    time_s, residual, friction, speed, against = (x[rows] for x in (time_s, residual, friction, speed, against))
     blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
     if blocks.size < _MIN_BLOCKS:
         return None
     weight = float(friction @ friction)
     middle = float(friction**2 @ against) / weight
-    column = friction * (against - middle)
-    laws = _any_law(speed, friction)
-    own, left = (x - laws @ (laws.T @ x) for x in (column, residual))
-    power = float(own @ own)
-    if power <= 1e-9 * float(column @ column) or not power > 0:
-        return None
-    slope = float(own @ left) / power
-    # neighbouring blocks err alike: sums of four blocks are taken as one error
-    score: FloatArray = np.bincount(label, weights=own * (left - slope * own)).astype(np.float64)
-    return Slope(slope, _interval(slope, score, power, 4), middle, float(residual @ friction) / weight)
+    found = _jackknifed(friction * (against - middle), residual, beside, label // _TOGETHER)
+    return None if found is None else Slope(*found, middle, float(residual @ friction) / weight)
 
 
-def _any_law(speed: FloatArray, friction: FloatArray) -> FloatArray:
-    """(n, k) orthonormal columns of what a law of speed, and a constant, can explain."""
+def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:
+    """(n, k) columns of what a law of speed, an effort stamped late or early, and a constant can explain.
+
+    The law was fitted on the same motion: where the other rises while the speeds do, as in an experiment that goes
+    through the speeds while the arm warms up, the law has taken up part of the trend. What any law of speed could
+    take up (hats over speed) is therefore left aside; where that leaves little, the interval is wide.
+    """
     log = np.log(np.maximum(speed, 1e-6))
     knots = np.unique(np.quantile(log, np.linspace(0.0, 1.0, _KNOTS)))
     hats = [np.interp(log, knots, row) for row in np.eye(knots.size)]
-    columns = np.column_stack([np.ones_like(speed), *(np.sign(friction) * hat for hat in hats)])
-    return basis_of(columns)
+    return np.column_stack([np.ones_like(speed), torque_rate, *(np.sign(friction) * hat for hat in hats)])
+
+
+def _jackknifed(
+    column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
+) -> tuple[float, Bounds] | None:
+    """Coefficient of one column beside others, its interval from leaving stretches of time out in turn.
+
+    A stretch that alone tells some of the others from the column weighs as it should: without it the coefficient
+    moves (MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38, 2023: the cluster jackknife).
+
+    Args:
+        column, target: (n,); others: (n, k).
+        cluster: (n,) number of the stretch that a sample belongs to.
+    """
+    power = float(column @ column)
+    if not power > 0:
+        return None
+    columns = np.column_stack([column, others])
+    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    order = np.argsort(cluster, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
+    squares = np.array([columns[rows].T @ columns[rows] for rows in parts])
+    products = np.array([columns[rows].T @ target[rows] for rows in parts])
+    inverse, total = _inverse(squares.sum(axis=0)), products.sum(axis=0)
+    own = 1.0 / inverse[0, 0] if inverse[0, 0] > 0 else 0.0  # what the others leave of the column
+    if own < _SHARE_LEFT:
+        return None
+    without = np.array(
+        [(_inverse(squares.sum(axis=0) - s) @ (total - p))[0] for s, p in zip(squares, products, strict=True)]
+    )
+    told = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
+    freedom = max(1.0, float(told.sum() ** 2 / (told @ told)) - 1.0)
+    from scipy.stats import t
+
+    scatter = (len(parts) - 1) / len(parts) * float(np.sum((without - without.mean()) ** 2))
+    slope = float(inverse[0] @ total)
+    half = float(t.ppf(0.975, freedom)) * float(np.sqrt(scatter))
+    size = float(np.sqrt(power))
+    return slope / size, ((slope - half) / size, (slope + half) / size)
+
+
+def _inverse(square: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.pinv(square, rcond=1e-9, hermitian=True))
 
 
 def load_slope(
@@ -150,23 +184,28 @@ def joint_trends(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[st
 
 def _of(prepared: Prepared, joint: str, left: Settled) -> JointTrends:
     name, data = prepared.series.source.name, (left.time_s, left.residual, left.friction)
-    compared = (*data, left.speed)
+    thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
+    beside = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
+    compared = (left.time_s[thin], left.residual[thin], left.friction[thin], beside)
     trends, untold = [], []
     minutes = float(np.ptp(left.time_s)) / 60.0
-    found = friction_slope(*compared, left.time_s / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
+    found = friction_slope(*compared, left.time_s[thin] / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
     if found is not None:
         trends.append(Trend("time", found.per_unit, found.ci95, minutes, name))
     else:
-        untold.append(f"change with running time: {60 * minutes:.0f} s of motion are too short")
+        short = 60.0 * minutes < _MIN_RUN_S
+        why = f"{60 * minutes:.0f} s of motion are too short" if short else _ALONG
+        untold.append(f"change with running time: {why}")
     if left.temperature is not None:
         span = float(np.ptp(left.temperature))
-        found = friction_slope(*compared, left.temperature) if span >= _MIN_KELVIN else None
+        found = friction_slope(*compared, left.temperature[thin]) if span >= _MIN_KELVIN else None
         if found is not None:
             low, high = float(left.temperature.min()), float(left.temperature.max())
             fit = TrendFit(low, high, found.mean, found.level)
             trends.append(Trend("temperature", found.per_unit, found.ci95, span, name, fit))
         else:
-            untold.append(f"change with temperature: it moved by {span:.2g} K only")
+            why = f"it moved by {span:.2g} K only" if span < _MIN_KELVIN else _ALONG
+            untold.append(f"change with temperature: {why}")
     span = float(np.ptp(np.quantile(left.load, [0.05, 0.95])))
     enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
     loaded = load_slope(*data, left.load) if enough else None

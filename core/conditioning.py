@@ -34,7 +34,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
-    saturated = np.zeros(position.shape, dtype=bool) if effort is None else saturation(effort, period)
+    saturated = np.zeros(position.shape, dtype=bool, order="F") if effort is None else saturation(effort, period)
     findings = [*log.findings, *base.findings, *motion.findings]
     findings += _missing_findings(log, base)
     findings += effort_findings(log, effort, motion.velocity_rad_s, saturated, period)
@@ -87,7 +87,7 @@ def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
         whole = _picked(base.order)
         if isinstance(whole, slice) and whole == slice(0, count):
             return values
-    out = np.full((base.n, values.shape[1]), np.nan)
+    out = np.full((base.n, values.shape[1]), np.nan, order="F")
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
         rows = values[_picked(base.order[raw.slice])]
@@ -129,7 +129,7 @@ def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
 def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArray) -> tuple[FloatArray, list[Finding]]:
     """Interpolate a wrench to the grid, never across a step longer than 2.5 of its own periods."""
     stamps, rows = _ascending(wrench)
-    out = np.full((time_s.size, 6), np.nan)
+    out = np.full((time_s.size, 6), np.nan, order="F")
     if stamps.size >= 2:
         period = float(np.median(np.diff(stamps)))
         right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)

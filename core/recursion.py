@@ -61,7 +61,7 @@ def filtered(
 
 def blank(like: FloatArray, segments: Sequence[Span]) -> FloatArray:
     """An array of the same shape, NaN outside the stretches and not yet written inside them."""
-    out = np.empty(like.shape)
+    out = np.empty(like.shape, order="F")
     before = 0
     for span in segments:
         out[before : span.start] = np.nan

@@ -73,12 +73,12 @@ def compute_residual(
         config: speed and travel below which friction is an interval; whether its level is followed.
     """
     n, count = series.position_rad.shape
-    state = np.full((n, count), State.JUDGED, dtype=np.int8)
+    state = np.full((n, count), State.JUDGED, dtype=np.int8, order="F")
     usable = balance.total_nm is not None
     known = [j for j, joint in enumerate(series.joint_names) if usable and joint in friction]
     missing = [j for j in range(count) if j not in known]
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
-    torque, uncertainty = np.empty((n, count)), np.empty((n, count))
+    torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
     names = series.joint_names
 

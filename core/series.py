@@ -19,8 +19,13 @@ JointType = Literal["revolute", "prismatic"]
 
 
 def frozen(array: FloatArray) -> FloatArray:
-    """Return the array as C-contiguous float64 that cannot be written to; copies only when it must."""
-    out = np.ascontiguousarray(array, dtype=np.float64)
+    """Return the array as float64 that cannot be written to, rows or columns contiguous; copies only when it must.
+
+    Signals lie column by column in memory wherever they are long: nearly all that is done with them follows time.
+    """
+    out = np.asarray(array, dtype=np.float64)
+    if not out.flags.c_contiguous and out.strides[0] != out.itemsize:
+        out = np.ascontiguousarray(out)
     if out is array and out.flags.writeable:
         out = out.view()
     out.flags.writeable = False

@@ -60,7 +60,7 @@ def choose_velocity(
         source: ``logged`` keeps a velocity that is merely late; ``position`` derives it always.
     """
     rows = lag_rows(segments, period_s, bandwidth_hz)
-    velocity, acceleration = np.empty_like(position), np.empty_like(position)
+    velocity, acceleration = (np.empty(position.shape, order="F") for _ in range(2))
     changed: dict[int, FloatArray] = {}
     findings: list[Finding] = []
 

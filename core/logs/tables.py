@@ -77,7 +77,7 @@ def _with_room(rows: Column, least: int, share: float) -> Column:
     foreseen = int(least * min(_MARGIN / share, _MOST_FORESEEN)) if share > 0 else 0
     for capacity in (max(wanted, foreseen), wanted):
         try:
-            out = np.empty((capacity, *rows.shape[1:]), dtype=rows.dtype)
+            out = np.empty((capacity, *rows.shape[1:]), dtype=rows.dtype, order="F")
             break
         except MemoryError:
             if capacity == wanted:

@@ -80,7 +80,7 @@ def evaluate(
     """
     count = signals[0].values.shape[0]
     rows = program.outputs // groups
-    out = [np.empty((count, rows if back is None else back.shape[1])) for _ in range(groups)]
+    out = [np.empty((count, rows if back is None else back.shape[1]), order="F") for _ in range(groups)]
     idle: list[Run] = []
 
     def one(block: slice) -> None:

@@ -16,6 +16,7 @@ from collaudit.core.series import FloatArray
 _AS_TORQUE = (0.6, 1.67)
 _DOUBLED = (1.75, 2.3)
 _ALIKE = 1.6
+_MOST = 0.6  # of the load, borne by joints with like gains
 _MOVING = 0.02
 _COARSE = 0.5
 _HEARD = 1e-3  # a joint with less of the load than this does not speak of signs
@@ -54,14 +55,16 @@ def _kind(prepared: Prepared, late: Delay | None) -> list[Finding]:
     text = _words(known, typical, alike, negative, prepared.series.effort_unit)
     if late is not None:
         text = f"With its delay of {1e3 * late.seconds:.0f} ms taken off: {text[0].lower()}{text[1:]}"
-    return [Finding("effort-kind", "info", f"{text} Effort per N·m of model torque [95 %]: {numbers}.")]
+    doubt = prepared.series.effort_unit == "Nm" and not (alike >= _MOST and _AS_TORQUE[0] <= typical < _DOUBLED[0])
+    text = f"{text} Effort per N·m of model torque [95 %]: {numbers}."
+    return [Finding("effort-kind", "warning" if doubt else "info", text)]
 
 
 def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: float, unit: str) -> str:
     signs = "its sign is inverted" if negative == 1.0 else "its signs are mixed" if negative > 0.0 else ""
     flip = ", ".join(f'"{g.joint}" = -1' for g in known if g.gain < 0)
     mend = f" To mend it: [log.units] effort_sign = {{ {flip} }}." if flip else ""
-    if alike < 0.6 or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:
+    if alike < _MOST or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:
         constants = ", ".join(f'"{g.joint}" = {1 / abs(g.gain):.3g}' for g in known)
         also = f", and {signs}" if signs else ""
         return (
@@ -83,7 +86,7 @@ def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: 
 
 def _or_masses(typical: float, alike: float) -> str:
     """All joints by one factor that masses on file can be off by."""
-    if alike < 0.6 or not 0.3 < typical < 3.0:
+    if alike < _MOST or not 0.3 < typical < 3.0:
         return ""
     return f"; or all masses on file are too {'large' if typical < 1 else 'small'} by the same factor"
 

@@ -78,6 +78,7 @@ def prepared(log: JointLog, config: Config):  # type: ignore[no-untyped-def]
         ((1.1, 0.92, 9.0), "looks like a torque in N·m."),  # one joint's model is off, not the unit
         ((-1.0, -1.0, -1.0), "its sign is inverted"),
         ((2.0, 2.0, 2.0), "about twice the torque"),
+        ((0.5, 0.5, 0.5), "all masses on file are too large by the same factor"),
         ((0.07, -0.15, 0.12), "looks like a motor current or another unit, not like N·m, and its signs are mixed"),
     ],
 )
@@ -87,6 +88,7 @@ def test_effort_is_told_for_what_it_is(factor: tuple[float, ...], words: str) ->
     found = audit_effort(prepared(replace(log, effort=log.effort * factor), settings()))
     assert len(found) == 1
     assert words in found[0].text
+    assert found[0].severity == ("info" if words.startswith(("looks like a torque", "its sign")) else "warning")
     if min(factor) < 0:
         assert "effort_sign" in found[0].text
 

@@ -20,6 +20,7 @@ _CLUSTER_S = 1.0
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
 _SETTLED_S = 0.05
 _MIN_SAMPLES = 200
+_STRETCH_S = 10.0  # of time held out in one piece, at least
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,8 +103,10 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
     cluster = np.concatenate([np.floor(t / _CLUSTER_S) + 1e7 * k for k, t in enumerate(clocks)])
     _, cluster = np.unique(cluster, return_inverse=True)
     order = np.arange(sum(sizes))
-    block = np.minimum(order * blocks // max(1, order.size), blocks - 1)
     rate = 1.0 / (step * period)
+    # long logs often move one joint after the other: a block is then made of several stretches of time
+    rounds = int(np.clip(order.size / (rate * _STRETCH_S * blocks), 1, blocks))
+    block = (order * blocks * rounds // max(1, order.size)) % blocks
     return Motion(
         columns[0],
         columns[1],

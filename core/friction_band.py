@@ -16,6 +16,8 @@ from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
 _TRAVEL_CONSTANTS = 5.0
+#: Friction is trusted this far below the slowest speed it was measured at: what a section's speed may vary by.
+_BELOW_RANGE = 0.95
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,11 +48,11 @@ def friction_band(
         j: its column.
         velocity: (n,) at which friction is taken.
         law: the fitted law.
-        slow: below this speed the joint is taken to rest; the slowest fitted speed when None.
+        slow: below this speed the joint is taken to rest; just below the slowest fitted speed when None.
         travel_rad: travel after which friction is steady.
     """
     sliding = law.torque(velocity)
-    resting = np.abs(velocity) < (slow or law.speed_range[0])
+    resting = np.abs(velocity) < (slow or _BELOW_RANGE * law.speed_range[0])
     travel = _travel(series, j, velocity, resting)
     steady = ~resting & (travel >= travel_rad) & np.isfinite(sliding)
     low, high = sliding.copy(), sliding.copy()

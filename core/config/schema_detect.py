@@ -52,7 +52,8 @@ class DetectConfig(Section):
     watch: Literal["auto"] | list[str] = Field("auto", description="Joints whose residual is judged.")
     slow_speed_rad_s: Positive | None = Field(
         None,
-        description="Below this speed friction is only known as an interval; 0.95 of the slowest fitted one when absent.",
+        description="Below this speed friction is only known as an interval; 0.95 of the slowest fitted one "
+        "when absent.",
     )
     reversal_travel_rad: NonNegative = Field(
         0.01,

@@ -99,12 +99,12 @@ def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
         return log
 
     def take(array: FloatArray | None) -> FloatArray | None:
-        return None if array is None else np.ascontiguousarray(array[:, pick])
+        return None if array is None else np.asfortranarray(array[:, pick])
 
     return replace(
         log,
         joint_names=robot.joint_names,
-        position_rad=np.ascontiguousarray(log.position_rad[:, pick]),
+        position_rad=np.asfortranarray(log.position_rad[:, pick]),
         velocity_rad_s=take(log.velocity_rad_s),
         effort=take(log.effort),
         temperature_c=take(log.temperature_c),
@@ -135,7 +135,7 @@ def judged_series(prepared: Prepared) -> UniformSeries:
         return series
 
     def take(array: FloatArray) -> FloatArray:
-        return np.ascontiguousarray(array[:, columns])
+        return np.asfortranarray(array[:, columns])
 
     return replace(
         series,

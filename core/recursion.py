@@ -112,7 +112,7 @@ class _Stretch:
 
 def _blocks(x: FloatArray) -> Iterator[slice]:
     """Blocks of the rows of a (m, j) group."""
-    count, step = x.shape[0], max(1, _BLOCK // x.shape[1])
+    count, step = x.shape[0], max(1, _BLOCK // max(1, x.shape[1]))
     return (slice(start, min(start + step, count)) for start in range(0, count, step))
 
 

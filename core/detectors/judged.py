@@ -19,6 +19,6 @@ def judged_balance(prepared: Prepared, config: DetectConfig, name: str | None = 
         return balance
     return replace(
         balance,
-        total_nm=None if balance.total_nm is None else np.ascontiguousarray(balance.total_nm[:, columns]),
-        velocity_rad_s=np.ascontiguousarray(balance.velocity_rad_s[:, columns]),
+        total_nm=None if balance.total_nm is None else np.asfortranarray(balance.total_nm[:, columns]),
+        velocity_rad_s=np.asfortranarray(balance.velocity_rad_s[:, columns]),
     )

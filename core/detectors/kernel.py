@@ -110,10 +110,10 @@ class Kernel:
     def near(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> tuple[IntArray, list[Span]]:
         """Rows that are enough to smooth what is at the marked rows (n,), and the stretches that they form together.
 
-        Rows further away than six times :attr:`settle_s` weigh less than 2e-8; so do neighbouring stretches on each
-        other when what is in between is left out.
+        Rows further away than eight times :attr:`settle_s` weigh less than 1e-9 where the marked ones weigh anything;
+        so do neighbouring stretches on each other when what is in between is left out.
         """
-        margin = math.ceil(6.0 * self.settle_s / period_s)
+        margin = math.ceil(8.0 * self.settle_s / period_s)
         rows, stretches, count = [], [], 0
         for span in segments:
             starts, stops = run_bounds(mask[span.slice])

@@ -104,7 +104,7 @@ def _labels(stored: list[dict[str, Any]]) -> tuple[LogLabel, ...]:
 
 
 def _matrix(table: Any, name: str, count: int) -> FloatArray:
-    out = np.empty((table.num_rows, count))
+    out = np.empty((table.num_rows, count), order="F")
     for number in range(count):
         out[:, number] = table.column(f"{name}.{number}").to_numpy()
     return frozen(out)

@@ -48,7 +48,7 @@ def read_csv_log(
     columns = dict(table.columns)
     table.columns.clear()
     if picked != list(range(len(names))):
-        columns = {quantity: np.ascontiguousarray(values[:, picked]) for quantity, values in columns.items()}
+        columns = {quantity: np.asfortranarray(values[:, picked]) for quantity, values in columns.items()}
     to_radians(columns.get("position"), units.position, linear)
     to_radians(columns.get("velocity"), units.velocity or units.position, linear)
     unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from collaudit.core.series import FloatArray
 
 #: Samples at a time: long enough that calling NumPy costs little, short enough that a program's buffers stay in cache.
 _BLOCK = 8192
+Sample: TypeAlias = Callable[[FloatArray], FloatArray]
 _AGREE = 1e-9  # of the largest value: rounding alone leaves 1e-14
 
 
@@ -64,16 +65,15 @@ class Signal:
 
 
 def evaluate(
-    program: Batched, signals: Sequence[Signal], back: FloatArray | None = None, groups: int = 1, *, whole: bool
+    program: Batched, signals: Sequence[Signal], back: FloatArray | None = None, groups: int = 1
 ) -> list[FloatArray]:
-    """Run a program over all samples.
+    """Run a program over all samples; one with any input that is not finite is NaN altogether.
 
     Args:
         program: its inputs are the rows of the signals, one after the other.
         signals: of n samples each.
         back: (r, c) each group's r outputs become c columns by its transpose; as they are without.
         groups: how many arrays the outputs are, r each.
-        whole: a sample with any input NaN is NaN altogether; else only what depends on it.
 
     Returns:
         (n, c) arrays, one a group.
@@ -84,7 +84,10 @@ def evaluate(
     idle: list[Run] = []
 
     def one(block: slice) -> None:
-        run = idle.pop() if idle else program.run_of(min(_BLOCK, count))
+        try:
+            run = idle.pop()
+        except IndexError:
+            run = program.run_of(min(_BLOCK, count))
         samples = len(range(*block.indices(count)))
         inputs, first = run.inputs[:, :samples], 0
         for signal in signals:
@@ -92,12 +95,12 @@ def evaluate(
             signal.fill(inputs[first : first + height], block)
             first += height
         run.run()
-        unknown = np.isnan(inputs).any(axis=0) if whole and not np.isfinite(inputs.sum()) else None
+        known = np.isfinite(inputs).all(axis=0)
         for k, array in enumerate(out):
             part = run.outputs[k * rows : (k + 1) * rows, :samples]
             array[block] = part.T if back is None else np.matmul(part.T, back)
-            if unknown is not None:
-                array[block][unknown] = np.nan
+            if not known.all():
+                array[block][~known] = np.nan
         idle.append(run)
 
     for _ in ordered_map(one, [slice(start, start + _BLOCK) for start in range(0, count, _BLOCK)]):
@@ -108,21 +111,21 @@ def evaluate(
 class OneByOne:
     """A computation that is given as a function of one sample: the reference, and slow."""
 
-    def __init__(self, inputs: int, outputs: int, sample: Callable[[FloatArray], FloatArray]) -> None:
-        """``sample``: from (inputs,) to (outputs,)."""
+    def __init__(self, inputs: int, outputs: int, sampler: Callable[[], Sample]) -> None:
+        """``sampler``: makes a function from (inputs,) to (outputs,) that works in memory of its own."""
         self.inputs, self.outputs = inputs, outputs
-        self._sample = sample
+        self._sampler = sampler
 
     def run_of(self, count: int) -> Run:
         """Memory for that many samples at a time."""
-        return _Loop(np.zeros((self.inputs, count)), np.zeros((self.outputs, count)), self._sample)
+        return _Loop(np.zeros((self.inputs, count)), np.zeros((self.outputs, count)), self._sampler())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Loop:
     inputs: FloatArray
     outputs: FloatArray
-    sample: Callable[[FloatArray], FloatArray]
+    sample: Sample
 
     def run(self) -> None:
         """Compute the outputs."""

@@ -130,7 +130,7 @@ class RigidBodies:
         return self._program(
             "inverse dynamics",
             lambda: newton_euler.inverse_dynamics_program(self._links(), self._model.gravity.linear),
-            reference.inverse_dynamics(self._model),
+            lambda: reference.inverse_dynamics(self._model),
         )
 
     def momentum(self) -> Batched:
@@ -138,7 +138,7 @@ class RigidBodies:
         return self._program(
             "momentum",
             lambda: newton_euler.momentum_program(self._links(), self._model.gravity.linear),
-            reference.momentum(self._model),
+            lambda: reference.momentum(self._model),
         )
 
     def force(self, frame: str, carried: tuple[str, float, FloatArray] | None = None) -> Batched:
@@ -150,7 +150,7 @@ class RigidBodies:
         return self._program(
             ("force", frame, None if carried is None else (*carried[:2], *map(float, carried[2]))),
             lambda: newton_euler.force_program(self._links(), self.place(frame), body),
-            reference.force(self._model, frame, carried),
+            lambda: reference.force(self._model, frame, carried),
         )
 
     def weight(self, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> Batched:
@@ -158,18 +158,18 @@ class RigidBodies:
         return self._program(
             ("weight", frame, mass_kg, *map(float, com_m), *map(float, gravity_m_s2)),
             lambda: newton_euler.weight_program(self._links(), self.place(frame), mass_kg, com_m, gravity_m_s2),
-            reference.weight(self._model, frame, mass_kg, com_m, gravity_m_s2),
+            lambda: reference.weight(self._model, frame, mass_kg, com_m, gravity_m_s2),
         )
 
-    def _program(self, key: object, record: Callable[[], Batched], slow: OneByOne) -> Batched:
+    def _program(self, key: object, record: Callable[[], Batched], slow: Callable[[], OneByOne]) -> Batched:
         """A program, recorded when it is first asked for, and Pinocchio in its place if the two should not agree."""
         if key not in self._programs:
-            self._programs[key] = checked(record(), slow)
+            self._programs[key] = checked(record(), slow())
         return self._programs[key]
 
     def rotation(self, q: FloatArray, frame: str) -> FloatArray:
         """(3, 3) axes of a frame in the base at one position (j,)."""
-        return reference.rotation(self._model, self._model.createData(), q, frame).copy()
+        return reference.rotation(self._model, self._model.createData(), q, frame)
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.

@@ -7,50 +7,59 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from collaudit.core.robot.batch import OneByOne
+from collaudit.core.robot.batch import OneByOne, Sample
 from collaudit.core.series import FloatArray
 
 
 def inverse_dynamics(model: Any) -> OneByOne:
     """From q, v, a to joint torques."""
-    data, count = model.createData(), model.nv
 
-    def sample(x: FloatArray) -> FloatArray:
-        return np.array(pin.rnea(model, data, *np.split(x, 3)))
+    def sampler() -> Sample:
+        data = model.createData()
+        return lambda x: np.array(pin.rnea(model, data, *np.split(x, 3)))
 
-    return OneByOne(3 * count, count, sample)
+    return OneByOne(3 * model.nv, model.nv, sampler)
 
 
 def momentum(model: Any) -> OneByOne:
     """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
-    data, count = model.createData(), model.nv
 
-    def sample(x: FloatArray) -> FloatArray:
-        q, v = np.split(x, 2)
-        upper = np.triu(pin.crba(model, data, q))
-        mass = upper + np.triu(upper, 1).T
-        rest = pin.computeCoriolisMatrix(model, data, q, v).T @ v - pin.computeGeneralizedGravity(model, data, q)
-        return np.concatenate([mass @ v, rest])
+    def sampler() -> Sample:
+        data = model.createData()
 
-    return OneByOne(2 * count, 2 * count, sample)
+        def sample(x: FloatArray) -> FloatArray:
+            q, v = np.split(x, 2)
+            upper = np.triu(pin.crba(model, data, q))
+            mass = upper + np.triu(upper, 1).T
+            rest = pin.computeCoriolisMatrix(model, data, q, v).T @ v - pin.computeGeneralizedGravity(model, data, q)
+            return np.concatenate([mass @ v, rest])
+
+        return sample
+
+    return OneByOne(2 * model.nv, 2 * model.nv, sampler)
 
 
 def force(model: Any, frame: str, carried: tuple[str, float, FloatArray] | None) -> OneByOne:
     """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes."""
-    data, count, number = model.createData(), model.nv, model.getFrameId(frame)
+    count, number = model.nv, model.getFrameId(frame)
     if carried is None:
 
-        def sample(x: FloatArray) -> FloatArray:
-            return np.array(pin.computeFrameJacobian(model, data, x[:count], number, pin.LOCAL).T @ x[count:])
+        def sampler() -> Sample:
+            data = model.createData()
+            return lambda x: np.array(pin.computeFrameJacobian(model, data, x[:count], number, pin.LOCAL).T @ x[count:])
 
-        return OneByOne(count + 6, count, sample)
+        return OneByOne(count + 6, count, sampler)
     alone = _alone(model, *carried)
-    alone_data = alone.createData()
 
-    def with_body(x: FloatArray) -> FloatArray:
-        q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
-        jacobian = pin.computeFrameJacobian(model, data, q, number, pin.LOCAL)
-        return np.array(jacobian.T @ wrench - pin.rnea(alone, alone_data, q, v, a))
+    def with_body() -> Sample:
+        data, alone_data = model.createData(), alone.createData()
+
+        def sample(x: FloatArray) -> FloatArray:
+            q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
+            jacobian = pin.computeFrameJacobian(model, data, q, number, pin.LOCAL)
+            return np.array(jacobian.T @ wrench - pin.rnea(alone, alone_data, q, v, a))
+
+        return sample
 
     return OneByOne(3 * count + 6, count, with_body)
 
@@ -68,16 +77,20 @@ def _alone(model: Any, frame: str, mass_kg: float, com_m: FloatArray) -> Any:
 
 def weight(model: Any, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> OneByOne:
     """From q to the weight (6,) of a point mass at ``com_m`` of a frame, there."""
-    data = model.createData()
 
-    def sample(q: FloatArray) -> FloatArray:
-        its = rotation(model, data, q, frame).T @ (mass_kg * np.asarray(gravity_m_s2))
-        return np.concatenate([its, np.cross(com_m, its)])
+    def sampler() -> Sample:
+        data = model.createData()
 
-    return OneByOne(model.nv, 6, sample)
+        def sample(q: FloatArray) -> FloatArray:
+            its = rotation(model, data, q, frame).T @ (mass_kg * np.asarray(gravity_m_s2))
+            return np.concatenate([its, np.cross(com_m, its)])
+
+        return sample
+
+    return OneByOne(model.nv, 6, sampler)
 
 
 def rotation(model: Any, data: Any, q: FloatArray, frame: str) -> FloatArray:
     """(3, 3) axes of a frame in the base."""
     pin.forwardKinematics(model, data, q)
-    return np.asarray(pin.updateFramePlacement(model, data, model.getFrameId(frame)).rotation)
+    return np.array(pin.updateFramePlacement(model, data, model.getFrameId(frame)).rotation)

@@ -92,7 +92,7 @@ class RobotModel:
         return momentum, rest
 
     def _evaluate(self, program: Batched, *motion: FloatArray, groups: int = 1) -> list[FloatArray]:
-        return evaluate(program, self._signals(*motion), self._back, groups, whole=True)
+        return evaluate(program, self._signals(*motion), self._back, groups)
 
     def _signals(self, *motion: FloatArray) -> list[Signal]:
         """Position, velocity, acceleration (as many as there are) of every joint of the model."""
@@ -150,7 +150,7 @@ class RobotModel:
             frame: a frame of the model.
 
         Returns:
-            (n, j) N·m; NaN where an input on the way is NaN.
+            (n, j) N·m; NaN in rows with any NaN.
 
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
@@ -182,7 +182,7 @@ class RobotModel:
     def _force(self, program: Batched, wrench: FloatArray, *motion: FloatArray) -> FloatArray:
         self._check(wrench, 6, "wrench")
         signals = [*self._signals(*motion), Signal(wrench)]
-        return evaluate(program, signals, self._back, whole=False)[0]
+        return evaluate(program, signals, self._back)[0]
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -213,7 +213,7 @@ class RobotModel:
     def weight_in(self, q: FloatArray, frame: str, mass_kg: float, com_m: FloatArray) -> FloatArray:
         """(n, 6) N and N·m: weight of a point mass at ``com_m`` (3,) of a frame, there, at positions (n, j)."""
         program = self._with_frame(frame).weight(frame, mass_kg, com_m, self.gravity_base_m_s2)
-        return evaluate(program, self._signals(q), whole=False)[0]
+        return evaluate(program, self._signals(q))[0]
 
     def link_of(self, joint: str) -> str | None:
         """A frame of the link that a joint moves, or None without a description."""

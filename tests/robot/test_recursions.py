@@ -45,7 +45,7 @@ def compared(program: Batched, slow: OneByOne, seed: int = 1) -> None:
     """The program was recorded, not replaced, and gives what the reference gives."""
     assert isinstance(program, Program)
     x = np.random.default_rng(seed).normal(size=(40, slow.inputs))
-    fast, theirs = (evaluate(p, [Signal(x)], whole=False)[0] for p in (program, slow))
+    fast, theirs = (evaluate(p, [Signal(x)])[0] for p in (program, slow))
     np.testing.assert_allclose(fast, theirs, rtol=1e-10, atol=1e-11 * max(1.0, np.abs(theirs).max()))
 
 
@@ -73,15 +73,37 @@ def test_a_recursion_that_is_wrong_is_not_used(monkeypatch: pytest.MonkeyPatch) 
     x = np.random.default_rng(1).normal(size=(5, 9))
     data = model.createData()
     expected = [pin.rnea(model, data, *np.split(row, 3)) for row in x]
-    np.testing.assert_array_equal(evaluate(program, [Signal(x)], whole=False)[0], expected)
+    np.testing.assert_array_equal(evaluate(program, [Signal(x)])[0], expected)
+
+
+def test_a_sample_that_is_not_known_leaves_the_others_alone() -> None:
+    """Infinite as well as missing, also where the constants of the arm take the input out of the result."""
+    _, bodies = tree(7, 3)
+    x = np.random.default_rng(1).normal(size=(20, 9))
+    expected = evaluate(bodies.inverse_dynamics(), [Signal(x)])[0]
+    for k, value in enumerate((np.nan, np.inf, -np.inf)):
+        x[4 * k, 3 * k] = value
+    out = evaluate(bodies.inverse_dynamics(), [Signal(x)])[0]
+    bad = ~np.isfinite(x).all(axis=1)
+    assert np.isnan(out[bad]).all()
+    np.testing.assert_array_equal(out[~bad], expected[~bad])
+
+
+def test_the_reference_works_in_threads() -> None:
+    """Each thread has memory of its own: a frame's pose is not overwritten by the other's."""
+    model, bodies = tree(8, 5)
+    q = np.random.default_rng(1).normal(size=(30_000, 5))
+    mass = ("f4", 1.0, np.array([0.1, 0.2, 0.3]), G)
+    fast, slow = (evaluate(p, [Signal(q)])[0] for p in (bodies.weight(*mass), reference.weight(model, *mass)))
+    np.testing.assert_allclose(slow, fast, atol=1e-9)
 
 
 def test_a_model_that_is_changed_is_recorded_anew() -> None:
     model, bodies = tree(6, 3)
     x = np.random.default_rng(1).normal(size=(5, 9))
-    before = evaluate(bodies.inverse_dynamics(), [Signal(x)], whole=False)[0]
+    before = evaluate(bodies.inverse_dynamics(), [Signal(x)])[0]
     bodies.set_armature(model.armature + 1.0)
-    after = evaluate(bodies.inverse_dynamics(), [Signal(x)], whole=False)[0]
+    after = evaluate(bodies.inverse_dynamics(), [Signal(x)])[0]
     np.testing.assert_allclose(after - before, x[:, 6:], atol=1e-12)
 
 

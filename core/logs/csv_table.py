@@ -122,12 +122,13 @@ def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, Floa
     Side by side (C order) takes three times as long, and two threads twice as long.
     """
     out = {name: np.empty((table.num_rows, len(indices)), order="F") for name, indices in groups.items()}
+    at = {name: number for number, name in enumerate(table.column_names)}
+    targets = [(at[f"c{index}"], out[name][:, k]) for name, its in groups.items() for k, index in enumerate(its)]
     start = 0
     for batch in table.to_batches():
-        stop = start + batch.num_rows
-        for name, indices in groups.items():
-            for number, index in enumerate(indices):
-                out[name][start:stop, number] = _numbers(batch.column(f"c{index}"))
+        stop, arrays = start + batch.num_rows, batch.columns
+        for number, target in targets:
+            target[start:stop] = _numbers(arrays[number])
         start = stop
     return out
 

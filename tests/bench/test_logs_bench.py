@@ -182,21 +182,23 @@ def test_csv() -> None:
             }
         }
     )  # fmt: skip
-    engines = {"c": {"engine": "c"}, "pyarrow": {"engine": "pyarrow"}}
-    times, used = {}, {}
-    for name, options in engines.items():
-        times[name], _ = timed(lambda o=options: pd.read_csv(path, **o))
-        used[name] = cpu_s
     frame = pd.read_csv(path, engine="pyarrow")
     log = read_log((path,), settings, robot_joints=None)
     np.testing.assert_array_equal(log.position_rad, frame[[f"q{j + 1}" for j in range(7)]].to_numpy())
-    ours_s, _ = timed(lambda: read_log((path,), settings, robot_joints=None))
-    best = min(times.values())
-    say(
-        "CSV", pandas_c_s=times["c"], pandas_pyarrow_s=times["pyarrow"], ours_s=ours_s, speed=best / ours_s, bar=0.9,
-        pandas_c_cpu_s=used["c"], pandas_pyarrow_cpu_s=used["pyarrow"], ours_cpu_s=cpu_s,
-    )  # fmt: skip
-    assert best / ours_s >= 0.9
+    readers = {
+        "pandas c": lambda: pd.read_csv(path, engine="c"),
+        "pandas pyarrow": lambda: pd.read_csv(path, engine="pyarrow"),
+        "ours": lambda: read_log((path,), settings, robot_joints=None),
+    }
+    times, used = ({name: float("inf") for name in readers} for _ in range(2))
+    for _ in range(9):  # in turns: the speed of the machine itself drifts
+        for name, reader in readers.items():
+            seconds, _ = timed(reader, 1)
+            times[name], used[name] = min(times[name], seconds), min(used[name], cpu_s)
+    best = min(times["pandas c"], times["pandas pyarrow"])
+    numbers = {f"{name} s": value for name, value in times.items()} | {f"{n} cpu s": v for n, v in used.items()}
+    say("CSV", speed=best / times["ours"], bar=0.9, **numbers)
+    assert best / times["ours"] >= 0.9
 
 
 def test_inspect_with_a_summary() -> None:

@@ -21,6 +21,7 @@ from collaudit.core.logs.sniff import Kind, head_of, sniff
 
 _BLOCK = 1 << 20
 _NICENESS = 10
+_AT_ONCE = 1 << 30  # bytes: a log larger than this may not stay in the page cache
 _EXPECTED = "MCAP, ROS 1 bag (2.0), ROS 2 bag (sqlite3, mcap), or CSV"
 
 
@@ -163,23 +164,36 @@ def partial(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]:
 
 
 class Hashing:
-    """The sha256 of files, computed in a thread that gives way to the reading and to what follows it.
+    """The sha256 of files, computed in a thread that gives way to what else is done.
 
-    It is awaited where it is written down, by which time it is there. Copied and pickled it is the hash itself.
+    It is started when the files have been read, and awaited where it is written down, by which time it is there. Files
+    that the page cache may not keep are hashed while they are read. Copied and pickled it is the hash itself.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        pool = ThreadPoolExecutor(1)
-        self._future: Future[str] = pool.submit(_politely, tuple(paths))
-        pool.shutdown(wait=False)  # the thread ends with its work
+        self._paths = tuple(paths)
+        self._future: Future[str] | None = None
+        with contextlib.suppress(OSError, LogError):  # who reads them will say it better
+            if sum(file.stat().st_size for path in paths for file in data_files(path)) > _AT_ONCE:
+                self.start()
+
+    def start(self) -> None:
+        """Begin, once."""
+        if self._future is None:
+            pool = ThreadPoolExecutor(1)
+            self._future = pool.submit(_politely, self._paths)
+            pool.shutdown(wait=False)  # the thread ends with its work
 
     def result(self) -> str:
         """Wait for the hash."""
+        self.start()
+        assert self._future is not None
         return self._future.result()
 
     def abandon(self) -> None:
         """Wait until no file is open any more, whatever the hash is."""
-        wait([self._future])
+        if self._future is not None:
+            wait([self._future])
 
     def __reduce__(self) -> tuple[type[str], tuple[str]]:
         return str, (self.result(),)

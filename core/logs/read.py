@@ -108,14 +108,17 @@ def _read(
             from collaudit.core.logs.read_csv import read_csv_log
 
             try:
-                return read_csv_log(paths, settings, robot_joints, prismatic, hashing)
+                log = read_csv_log(paths, settings, robot_joints, prismatic, hashing)
             except LogError as error:
                 raise misnamed(paths[0], error) from error
-        if any(texts):
+        elif any(texts):
             raise LogError("tables and recordings cannot be one log", where=log_name(paths))
-        from collaudit.core.logs.read_messages import read_message_log
+        else:
+            from collaudit.core.logs.read_messages import read_message_log
 
-        return read_message_log(paths, settings, robot_joints, prismatic, hashing, progress)
+            log = read_message_log(paths, settings, robot_joints, prismatic, hashing, progress)
     except BaseException:
         hashing.abandon()
         raise
+    hashing.start()
+    return log

@@ -320,6 +320,13 @@ def test_a_report_on_stdout(arm, collaudit, tmp_path: Path) -> None:
     assert collaudit("report", run, "-o", "-", "--format", "json,html").code == 2
 
 
+@pytest.mark.parametrize("out", [".", "..", "/"])
+def test_a_folder_is_no_name_for_a_simulated_log(collaudit, out: str) -> None:
+    done = collaudit("simulate", "friction", "-o", out)
+    assert done.code == 2
+    assert "names a folder" in done.err
+
+
 def test_a_simulation_says_what_it_wrote_and_spares_the_files_of_others(collaudit, tmp_path: Path) -> None:
     log = tmp_path / "log.mcap"
     args = ("simulate", "free-clean", "--duration", "5", "-o", log)

@@ -30,11 +30,14 @@ def csv_marks(
         settings: which columns are labels and which is the phase.
         where: the file, for findings.
     """
+    asked = [*settings.labels, *([settings.phase] if settings.phase is not None else [])]
     findings = [
         Finding("log-label-missing", "warning", f"The table has no column {name!r} of labels or phases.", where=where)
-        for name in [*settings.labels, *([settings.phase] if settings.phase is not None else [])]
+        for name in asked
         if name not in texts
     ]
+    if not any(name in texts for name in asked):
+        return [], [], findings
     good = np.flatnonzero(np.isfinite(time_s))
     good = good[np.argsort(time_s[good], kind="stable")]
     stamps = time_s[good]

@@ -211,7 +211,7 @@ def _refuse_damage(path: Path, raw: IO[bytes]) -> None:
 
 
 def rows_as_text(path: Path, dialect: Dialect) -> Any:
-    """Iterate (line number from 1, cells) of the data rows; slow, for error messages and odd files."""
+    """Iterate (number from 1 of its first line, cells) of the data rows; slow, for error messages and odd files."""
     with open_bytes(path) as raw, io.TextIOWrapper(raw, dialect.encoding, errors="replace", newline="") as text:
         if dialect.delimiter == " ":
             for number, line in enumerate(text, 1):
@@ -222,6 +222,8 @@ def rows_as_text(path: Path, dialect: Dialect) -> Any:
         for _ in range(dialect.skip):
             text.readline()
         reader = csv.reader(text, delimiter=dialect.delimiter)
+        before = 0  # a quote that is never closed takes the lines below into its cell
         for cells in reader:
             if not is_remark(cells):
-                yield dialect.skip + reader.line_num, cells
+                yield dialect.skip + before + 1, cells
+            before = reader.line_num

@@ -6,6 +6,7 @@ absent), ``COLLAUDIT_BENCH_HOUR=1`` adds the memory of a one-hour log.
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -39,15 +40,21 @@ cpu_s = 0.0
 
 
 def timed(function: Callable[[], Any], repeats: int = 5) -> tuple[float, Any]:
-    """The best of some runs, in s, and the last result."""
+    """The best of some runs, in s, and the last result.
+
+    A log's hash is computed after it was read: it is awaited, untimed, so that it runs beside nothing that is timed.
+    """
     global cpu_s
     best, result = float("inf"), None
     cpu_s = float("inf")
     for _ in range(repeats):
+        result = None
         start, used = time.perf_counter(), time.process_time()
         result = function()
         best = min(best, time.perf_counter() - start)
         cpu_s = min(cpu_s, time.process_time() - used)
+        if isinstance(result, JointLog):
+            assert result.source.sha256
     return best, result
 
 
@@ -190,15 +197,16 @@ def test_csv() -> None:
         "pandas pyarrow": lambda: pd.read_csv(path, engine="pyarrow"),
         "ours": lambda: read_log((path,), settings, robot_joints=None),
     }
-    times, used = ({name: float("inf") for name in readers} for _ in range(2))
-    for _ in range(9):  # in turns: the speed of the machine itself drifts
-        for name, reader in readers.items():
-            seconds, _ = timed(reader, 1)
-            times[name], used[name] = min(times[name], seconds), min(used[name], cpu_s)
-    best = min(times["pandas c"], times["pandas pyarrow"])
-    numbers = {f"{name} s": value for name, value in times.items()} | {f"{n} cpu s": v for n, v in used.items()}
-    say("CSV", speed=best / times["ours"], bar=0.9, **numbers)
-    assert best / times["ours"] >= 0.9
+    rounds: list[dict[str, float]] = []
+    # In turns, each round a ratio of its own, since the speed of the machine itself drifts; in every order, since who
+    # comes after another finds the memory as that one left it.
+    for order in 3 * list(itertools.permutations(readers)):
+        rounds.append({name: timed(readers[name], 1)[0] for name in order})
+    ratios = np.array([min(each["pandas c"], each["pandas pyarrow"]) / each["ours"] for each in rounds])
+    seconds = {f"{name} s": float(np.median([each[name] for each in rounds])) for name in readers}
+    low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
+    say("CSV", speed=middle, quarter_below=low, quarter_above=high, bar=0.9, **seconds)
+    assert middle >= 0.9
 
 
 def test_inspect_with_a_summary() -> None:

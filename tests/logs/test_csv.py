@@ -372,3 +372,52 @@ def test_what_a_number_may_look_like(cell: str, value: float | None, tmp_path: P
         assert "line 7" in caught.value.render()
     else:
         np.testing.assert_array_equal(read(path, NM).position_rad[5, 0], value)
+
+
+def cell(text: str, row: int, column: int) -> str:
+    """The plain table with one cell written otherwise."""
+    lines = table().splitlines()
+    cells = lines[row].split(",")
+    cells[column] = text.format(cells[column])
+    lines[row] = ",".join(cells)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(("row", "column"), [(1, 2), (37, 2), (40, 4), (39, 1)])
+@pytest.mark.parametrize("text", ['"{}"', " {} ", '" {}"'])
+def test_a_quoted_cell_anywhere_is_the_number_in_it(tmp_path: Path, text: str, row: int, column: int) -> None:
+    check(read(write(tmp_path / "log.csv", cell(text, row, column)), NM))
+
+
+@pytest.mark.parametrize("text", ["", "nan", "NaN", "-nan", "null", "NA", "n/a", '""', '"NA"'])
+@pytest.mark.parametrize("row", [1, 38])
+def test_a_missing_number_is_nan_however_it_is_written(tmp_path: Path, text: str, row: int) -> None:
+    log = read(write(tmp_path / "log.csv", cell(text, row, 3)), NM)
+    expected = np.array(ROWS)[:, 3]
+    expected[row - 1] = np.nan
+    np.testing.assert_allclose(log.effort[:, 0], expected, rtol=1e-12)
+    assert log.position_rad.flags.writeable is False
+
+
+@pytest.mark.parametrize("text", ["nan", "-nan", "NA", "inf"])
+def test_time_counts_from_the_first_stamp_that_is_one(tmp_path: Path, text: str) -> None:
+    log = read(write(tmp_path / "log.csv", cell(text, 1, 0)), NM)
+    np.testing.assert_allclose(log.time_s[1:], np.array(ROWS)[1:, 0] - 0.01, atol=1e-12)
+    assert not np.isfinite(log.time_s[0])
+    np.testing.assert_allclose(log.position_rad, np.array(ROWS)[:, 1:3], rtol=1e-12)
+
+
+@pytest.mark.parametrize("text", ['"{}', "x", '"1,2"', "1 2"])
+def test_what_is_no_number_is_named_by_line_and_column(tmp_path: Path, text: str) -> None:
+    with pytest.raises(LogError, match="line 38"):
+        read(write(tmp_path / "log.csv", cell(text, 37, 2)), NM)
+
+
+def test_a_quoted_comma_is_none_even_in_a_column_not_asked_for(tmp_path: Path) -> None:
+    lines = [f"{line},note,more" if k == 0 else f"{line},0,1" for k, line in enumerate(table().splitlines())]
+    lines[37] = lines[37].removesuffix(",0,1") + ',"a,b",c'
+    check(read(write(tmp_path / "whole.csv", "\n".join(lines) + "\n"), NM))
+    lines[37] = lines[37].removesuffix(",c")
+    with pytest.raises(LogError, match="line 38") as caught:
+        read(write(tmp_path / "short.csv", "\n".join(lines) + "\n"), NM)
+    assert "6 cells" in str(caught.value)

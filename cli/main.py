@@ -9,14 +9,10 @@ from collections.abc import Sequence
 import click
 
 from collaudit.cli.group import CommandEntry, LazyGroup
-from collaudit.core.allocator import keep_freed_memory
+from collaudit.core.allocator import keep_freed_memory, one_thread_of_linear_algebra
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_USAGE, CollauditError
 
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
-
-#: Sums split over threads differ in their last bits: one thread gives the same bytes on every machine, and
-#: linear algebra is no bottleneck here. It must be said before NumPy is imported.
-_LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 _COMMANDS = (
     CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
@@ -68,8 +64,7 @@ collaudit.examples = (
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the command line and exit with the contracted code."""
-    for name in _LINEAR_ALGEBRA_THREADS:
-        os.environ.setdefault(name, "1")
+    one_thread_of_linear_algebra()
     keep_freed_memory()
     arguments = list(sys.argv[1:] if args is None else args)
     sys.exit(run(arguments))

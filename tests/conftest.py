@@ -7,6 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from collaudit.core.allocator import one_thread_of_linear_algebra
+
+one_thread_of_linear_algebra()  # as the commands do, and as early
+
 PROJECT = Path(__file__).resolve().parent.parent
 
 

@@ -15,8 +15,14 @@ R = TypeVar("R")
 THREADS = min(2, os.cpu_count() or 1)
 
 
-def ordered_map(function: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-    """Apply ``function`` in up to two threads; results come in the order of the items, few at a time."""
+def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int = THREADS) -> Iterator[R]:
+    """Apply ``function`` in up to two threads; results come in the order of the items, few at a time.
+
+    Args:
+        function: what to apply.
+        items: to what.
+        ahead: results that may wait for whoever takes them.
+    """
     if THREADS == 1 or (isinstance(items, Sized) and len(items) < 2):
         yield from map(function, items)
         return
@@ -25,7 +31,7 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
         try:
             for item in items:
                 waiting.append(pool.submit(function, item))
-                if len(waiting) > THREADS:
+                if len(waiting) > ahead:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()

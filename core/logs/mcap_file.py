@@ -14,19 +14,20 @@ from collaudit.core.logs.fileio import RandomFile
 from collaudit.core.logs.mcap_chunk import Located, heads_of, locate, located_of
 from collaudit.core.logs.mcap_scan import CHANNEL, MAX_DAMAGE, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.records import Batch, Channel, Damage, Progress
-from collaudit.core.parallel import ordered_map
-from collaudit.core.series import IntArray
+from collaudit.core.parallel import THREADS, ordered_map
 
 _WINDOW = 1 << 20
+#: Chunks are unpacked ahead of who reads them, as many as fit this and not more than so many.
+_AHEAD_BYTES, _AHEAD = 1 << 24, 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Chunk:
-    """A chunk's decompressed records with its index offsets; ``problem`` says what was wrong with it."""
+    """A chunk's decompressed records and where its messages lie; ``problem`` says what was wrong with it."""
 
     ref: ChunkRef
     data: bytes
-    offsets: IntArray
+    located: Located
     problem: str | None
 
 
@@ -41,7 +42,7 @@ class McapFile:
         self._summed = any(chunk.crc for chunk in self.index.chunks)
         if self._hidden_channels():
             for chunk in ordered_map(self._load, list(self.index.chunks)):
-                self._records(chunk.data, self._locate(chunk))
+                self._records(chunk)
                 if not self._hidden_channels(after_all=True):
                     break
         found = (self.index.channel(number) for number in sorted(self.index.channels))
@@ -63,7 +64,7 @@ class McapFile:
         return bool(named - set(self.index.channels)) or (blind and not summarised)
 
     def _load(self, ref: ChunkRef) -> _Chunk:
-        """Read and decompress a chunk and its message indexes; runs in a thread."""
+        """Read and decompress a chunk, and find its messages; runs in a thread."""
         raw = self.file.read(ref.data_at, ref.data_size)
         unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw))
         problem = unpacked.problem
@@ -76,31 +77,29 @@ class McapFile:
         parts = [self.file.read(at, size) for _, at, size in ref.index] if data else []
         pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
         offsets = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
-        return _Chunk(ref, data, offsets, problem)
+        return _Chunk(ref, data, locate(data, offsets), problem)
 
-    def _locate(self, chunk: _Chunk) -> Located:
-        return locate(chunk.data, chunk.offsets)
-
-    def _records(self, data: bytes, located: Located) -> None:
-        for op, at, length in located.others:
+    def _records(self, chunk: _Chunk) -> None:
+        for op, at, length in chunk.located.others:
             if op in (SCHEMA, CHANNEL):
-                self.index.record(op, data[at + 9 : at + 9 + length])
+                self.index.record(op, chunk.data[at + 9 : at + 9 + length])
 
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
         wanted = keys if keys is not None else frozenset(self.index.channels)
         chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
         self._met = {}
-        for chunk in ordered_map(self._load, chunks):
-            located = self._locate(chunk)
-            self._judge(chunk, located)
-            yield from self._split(np.frombuffer(chunk.data, dtype=np.uint8), located, wanted)
+        largest = max((ref.size for ref in chunks), default=1)
+        for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(THREADS, _AHEAD_BYTES // max(1, largest)))):
+            self._judge(chunk)
+            yield from self._split(np.frombuffer(chunk.data, dtype=np.uint8), chunk.located, wanted)
             if progress is not None:
                 progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
         yield from self._loose(wanted, progress)
         self._compare_counts(wanted)
 
-    def _judge(self, chunk: _Chunk, located: Located) -> None:
+    def _judge(self, chunk: _Chunk) -> None:
+        located = chunk.located
         if chunk.problem is not None:
             kept = f"{located.start.shape[0]} messages before the damage were read"
             self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")

@@ -66,7 +66,8 @@ def _problem(topic: Topic | None) -> str | None:
 def _stacked(topic: Topic, joints: Publisher) -> tuple[IntArray, IntArray | None, FloatArray, bool]:
     """Log times, stamps and values of all groups in order of recording, and whether their clocks follow the joints'."""
     groups = list(topic.decoded.groups.values())
-    wrench = np.concatenate([np.asarray(group.take("wrench"), dtype=np.float64) for group in groups])
+    parts = [np.asarray(group.take("wrench"), dtype=np.float64) for group in groups]
+    wrench = parts[0] if len(parts) == 1 else np.concatenate(parts)
     its = in_order(*clocks_of(groups), joints.log_breaks, joints.stamp_breaks)
     topic.decoded.groups.clear()
     return its.log_ns, its.stamp_ns, wrench if its.sort is None else wrench[its.sort], its.followed

@@ -8,6 +8,7 @@ from math import ceil
 
 import numpy as np
 
+from collaudit.core.blocks import exceeds
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, IntArray, Span
 
@@ -55,12 +56,20 @@ def exceedances(residual: FloatArray, evidence: BoolArray, level: Level) -> tupl
         evidence: (n,) samples that may count; a gap is False and so breaks a run.
         level: N·m; one number, or (n,) when it varies.
     """
+    return _runs(residual, evidence, level, 1.0)
+
+
+def _runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float) -> tuple[IntArray, IntArray]:
     with np.errstate(invalid="ignore"):
-        return run_bounds(evidence & (np.abs(residual) > level))
+        above = exceeds(residual, level, share)
+    above &= evidence
+    return run_bounds(above)
 
 
 def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, merge_samples: int = 0) -> list[Event]:
     """Rule (6) for one joint: runs of at least n samples above gamma.
+
+    :func:`rule_events` has near misses as well.
 
     Args:
         residual: (n,) N·m.
@@ -69,9 +78,7 @@ def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, 
         n: persistence, samples.
         merge_samples: collisions closer than this are one event (one push, not several).
     """
-    starts, stops = exceedances(residual, evidence, gamma)
-    long = stops - starts >= n
-    return _events(residual, starts[long], stops[long], n, merge_samples)
+    return _lasting(residual, exceedances(residual, evidence, gamma), n, merge_samples)
 
 
 def near_misses(
@@ -89,15 +96,34 @@ def near_misses(
         ``amplitude``: n samples in a row above amplitude·gamma; ``persistence``: above gamma for at least
         persistence·n and fewer than n samples in a row. A stretch that is both is listed as persistence.
     """
-    hits = collisions(residual, evidence, gamma, n, merge_samples)
-    starts, stops = exceedances(residual, evidence, gamma)
-    length = stops - starts
+    return rule_events(residual, evidence, gamma, n, amplitude, persistence, merge_samples)[1:]
+
+
+def rule_events(
+    residual: FloatArray,
+    evidence: BoolArray,
+    gamma: Level,
+    n: int,
+    amplitude: float,
+    persistence: float,
+    merge_samples: int = 0,
+) -> tuple[list[Event], list[Event], list[Event]]:
+    """:func:`collisions` and both kinds of :func:`near_misses`."""
+    above = exceedances(residual, evidence, gamma)
+    hits = _lasting(residual, above, n, merge_samples)
+    length = above[1] - above[0]
     short = (length < n) & (length >= max(1, ceil(persistence * n - 1e-9)))
-    brief = _apart(_events(residual, starts[short], stops[short], n, merge_samples), hits, merge_samples)
-    starts, stops = exceedances(residual, evidence, amplitude * gamma)
+    brief = _events(residual, above[0][short], above[1][short], n, merge_samples)
+    brief = _apart(brief, hits, merge_samples)
+    low = _lasting(residual, _runs(residual, evidence, gamma, amplitude), n, merge_samples)
+    return hits, _apart(low, hits + brief, merge_samples), brief
+
+
+def _lasting(residual: FloatArray, runs: tuple[IntArray, IntArray], n: int, merge: int) -> list[Event]:
+    """Events of the runs of at least n samples."""
+    starts, stops = runs
     long = stops - starts >= n
-    low = _events(residual, starts[long], stops[long], n, merge_samples)
-    return _apart(low, hits + brief, merge_samples), brief
+    return _events(residual, starts[long], stops[long], n, merge)
 
 
 def _events(residual: FloatArray, starts: IntArray, stops: IntArray, n: int, merge: int) -> list[Event]:

@@ -133,7 +133,7 @@ def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n:
     """Exceedances that end in an unjudged stretch and would have been events had it gone on."""
     state = found.judgement.state[:, j]
     with np.errstate(invalid="ignore"):
-        above = np.abs(found.residual.torque_nm[:, j]) > found.threshold_nm[:, j]
+        above = np.abs(found.residual.torque_nm[:, j]) > found.threshold.of(j)
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     above &= (state <= State.FRICTION_INTERVAL) | pinned
     blind = (state == State.SATURATED) | (state == State.NOT_A_NUMBER) | (state == State.GAP) | (state == State.EDGE)

@@ -17,19 +17,18 @@ from collaudit.core.prepare import Prepared, judged_series
 from collaudit.core.residual import Residual, compute_residual
 from collaudit.core.result import RuleFacts
 from collaudit.core.result_detection import DelayFacts, DetectorEvent, DetectorFacts
-from collaudit.core.series import FloatArray
 from collaudit.core.signals import State
-from collaudit.core.threshold import threshold_nm
+from collaudit.core.threshold import Threshold
 from collaudit.core.watch import Watch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """What one detector made of a log; ``threshold_nm`` (n, j) is the level its residual had to exceed."""
+    """What one detector made of a log; ``threshold`` is the level its residual had to exceed."""
 
     balance: Balance
     residual: Residual
-    threshold_nm: FloatArray
+    threshold: Threshold
     judgement: Judgement
 
 
@@ -51,9 +50,16 @@ def evaluate(prepared: Prepared, grounds: Grounds, config: Config, name: str | N
         residual = energy_residual(prepared, grounds.laws, grounds.contradicted, config.detect)
     else:
         residual = compute_residual(series, balance, grounds.laws, grounds.contradicted, config.detect)
-    threshold = threshold_nm(series, balance, residual, grounds.rule, config.detect)
+    threshold = Threshold(series, balance, residual, grounds.rule, config.detect)
     judgement = judge(
-        series, residual, threshold, grounds.rule, grounds.watch, prepared.phases, config, scalar=balance.engine.scalar
+        series,
+        residual,
+        threshold.of,
+        grounds.rule,
+        grounds.watch,
+        prepared.phases,
+        config,
+        scalar=balance.engine.scalar,
     )
     return Evaluation(balance, residual, threshold, judgement)
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.blocks import blocks
 from collaudit.core.friction.model import FrictionModel
-from collaudit.core.series import BoolArray, FloatArray, UniformSeries
+from collaudit.core.series import BoolArray, FloatArray, IntArray, UniformSeries
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
 _TRAVEL_CONSTANTS = 5.0
@@ -26,16 +27,38 @@ class FrictionBand:
 
     Attributes:
         sliding_nm: (n,) steady friction at the velocity.
-        low_nm, high_nm: (n,) bounds; equal to ``sliding_nm`` where ``steady``.
         steady: (n,) the joint has slid far enough since it rested, reversed or came into view.
+        loose: (k,) the samples that are not steady, in order.
+        loose_nm: (2, k) lower and upper bound there.
         level_sd: standard error that a trend with temperature leaves in the level, as a share.
     """
 
     sliding_nm: FloatArray
-    low_nm: FloatArray
-    high_nm: FloatArray
     steady: BoolArray
+    loose: IntArray
+    loose_nm: FloatArray
     level_sd: float = 0.0
+
+    @property
+    def low_nm(self) -> FloatArray:
+        """(n,) lower bound; ``sliding_nm`` where it is steady."""
+        return self.bounds()[0]
+
+    @property
+    def high_nm(self) -> FloatArray:
+        """(n,) upper bound."""
+        return self.bounds()[1]
+
+    def bounds(self, rows: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bound, everywhere or at the given samples."""
+        low = self.sliding_nm.copy() if rows is None else self.sliding_nm[rows]
+        high = low.copy()
+        if rows is None:
+            low[self.loose], high[self.loose] = self.loose_nm
+        else:
+            at = np.flatnonzero(~self.steady[rows])
+            low[at], high[at] = self.loose_nm[:, np.searchsorted(self.loose, rows[at])]
+        return low, high
 
 
 def friction_band(
@@ -52,37 +75,55 @@ def friction_band(
         travel_rad: travel after which friction is steady.
     """
     sliding = law.torque(velocity)
-    resting = np.abs(velocity) < (slow or _BELOW_RANGE * law.speed_range[0])
-    travel = _travel(series, j, velocity, resting)
-    steady = ~resting & (travel >= travel_rad) & np.isfinite(sliding)
-    low, high = sliding.copy(), sliding.copy()
+    slowest = slow or _BELOW_RANGE * law.speed_range[0]
+    steady, travel = _settled(series, j, velocity, slowest, travel_rad)
+    if not np.isfinite(sliding.sum()):
+        steady &= np.isfinite(sliding)
     k = np.flatnonzero(~steady)
-    size = np.abs(sliding[k])
+    resting, forward, size = np.abs(velocity[k]) < slowest, velocity[k] >= 0, np.abs(sliding[k])
     hold = np.maximum(law.hold, size)
     left = np.exp(-_TRAVEL_CONSTANTS * travel[k] / travel_rad) if travel_rad > 0 else np.zeros_like(size)
-    along_low = np.where(resting[k], -hold, size - (size + hold) * left)
-    along_high = np.where(resting[k], hold, size + (hold - size) * left)
-    forward = velocity[k] >= 0
-    low[k] = np.where(forward, along_low, -along_high)
-    high[k] = np.where(forward, along_high, -along_low)
+    along_low = np.where(resting, -hold, size - (size + hold) * left)
+    along_high = np.where(resting, hold, size + (hold - size) * left)
+    loose = np.where(forward, (along_low, along_high), (-along_high, -along_low))
     heat = None if law.warmth is None or series.temperature_c is None else series.temperature_c[:, j]
     if law.warmth is None or heat is None:
-        return FrictionBand(sliding, low, high, steady)
+        return FrictionBand(sliding, steady, k, loose)
     share = law.warmth.share(heat)
-    return FrictionBand(share * sliding, share * low, share * high, steady, law.warmth.doubt(heat))
+    return FrictionBand(share * sliding, steady, k, share[k] * loose, law.warmth.doubt(heat))
 
 
-def _travel(series: UniformSeries, j: int, velocity: FloatArray, resting: BoolArray) -> FloatArray:
-    """(n,) way since the joint last rested or reversed, or since the start of the stretch."""
-    out = np.zeros(velocity.size)
+def _settled(
+    series: UniformSeries, j: int, velocity: FloatArray, slowest: float, travel_rad: float
+) -> tuple[BoolArray, FloatArray]:
+    """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
+
+    Both also count from the start of a stretch.
+    """
+    steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
     for segment in series.segments:
         if len(segment) == 0:
             continue
-        position, v = series.position_rad[segment.slice, j], velocity[segment.slice]
-        anew = resting[segment.slice].copy()
+        position, v, way = series.position_rad[segment.slice, j], velocity[segment.slice], travel[segment.slice]
+        resting, backward = _resting(v, slowest), v < 0
+        anew = resting.copy()
         anew[0] = True
-        anew[1:] |= v[1:] * v[:-1] < 0
-        way = np.cumsum(np.nan_to_num(np.abs(np.diff(position, prepend=position[0]))))
-        last = np.maximum.accumulate(np.where(anew, np.arange(anew.size), 0))
-        out[segment.slice] = way - way[last]
+        anew[1:] |= backward[1:] != backward[:-1]
+        np.subtract(position[1:], position[:-1], out=way[1:])
+        np.abs(way, out=way)
+        if not np.isfinite(way.sum()):
+            way[~np.isfinite(way)] = 0.0
+        way[...] = np.cumsum(way)
+        starts = np.flatnonzero(anew)
+        way -= np.repeat(way[starts], np.diff(starts, append=way.size))
+        np.greater_equal(way, travel_rad, out=steady[segment.slice])
+        steady[segment.slice] &= ~resting
+    return steady, travel
+
+
+def _resting(velocity: FloatArray, slowest: float) -> BoolArray:
+    """(n,) |velocity| < slowest; not where it is unknown."""
+    out = np.empty(velocity.shape, dtype=np.bool_)
+    for block in blocks(velocity.size):
+        np.less(np.abs(velocity[block]), slowest, out=out[block])
     return out

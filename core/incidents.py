@@ -83,7 +83,8 @@ def _peak_sample(prepared: Prepared, found: Evaluation, group: Sequence[Collisio
     a, b = (int(k) for k in np.searchsorted(series.time_s, [onset, end]))
     part = slice(a, max(b, a + 1))
     columns = [series.column(c.joint) for c in group]
-    ratio = np.abs(found.residual.torque_nm[part][:, columns]) / found.threshold_nm[part][:, columns]
+    level = np.stack([found.threshold.of(j, part) for j in columns], axis=1)
+    ratio = np.abs(found.residual.torque_nm[part][:, columns]) / level
     judged = np.count_nonzero(found.judgement.state[part] == State.JUDGED, axis=1)
     return a + int(np.argmax(np.where(judged == judged.max(), np.nan_to_num(ratio).sum(axis=1), -1.0)))
 

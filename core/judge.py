@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
-from collaudit.core.detection import Event, collisions, near_misses
+from collaudit.core.detection import Event, rule_events
 from collaudit.core.parallel import ordered_map
 from collaudit.core.phases import PHASES, contact_mask
 from collaudit.core.residual import Residual
@@ -36,7 +36,7 @@ class Judgement:
 def judge(
     series: UniformSeries,
     residual: Residual,
-    threshold_nm: FloatArray,
+    threshold_nm: Callable[[int], FloatArray],
     rule: RuleFacts,
     watch: Mapping[str, Watch],
     phases: NDArray[np.int8],
@@ -48,7 +48,7 @@ def judge(
 
     Args:
         series, residual: of the judged joints.
-        threshold_nm: (n, j) level that counts: gamma, raised by what is uncertain.
+        threshold_nm: column to the (n,) level that counts: gamma, raised by what is uncertain.
         rule: persistence and nominal thresholds.
         watch: which joints count.
         phases: (n,) labels.
@@ -66,7 +66,7 @@ def judge(
     near: list[NearMiss] = []
 
     def one(j: int) -> tuple[list[Event], list[Event], list[Event]]:
-        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm[:, j], rule, merge)
+        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm(j), rule, merge)
 
     for j, (fired, amplitude, persistence) in zip(carriers, ordered_map(one, carriers), strict=True):
         joint = series.joint_names[j]
@@ -90,9 +90,7 @@ def _events(
     """One joint's collisions, near misses by amplitude and near misses by persistence."""
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
     x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level_nm)
-    fired = collisions(x, evidence, level, rule.n, merge)
-    near = near_misses(x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge)
-    return fired, *near
+    return rule_events(x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge)
 
 
 def _with_unwatched(

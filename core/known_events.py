@@ -35,7 +35,7 @@ def score_detection(
     watched = grounds.rule.watch
     events = read_events(truth, watched) if truth is not None else labelled_events(series, watched, config.true_events)
     alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.judgement.collisions]
-    ratio = found.residual.torque_nm / found.threshold_nm
+    ratio = found.residual.torque_nm / found.threshold.all_joints()
     evidence = Evidence(series.time_s, ratio, found.judgement.state, series.joint_names, grounds.rule.n)
     return tuple(s for s in score(events, alarms, evidence) if s.joint is None or s.joint in watched)
 

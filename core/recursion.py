@@ -15,7 +15,7 @@ from collaudit.core.parallel import THREADS, ordered_map
 from collaudit.core.series import BoolArray, FloatArray, Span
 
 #: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
-_BLOCK = 32768
+_BLOCK = 65536
 
 
 def filtered(
@@ -26,6 +26,7 @@ def filtered(
     *,
     both_ways: bool,
     pad: int = 0,
+    out: FloatArray | None = None,
 ) -> tuple[FloatArray, BoolArray | None]:
     """Run a recursive filter over each stretch, starting settled.
 
@@ -36,13 +37,14 @@ def filtered(
         both_ways: forward and then backward, without delay; else forward only.
         pad: samples by which each stretch is continued by its point reflection at both ends (at most its length
             less one); 0 starts at the first value as if it had lasted for ever.
+        out: (n, j) memory for the result, none of it that of ``x``; fresh memory without.
 
     Returns:
         (n, j) result, NaN outside the stretches; and (n, j) where values were bridged, None when nowhere.
     """
     from scipy.signal import lfilter_zi
 
-    out = blank(x, segments)
+    out = blank(x, segments, out)
     settled = lfilter_zi(b, a)
     bridged: BoolArray | None = None
     for span in segments:
@@ -59,9 +61,9 @@ def filtered(
     return out, bridged
 
 
-def blank(like: FloatArray, segments: Sequence[Span]) -> FloatArray:
+def blank(like: FloatArray, segments: Sequence[Span], out: FloatArray | None = None) -> FloatArray:
     """An array of the same shape, NaN outside the stretches and not yet written inside them."""
-    out = np.empty(like.shape, order="F")
+    out = np.empty(like.shape, order="F") if out is None else out
     before = 0
     for span in segments:
         out[before : span.start] = np.nan

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.blocks import blocks, exceeds
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detectors.balance import Balance
 from collaudit.core.detectors.kernel import Kernel
@@ -112,19 +113,26 @@ def _one_joint(
     band = friction_band(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
-    too_fast = np.abs(velocity) > _BEYOND_RANGE * law.speed_range[1]
-    sliding = _smoothed(balance, series, band.sliding_nm)
+    too_fast = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
+    sliding = out.uncertainty_nm  # in the memory of what is made of it last
+    balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s, sliding[:, None])
     sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
         usable = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
         level = follow_level(total - sliding, sliding, usable, series.period_s, sd, config.causal)
-    np.subtract(total, (1.0 + level.deviation) * sliding, out=out.torque_nm)
+    for block in blocks(total.size):
+        its = sliding[block]
+        np.subtract(total[block], (1.0 + level.deviation[block]) * its, out=out.torque_nm[block])
+        np.abs(its, out=its)
+        its *= SIGMAS * level.sd[block]
+        if not np.isfinite(its.sum()):
+            its[~np.isfinite(its)] = 0.0
+    out.uncertainty_nm[undecided] = 0.0
     out.torque_nm[undecided] = _beyond(total, band, level, around, undecided)
     out.state[undecided] = State.FRICTION_INTERVAL
     out.state[too_fast] = State.TOO_FAST
-    out.uncertainty_nm[:] = np.where(undecided | ~np.isfinite(sliding), 0.0, SIGMAS * level.sd * np.abs(sliding))
     return level
 
 
@@ -137,8 +145,9 @@ def _beyond(
     """
     rows = around.rows
     scale = 1.0 + level.deviation[rows]
-    slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(band.low_nm[rows]), np.abs(band.high_nm[rows]))
-    low, high = around.smoothed(scale * band.low_nm[rows] - slack), around.smoothed(scale * band.high_nm[rows] + slack)
+    low, high = band.bounds(rows)
+    slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
+    low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
     its = total[rows]
     return np.asarray(np.maximum(its - high, 0.0) + np.minimum(its - low, 0.0))[undecided[rows]]
 
@@ -173,10 +182,6 @@ class _Around:
         out = np.zeros_like(mask)
         out[self.rows] = self.kernel.reach(mask[self.rows][:, None], self.stretches, self.series.period_s)[:, 0]
         return out
-
-
-def _smoothed(balance: Balance, series: UniformSeries, x: FloatArray) -> FloatArray:
-    return balance.kernel.apply(x[:, None], series.segments, series.period_s)[:, 0]
 
 
 def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:

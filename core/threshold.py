@@ -8,10 +8,12 @@ while moving fast is blind while moving slowly.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.config.schema_detect import DynamicConfig
 from collaudit.core.detectors.balance import Balance
 from collaudit.core.residual import Residual
 from collaudit.core.result import RuleFacts
@@ -25,32 +27,48 @@ _RIDGE = 1e-12
 _LEAST_BASE = 0.2
 
 
-def threshold_nm(
-    series: UniformSeries, balance: Balance, residual: Residual, rule: RuleFacts, config: DetectConfig
-) -> FloatArray:
-    """(n, j) threshold of each joint plus the residual's own uncertainty, N·m; NaN without one.
+@dataclass(frozen=True, slots=True, eq=False)
+class Threshold:
+    """The level of each joint plus the residual's own uncertainty, computed where it is asked for.
 
-    Args:
+    Attributes:
         series: the judged joints.
         balance: with the velocity the detector used, and its kernel: the threshold passes it as well.
         residual: whose uncertainty is added.
         rule: constant thresholds.
         config: dynamic coefficients, if any.
     """
-    gamma = np.array([rule.gamma_nm.get(joint, np.nan) for joint in series.joint_names])
-    level = np.asarray(residual.uncertainty_nm + gamma)
-    if config.gamma_nm == "dynamic":
-        for j, joint in enumerate(series.joint_names):
-            law = config.dynamic.get(joint)
-            if law is not None:
-                moving = dynamic_level(
-                    DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
-                    balance.velocity_rad_s[:, j],
-                    series.acceleration_rad_s2[:, j],
-                )
-                moving = balance.kernel.apply(moving[:, None], series.segments, series.period_s)[:, 0]
-                level[:, j] = residual.uncertainty_nm[:, j] + moving
-    return level
+
+    series: UniformSeries
+    balance: Balance
+    residual: Residual
+    rule: RuleFacts
+    config: DetectConfig
+    _kept: dict[int, FloatArray] = field(default_factory=dict)
+
+    def of(self, j: int, part: slice = slice(None)) -> FloatArray:
+        """(n,) N·m of one joint, or of a part of its samples; NaN without one."""
+        joint = self.series.joint_names[j]
+        law = self.config.dynamic.get(joint) if self.config.gamma_nm == "dynamic" else None
+        level = self.rule.gamma_nm.get(joint, np.nan) if law is None else self._dynamic(j, law)[part]
+        return np.asarray(self.residual.uncertainty_nm[part, j] + level)
+
+    def _dynamic(self, j: int, law: DynamicConfig) -> FloatArray:
+        if j not in self._kept:
+            level = dynamic_level(
+                DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
+                self.balance.velocity_rad_s[:, j],
+                self.series.acceleration_rad_s2[:, j],
+            )
+            self._kept[j] = self.balance.kernel.apply(level[:, None], self.series.segments, self.series.period_s)[:, 0]
+        return self._kept[j]
+
+    def all_joints(self) -> FloatArray:
+        """(n, j) N·m."""
+        out = np.empty(self.residual.uncertainty_nm.shape, order="F")
+        for j in range(len(self.series.joint_names)):
+            out[:, j] = self.of(j)
+        return out
 
 
 def dynamic_level(law: DynamicThreshold, velocity: FloatArray, acceleration: FloatArray) -> FloatArray:

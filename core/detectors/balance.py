@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.detectors.engines import Engine, engine_named
 from collaudit.core.detectors.kernel import BOTH_WAYS, Kernel, butterworth, double_pole
+from collaudit.core.parallel import ordered_map
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 
@@ -68,22 +69,37 @@ def balance_torques(
     raw = series.raw_velocity_rad_s
     velocity = series.velocity_rad_s if raw is None or not config.causal else raw
     total = None
-    if rigid_nm is not None and series.effort is not None and series.effort_unit == "Nm":
+    effort = series.effort
+    if rigid_nm is not None and effort is not None and series.effort_unit == "Nm":
         if config.causal:
-            measured = series.effort if contact_nm is None else series.effort - contact_nm
-            total = _causal(series, robot, measured, velocity, engine, kernel)
+            total = _causal(series, robot, effort, contact_nm, velocity, engine, kernel)
         else:
-            unexplained = series.effort - rigid_nm
-            if contact_nm is not None:
-                unexplained -= contact_nm
-            total = kernel.apply(unexplained, series.segments, series.period_s)
+            total = _after_the_fact(series, effort, rigid_nm, contact_nm, kernel)
     return Balance(engine, kernel, total, velocity, start_mask(series, kernel))
+
+
+def _after_the_fact(
+    series: UniformSeries, effort: FloatArray, rigid: FloatArray, contact: FloatArray | None, kernel: Kernel
+) -> FloatArray:
+    """Eq. (5) through the kernel, joint by joint, so that what is needed on the way stays small."""
+    total = np.empty(effort.shape, order="F")
+
+    def one(j: int) -> None:
+        unexplained = effort[:, j] - rigid[:, j]
+        if contact is not None:
+            unexplained -= contact[:, j]
+        kernel.apply(unexplained[:, None], series.segments, series.period_s, total[:, j : j + 1])
+
+    for _ in ordered_map(one, range(effort.shape[1])):
+        pass
+    return total
 
 
 def _causal(
     series: UniformSeries,
     robot: RobotModel,
-    measured: FloatArray,
+    effort: FloatArray,
+    contact: FloatArray | None,
     velocity: FloatArray,
     engine: Engine,
     kernel: Kernel,
@@ -93,13 +109,23 @@ def _causal(
         q = kernel.apply(series.position_rad, segments, period)
         v = kernel.apply(velocity, segments, period)
         a = kernel.slope(velocity, segments, period)
+        measured = effort if contact is None else effort - contact
         out: FloatArray = kernel.apply(measured, segments, period) - robot.inverse_dynamics(q, v, a)
         return out
     momentum, rest = robot.momentum(series.position_rad, velocity)
-    rest += measured
-    known = kernel.apply(rest, segments, period)
-    known -= kernel.slope(momentum, segments, period)
-    return known
+    total = np.empty(effort.shape, order="F")
+
+    def one(j: int) -> None:
+        known = rest[:, j]
+        known += effort[:, j]
+        if contact is not None:
+            known -= contact[:, j]
+        kernel.apply(known[:, None], segments, period, total[:, j : j + 1])
+        total[:, j] -= kernel.slope(momentum[:, j : j + 1], segments, period)[:, 0]
+
+    for _ in ordered_map(one, range(effort.shape[1])):
+        pass
+    return total
 
 
 def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:

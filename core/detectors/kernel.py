@@ -70,17 +70,23 @@ class Kernel:
         push[around : around + samples] = 1.0
         return float(self.apply(push, [Span(0, len(push))], period_s).max())
 
-    def apply(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
+    def apply(
+        self, x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None
+    ) -> FloatArray:
         """Smooth each stretch, starting settled at its first value.
 
         Args:
             x: (n, j); NaN inside a stretch is bridged, and is NaN where it weighs more than 5 %.
             segments: gap-free stretches; outside them the result is NaN.
             period_s: sample period, s.
+            out: (n, j) memory for the result, other than that of ``x``.
         """
-        if self.identity:
+        if not self.identity:
+            return self._filtered(self.numerator, x, segments, period_s, out)
+        if out is None:
             return x
-        return self._filtered(self.numerator, x, segments, period_s)
+        out[...] = x
+        return out
 
     def slope(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """The smoothed time derivative s·G(s) x without differentiating: what needs no acceleration.
@@ -93,10 +99,15 @@ class Kernel:
         return self._filtered((*self.numerator, 0.0), x, segments, period_s)
 
     def _filtered(
-        self, numerator: tuple[float, ...], x: FloatArray, segments: Sequence[Span], period_s: float
+        self,
+        numerator: tuple[float, ...],
+        x: FloatArray,
+        segments: Sequence[Span],
+        period_s: float,
+        out: FloatArray | None = None,
     ) -> FloatArray:
-        out = self._run(self._coefficients(numerator, period_s), x, segments)
-        if not all(np.isfinite(x[s.slice].sum()) for s in segments):
+        out, bridged = self._run(self._coefficients(numerator, period_s), x, segments, out)
+        if bridged is not None:
             out[self.reach(~np.isfinite(x), segments, period_s)] = np.nan
         return out
 
@@ -104,7 +115,7 @@ class Kernel:
         """(n, j) samples in whose kernel the marked samples weigh more than 5 %."""
         if self.identity or not mask.any():
             return mask
-        weight = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
+        weight, _ = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
         return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
 
     def near(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> tuple[IntArray, list[Span]]:
@@ -135,8 +146,14 @@ class Kernel:
         b, a, _ = cont2discrete(system, period_s, method="foh")
         return np.atleast_2d(b)[0], np.asarray(a, dtype=np.float64)
 
-    def _run(self, coefficients: tuple[FloatArray, FloatArray], x: FloatArray, segments: Sequence[Span]) -> FloatArray:
-        return filtered(*coefficients, x, segments, both_ways=not self.causal)[0]
+    def _run(
+        self,
+        coefficients: tuple[FloatArray, FloatArray],
+        x: FloatArray,
+        segments: Sequence[Span],
+        out: FloatArray | None = None,
+    ) -> tuple[FloatArray, BoolArray | None]:
+        return filtered(*coefficients, x, segments, both_ways=not self.causal, out=out)
 
 
 def identity(causal: bool) -> Kernel:

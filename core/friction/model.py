@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.blocks import SAMPLES, blocks
 from collaudit.core.friction.laws import law_curve
 from collaudit.core.friction.warmth import Warmth
 from collaudit.core.result_friction import FrictionFit
@@ -47,6 +48,14 @@ class FrictionModel:
 
     def torque(self, velocity: FloatArray) -> FloatArray:
         """Friction at each velocity (any shape), zero at zero velocity."""
+        if velocity.ndim != 1 or velocity.size <= SAMPLES:
+            return self._torque(velocity)
+        out = np.empty(velocity.shape)
+        for block in blocks(velocity.size):
+            out[block] = self._torque(velocity[block])
+        return out
+
+    def _torque(self, velocity: FloatArray) -> FloatArray:
         direction = np.sign(velocity)
         speed = np.maximum(np.abs(velocity), _STANDSTILL)
         return np.asarray(direction * law_curve(self.name, self.values, speed, direction))

@@ -100,7 +100,7 @@ class Bench:
         if watch is not None:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
         alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.judgement.collisions]
-        ratio = found.residual.torque_nm / found.threshold_nm
+        ratio = found.residual.torque_nm / found.threshold.all_joints()
         evidence = Evidence(series.time_s, ratio, found.judgement.state, series.joint_names, rule.n)
         return score(events, alarms, evidence)
 

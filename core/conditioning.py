@@ -10,6 +10,7 @@ from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.effort_signal import effort_findings, saturation
 from collaudit.core.filters import default_bandwidth_hz
 from collaudit.core.findings import Finding
+from collaudit.core.parallel import ordered_map
 from collaudit.core.series import BoolArray, FloatArray, IntArray, JointLog, UniformSeries, WrenchSeries, frozen
 from collaudit.core.stalled import without_stalls
 from collaudit.core.timebase import Timebase, make_timebase
@@ -129,17 +130,19 @@ def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
 def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArray) -> tuple[FloatArray, list[Finding]]:
     """Interpolate a wrench to the grid, never across a step longer than 2.5 of its own periods."""
     stamps, rows = _ascending(wrench)
-    out = np.full((time_s.size, 6), np.nan, order="F")
-    if stamps.size >= 2:
-        period = float(np.median(np.diff(stamps)))
-        right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
-        step = stamps[right] - stamps[right - 1]
-        inside = (time_s >= stamps[0] - 0.5 * period) & (time_s <= stamps[-1] + 0.5 * period)
-        good = np.flatnonzero(inside & (step <= 2.5 * period) & recorded)
-        picked = _picked(good)
-        for c in range(6):
+    out = np.empty((time_s.size, 6), order="F")
+    picked = _within(stamps, time_s, recorded)
+    whole = isinstance(picked, slice) and picked == slice(0, time_s.size)
+
+    def one(c: int) -> bool:
+        if not whole:
+            out[:, c] = np.nan
+        if stamps.size >= 2:
             out[picked, c] = np.interp(time_s[picked], stamps, rows[:, c])
-    lost = int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
+        return bool(np.isfinite(out[:, c].sum()))
+
+    known = list(ordered_map(one, range(6)))
+    lost = 0 if all(known) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
     findings = []
     if lost:
         findings.append(
@@ -151,6 +154,20 @@ def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArra
             )
         )
     return out, findings
+
+
+def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray) -> IntArray | slice:
+    """Recorded samples between stamps (m,) that are no further apart than 2.5 of their periods."""
+    if stamps.size < 2:
+        return slice(0, 0)
+    steps = np.diff(stamps)
+    period = float(np.median(steps))
+    first, last = stamps[0] - 0.5 * period, stamps[-1] + 0.5 * period
+    if steps.max() <= 2.5 * period and recorded.all():
+        return slice(int(np.searchsorted(time_s, first, "left")), int(np.searchsorted(time_s, last, "right")))
+    right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
+    inside = (time_s >= first) & (time_s <= last)
+    return _picked(np.flatnonzero(inside & (steps[right - 1] <= 2.5 * period) & recorded))
 
 
 def _ascending(wrench: WrenchSeries) -> tuple[FloatArray, FloatArray]:

@@ -23,7 +23,9 @@ def default_bandwidth_hz(period_s: float) -> float:
     return min(20.0, 0.2 / period_s)
 
 
-def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth_hz: float) -> FloatArray:
+def low_pass(
+    x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth_hz: float, out: FloatArray | None = None
+) -> FloatArray:
     """Low-pass each stretch forward and backward (no delay), second-order Butterworth twice.
 
     Args:
@@ -31,27 +33,31 @@ def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth
         segments: gap-free stretches; outside them the result is NaN.
         period_s: sample period, s.
         bandwidth_hz: -3 dB frequency of both passes together, Hz.
+        out: memory for the result, of the shape of ``x`` and other than it.
     """
     from scipy.signal import butter
 
     warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
     corner = 2.0 / math.pi * math.atan(warped)
     rows = x.reshape(x.shape[0], -1)
+    its = None if out is None else out.reshape(rows.shape)
     if corner >= 0.95:  # at or above Nyquist there is nothing to remove
-        out = blank(rows, segments)
+        its = blank(rows, segments, its)
         for span in segments:
-            out[span.slice] = rows[span.slice]
-        return out.reshape(x.shape)
+            its[span.slice] = rows[span.slice]
+        return its.reshape(x.shape)
     settle = round(1.5 / (bandwidth_hz * period_s))
-    out, missing = filtered(*butter(2, corner), rows, segments, both_ways=True, pad=settle)
+    its, missing = filtered(*butter(2, corner), rows, segments, both_ways=True, pad=settle, out=its)
     if missing is not None:
-        out[missing] = np.nan
-    return out.reshape(x.shape)
+        its[missing] = np.nan
+    return its.reshape(x.shape)
 
 
-def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
-    """Central differences inside each stretch, one-sided at its ends; NaN outside."""
-    out = blank(x, segments)
+def differentiate(
+    x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None
+) -> FloatArray:
+    """Central differences inside each stretch, one-sided at its ends, NaN outside; into ``out`` if that is given."""
+    out = blank(x, segments, out)
     for span in segments:
         if len(span) < 2:
             out[span.slice] = np.nan

@@ -45,7 +45,9 @@ class EffortGain:
         return (self.ci95[0] > 0 or self.ci95[1] < 0) and self.explained >= _MIN_EXPLAINED
 
 
-def effort_gains(series: UniformSeries, model_torque: FloatArray) -> tuple[EffortGain, ...]:
+def effort_gains(
+    series: UniformSeries, model_torque: FloatArray, contact_nm: FloatArray | None = None
+) -> tuple[EffortGain, ...]:
     """Least squares of effort = gain·tau_model + c·sgn(v) + d·v + offset per joint, over moving samples.
 
     The interval is cluster-robust (one-second clusters; Liang and Zeger, Biometrika 73, 1986), since
@@ -54,29 +56,43 @@ def effort_gains(series: UniformSeries, model_torque: FloatArray) -> tuple[Effor
     Args:
         series: the log on its uniform time base.
         model_torque: (n, j) rigid-body torque, N·m.
+        contact_nm: (n, j) torque of the meant tool force, which adds to it where it is known.
 
     Returns:
         One entry for each joint with enough motion.
     """
     if series.effort is None:
         return ()
-    cluster: IntArray = np.floor(series.time_s / _CLUSTER_S).astype(np.int64)
     effort, velocity, names = series.effort, series.velocity_rad_s, series.joint_names
 
     def one(j: int) -> EffortGain | None:
-        return _gain(names[j], effort[:, j], model_torque[:, j], velocity[:, j], cluster)
+        use = _samples(effort[:, j], model_torque[:, j], velocity[:, j])
+        model = model_torque[use, j]
+        if contact_nm is not None:
+            model = model + np.nan_to_num(contact_nm[use, j])
+        cluster: IntArray = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
+        return _gain(names[j], effort[use, j], model, velocity[use, j], cluster)
 
     return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
 
 
-def _gain(
-    joint: str, effort: FloatArray, model: FloatArray, velocity: FloatArray, cluster: IntArray
-) -> EffortGain | None:
-    usable = np.flatnonzero(np.isfinite(effort) & np.isfinite(model) & (np.abs(velocity) > _MOVING))
-    if usable.size < 2 * _MIN_CLUSTERS:
+def _samples(effort: FloatArray, model: FloatArray, velocity: FloatArray) -> IntArray:
+    """At most twice :data:`_MAX_SAMPLES` at which the joint moves and all is known, spread over the log.
+
+    Of a long log every so many-th is looked at first, and all only when that finds too few.
+    """
+    found: IntArray = np.empty(0, dtype=np.int64)
+    for step in sorted({max(1, effort.size // (4 * _MAX_SAMPLES)), 1}, reverse=True):
+        x, tau, v = effort[::step], model[::step], velocity[::step]
+        found = step * np.flatnonzero(np.isfinite(x) & np.isfinite(tau) & (np.abs(v) > _MOVING))
+        if found.size >= _MAX_SAMPLES:
+            break
+    return found[:: max(1, found.size // _MAX_SAMPLES)]
+
+
+def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArray) -> EffortGain | None:
+    if y.size < 2 * _MIN_CLUSTERS:
         return None
-    use = usable[:: max(1, usable.size // _MAX_SAMPLES)]
-    y, x, v, group = effort[use], model[use], velocity[use], cluster[use]
     ids, label = np.unique(group, return_inverse=True)
     if ids.size < _MIN_CLUSTERS or np.std(x) == 0:
         return None

@@ -18,7 +18,7 @@ from collaudit.core.phases import configured, find_phases, label_phases, logged_
 from collaudit.core.position_check import position_findings
 from collaudit.core.robot.robot import RobotModel
 from collaudit.core.series import FloatArray, JointLog, UniformSeries
-from collaudit.core.wrench import contact_torque, tool_force
+from collaudit.core.wrench import contact_torque, model_torques, tool_force
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,13 +67,13 @@ def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
     rigid = None
     gains: tuple[EffortGain, ...] = ()
     if robot.has_inertials:
-        rigid = robot.inverse_dynamics(series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    contact, more = contact_torque(series, robot, labels, config)
+        rigid, contact, more = model_torques(series, robot, labels, config)
+    else:
+        contact, more = contact_torque(series, robot, labels, config)
     findings += more
     if rigid is not None and series.effort is not None:
-        expected = rigid if contact is None else rigid + np.nan_to_num(contact)
-        gains = tuple(g for g in effort_gains(series, expected) if g.joint in judged)
-        findings += effort_said(series, robot, expected, contact, gains, judged, config.log.effort_delay_ms)
+        gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in judged)
+        findings += effort_said(series, robot, rigid, contact, gains, judged, config.log.effort_delay_ms)
     return Prepared(series, robot, rigid, contact, judged, labels, gains, tuple(findings))
 
 

@@ -10,7 +10,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.phases import PHASES, contact_mask
 from collaudit.core.result_identification import SensorFacts
-from collaudit.core.robot.robot import RobotModel
+from collaudit.core.robot.robot import RobotModel, SensorReading
 from collaudit.core.runs import run_bounds
 from collaudit.core.series import BoolArray, FloatArray, UniformSeries
 from collaudit.core.usual_force import meant_share
@@ -47,6 +47,41 @@ def contact_torque(
         motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
         torque = robot.contact_torque(*motion, force, frame, carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
+    return _meant_torque(torque, size, series, phases, config, findings)
+
+
+def model_torques(
+    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
+) -> tuple[FloatArray, FloatArray | None, list[Finding]]:
+    """Rigid-body torque (n, j) of the motion, and :func:`contact_torque`; in one go where that gives the same.
+
+    Raises:
+        NotJudgedError: the robot has no inertials. ConfigError, RobotError: as :func:`contact_torque`.
+    """
+    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+    carried, weighed = _carried(robot, None), _weighed(config)
+    whole = series.wrench is not None and all(np.isfinite(series.wrench[s.slice].sum()) for s in series.segments)
+    frame = config.log.wrench_frame
+    if not whole or frame is None or weighed != (carried is not None):  # a row with anything unknown is unknown in both
+        return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
+    if carried is not None and not robot.same_link(frame, carried[0]):
+        return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
+    assert series.wrench is not None
+    bias, findings = _bias(series, robot, frame, phases, config)
+    reading = SensorReading(series.wrench, frame, float(config.log.wrench_sign), bias, carried)
+    rigid, torque, size = robot.torques(*motion, reading)
+    return rigid, *_meant_torque(torque, size, series, phases, config, findings)
+
+
+def _meant_torque(
+    torque: FloatArray,
+    size: FloatArray,
+    series: UniformSeries,
+    phases: NDArray[np.int8],
+    config: Config,
+    findings: list[Finding],
+) -> tuple[FloatArray, list[Finding]]:
+    """What of the torque (n, j), which is changed, and of a force of that size (n,) is meant; and what to say of it."""
     share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
     if not (share == 1.0).all():
         torque *= share[:, None]
@@ -93,11 +128,14 @@ def tool_force(
         centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
         own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, centre)
         return _without(series.wrench, sign, np.array(sensor.offset), own), [_calibrated(sensor)]
-    weight: FloatArray | None = None
-    if config.robot.tool.mass_kg not in (0.0, "estimate"):
-        weight = robot.tool_wrench(series.position_rad, frame)
-    bias, findings = _bias(series, sign, weight, phases, config)
+    weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else None
+    bias, findings = _bias(series, robot, frame, phases, config)
     return _without(series.wrench, sign, bias, weight), findings
+
+
+def _weighed(config: Config) -> bool:
+    """Whether the weight of the tool is known, and taken out of what the sensor reads."""
+    return config.robot.tool.mass_kg not in (0.0, "estimate")
 
 
 def _without(reading: FloatArray, sign: float, bias: FloatArray, weight: FloatArray | None) -> FloatArray:
@@ -162,14 +200,16 @@ def _expected_a_wrench(config: Config) -> list[Finding]:
 
 
 def _bias(
-    series: UniformSeries, sign: float, weight: FloatArray | None, phases: NDArray[np.int8], config: Config
+    series: UniformSeries, robot: RobotModel, frame: str, phases: NDArray[np.int8], config: Config
 ) -> tuple[FloatArray, list[Finding]]:
     """Zero offset of the sensor, (6,): configured, or the median before contact."""
     assert series.wrench is not None
     if not isinstance(config.log.wrench_bias, str):
         return np.asarray(config.log.wrench_bias, dtype=np.float64), []
     free, where = _free_samples(series, phases)
-    readings = series.wrench[free] if weight is None else series.wrench[free] + sign * weight[free]
+    readings = series.wrench[free]
+    if _weighed(config):
+        readings = readings + float(config.log.wrench_sign) * robot.tool_wrench(series.position_rad[free], frame)
     readings = readings[np.isfinite(readings).all(axis=1)]
     if readings.shape[0] < 10:
         return np.zeros(6), [

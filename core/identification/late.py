@@ -19,7 +19,7 @@ _LATE_S = 0.02
 def effort_said(
     series: UniformSeries,
     robot: RobotModel,
-    expected: FloatArray,
+    rigid: FloatArray,
     contact: FloatArray | None,
     gains: tuple[EffortGain, ...],
     judged: tuple[str, ...],
@@ -30,9 +30,9 @@ def effort_said(
     Args:
         series: the log.
         robot: with inertials.
-        expected: (n, j) model torque, contact included.
+        rigid: (n, j) rigid-body torque.
         contact: (n, j) torque of the meant tool force, or None.
-        gains: effort against ``expected``.
+        gains: effort against both together.
         judged: joints to speak of.
         taken_off_ms: delay that the configuration takes off already.
     """
@@ -43,7 +43,7 @@ def effort_said(
     delay = effort_shift(series, robot, [g.joint for g in gains], contact)
     if delay is None or delay.ci95[0] < _LATE_S:
         return said
-    undone = {g.joint for g in gains_at(series, expected, delay) if not g.inverted} & inverted
+    undone = {g.joint for g in gains_at(series, rigid, delay, contact) if not g.inverted} & inverted
     if not undone:
         return said
     low, high = (1e3 * x for x in delay.ci95)
@@ -57,8 +57,10 @@ def effort_said(
     return [Finding("effort-delay", "error", text), *(f for f in kept if f.code != "effort-gain")]
 
 
-def gains_at(series: UniformSeries, expected: FloatArray, delay: Delay) -> tuple[EffortGain, ...]:
+def gains_at(
+    series: UniformSeries, expected: FloatArray, delay: Delay, contact: FloatArray | None = None
+) -> tuple[EffortGain, ...]:
     """Gains of the effort with a delay taken off."""
     assert series.effort is not None
     shifted = replace(series, effort=moved(series.effort, series, delay.seconds))
-    return effort_gains(shifted, np.asarray(expected))
+    return effort_gains(shifted, np.asarray(expected), contact)

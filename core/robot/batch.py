@@ -12,7 +12,7 @@ from collaudit.core.parallel import ordered_map
 from collaudit.core.series import FloatArray
 
 #: Samples at a time: long enough that calling NumPy costs little, short enough that a program's buffers stay in cache.
-_BLOCK = 8192
+_BLOCK = 16384
 Sample: TypeAlias = Callable[[FloatArray], FloatArray]
 _AGREE = 1e-9  # of the largest value: rounding alone leaves 1e-14
 
@@ -48,11 +48,12 @@ class Batched(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signal:
-    """Inputs: (n, c) values; ``matrix`` (r, c) and ``offset`` (r,) bring them to (r, n), as far as there are any."""
+    """Inputs: (n, c) values, as (r, n) rows scale · (matrix · values + offset), as far as there are any."""
 
     values: FloatArray
     matrix: FloatArray | None = None
     offset: FloatArray | None = None
+    scale: float = 1.0
 
     def fill(self, rows: FloatArray, block: slice) -> None:
         """Put a block of samples into (r, m) rows."""
@@ -62,25 +63,32 @@ class Signal:
             np.matmul(self.matrix, self.values[block].T, out=rows)
         if self.offset is not None:
             rows += self.offset[:, None]
+        if self.scale != 1.0:
+            rows *= self.scale
 
 
-def evaluate(
-    program: Batched, signals: Sequence[Signal], back: FloatArray | None = None, groups: int = 1
-) -> list[FloatArray]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """So many of a program's outputs that are one array; by the transpose of ``back`` (rows, c) they become c."""
+
+    rows: int
+    back: FloatArray | None = None
+
+
+def evaluate(program: Batched, signals: Sequence[Signal], parts: Sequence[Part] = ()) -> list[FloatArray]:
     """Run a program over all samples; one with any input that is not finite is NaN altogether.
 
     Args:
         program: its inputs are the rows of the signals, one after the other.
         signals: of n samples each.
-        back: (r, c) each group's r outputs become c columns by its transpose; as they are without.
-        groups: how many arrays the outputs are, r each.
+        parts: what its outputs are, one after the other; one array of them all without.
 
     Returns:
-        (n, c) arrays, one a group.
+        (n, c) arrays, one a part.
     """
     count = signals[0].values.shape[0]
-    rows = program.outputs // groups
-    out = [np.empty((count, rows if back is None else back.shape[1]), order="F") for _ in range(groups)]
+    parts = parts or (Part(program.outputs),)
+    out = [np.empty((count, p.rows if p.back is None else p.back.shape[1]), order="F") for p in parts]
     idle: list[Run] = []
 
     def one(block: slice) -> None:
@@ -95,12 +103,13 @@ def evaluate(
             signal.fill(inputs[first : first + height], block)
             first += height
         run.run()
-        known = np.isfinite(inputs).all(axis=0)
-        for k, array in enumerate(out):
-            part = run.outputs[k * rows : (k + 1) * rows, :samples]
-            array[block] = part.T if back is None else np.matmul(part.T, back)
+        known, first = np.isfinite(inputs).all(axis=0), 0
+        for part, array in zip(parts, out, strict=True):
+            rows = run.outputs[first : first + part.rows, :samples]
+            array[block] = rows.T if part.back is None else np.matmul(rows.T, part.back)
             if not known.all():
                 array[block][~known] = np.nan
+            first += part.rows
         idle.append(run)
 
     for _ in ordered_map(one, [slice(start, start + _BLOCK) for start in range(0, count, _BLOCK)]):

@@ -153,6 +153,19 @@ class RigidBodies:
             lambda: reference.force(self._model, frame, carried),
         )
 
+    def torques(self, frame: str, carried: tuple[str, float, FloatArray] | None = None) -> Batched:
+        """From q, v, a and what a sensor in a frame reads to :meth:`inverse_dynamics`, then the reading at the joints.
+
+        Last, the square of the force. ``carried`` as for :meth:`force`, on the sensor's link, is taken out of the
+        reading with its weight, which is the force on the environment.
+        """
+        body = None if carried is None else (self.place(carried[0]), carried[1], np.asarray(carried[2]))
+        return self._program(
+            ("torques", frame, None if carried is None else (*carried[:2], *map(float, carried[2]))),
+            lambda: newton_euler.torques_program(self._links(), self._model.gravity.linear, self.place(frame), body),
+            lambda: reference.torques(self._model, frame, carried),
+        )
+
     def weight(self, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> Batched:
         """From q to the weight (6,) of a point mass in a frame's axes at its origin."""
         return self._program(

@@ -29,13 +29,56 @@ _EXACT = 1e-15
 def inverse_dynamics_program(links: Sequence[Link], gravity_m_s2: FloatArray) -> Program:
     """Inputs q, v, a of each joint; outputs: the torques M(q) a + C(q, v) v + G(q), rotor inertia included."""
     tape, joints, (speeds, rates) = _start(links, 2)
-    wrenches = []
-    for link, at in zip(links, _motions(joints, speeds, rates, _vector(-gravity_m_s2)), strict=True):
-        h = _vector(link.first_kg_m)
+    return tape.program(_inverse_dynamics(joints, speeds, rates, gravity_m_s2)[0])
+
+
+def torques_program(
+    links: Sequence[Link], gravity_m_s2: FloatArray, place: Place, carried: tuple[Place, float, FloatArray] | None
+) -> Program:
+    """Inverse dynamics, and what a wrist sensor's reading is at the joints, with the motion of the links in common.
+
+    Inputs: q, v, a of each joint, then the force and moment that the sensor reads at its frame's origin.
+    Outputs: torques as of :func:`inverse_dynamics_program`; those of :func:`force_program` with the weight of what is
+    carried added to the reading; and the square of the force so added up.
+
+    Args:
+        links: the robot.
+        gravity_m_s2: (3,) in the base.
+        place: the sensor's frame.
+        carried: place on the same link, mass in kg and (3,) centre there of a point mass; None for none.
+    """
+    tape, joints, (speeds, rates) = _start(links, 2, more=6)
+    torque, motions = _inverse_dynamics(joints, speeds, rates, gravity_m_s2)
+    wrenches: list[tuple[Vector, Vector]] = [(_ZERO, _ZERO) for _ in links]
+    reading = _in_link(place, tape.inputs()[-6:])
+    force, link = reading[0], place.link
+    if carried is not None:
+        where, mass_kg, centre = carried
+        point = _vector(where.rotation @ centre + where.translation)
+        force = _plus(force, _turned_into(joints, link, _vector(mass_kg * gravity_m_s2)))
+        if link >= 0:
+            reading = _and_body(
+                reading, motions[link], mass_kg, point
+            )  # on a base that gravity accelerates: weight too
+    if link >= 0:
+        wrenches[link] = reading
+    contact = [_along(j.link, w) for j, w in zip(joints, _carried(joints, wrenches), strict=True)]
+    x, y, z = force
+    return tape.program([*torque, *contact, x * x + y * y + z * z])
+
+
+def _inverse_dynamics(
+    joints: Sequence[_Joint], speeds: Sequence[Value], rates: Sequence[Value], gravity_m_s2: FloatArray
+) -> tuple[list[Scalar], list[_Motion]]:
+    """Torques, and the motion of each link. Each link's wrench is recorded with its motion: fewer results wait."""
+    wrenches, motions = [], []
+    for joint, at in zip(joints, _motions(joints, speeds, rates, _vector(-gravity_m_s2)), strict=True):
+        motions.append(at)
+        link, h = joint.link, _vector(joint.link.first_kg_m)
         force = _plus(_scaled(link.mass_kg, at.acceleration), _times(at.spin, h))
         wrenches.append((force, _plus(_turning(link.inertia, at), _cross(h, at.acceleration))))
     torque = [_along(j.link, w) for j, w in zip(joints, _carried(joints, wrenches), strict=True)]
-    return tape.program([t + j.link.armature * r for t, j, r in zip(torque, joints, rates, strict=True)])
+    return [t + j.link.armature * r for t, j, r in zip(torque, joints, rates, strict=True)], motions
 
 
 def momentum_program(links: Sequence[Link], gravity_m_s2: FloatArray) -> Program:
@@ -77,22 +120,36 @@ def force_program(links: Sequence[Link], place: Place, carried: tuple[Place, flo
         place: the frame.
         carried: frame, mass in kg and (3,) centre in that frame of the point mass, without weight; None for none.
     """
-    tape, joints, derivatives = _start(links, 0 if carried is None else 2, more=6)
-    inputs = tape.inputs()[-6:]
+    tape, joints, motion = _start(links, 0 if carried is None else 2, more=6)
     wrenches: list[tuple[Vector, Vector]] = [(_ZERO, _ZERO) for _ in links]
     if place.link >= 0:
-        force = _times(place.rotation.tolist(), inputs[:3])
-        moment = _times(place.rotation.tolist(), inputs[3:])
-        wrenches[place.link] = (force, _plus(moment, _cross(_vector(place.translation), force)))
+        wrenches[place.link] = _in_link(place, tape.inputs()[-6:])
     if carried is not None and carried[0].link >= 0:
         where, mass_kg, centre = carried
         point = _vector(where.rotation @ centre + where.translation)
-        speeds, rates = derivatives
-        at = list(_motions(joints, speeds, rates, _ZERO))[where.link]
-        inertial = _scaled(-mass_kg, _plus(at.acceleration, _times(at.spin, point)))
-        before = wrenches[where.link]
-        wrenches[where.link] = (_plus(before[0], inertial), _plus(before[1], _cross(point, inertial)))
+        at = list(_motions(joints, motion[0], motion[1], _ZERO))[where.link]
+        wrenches[where.link] = _and_body(wrenches[where.link], at, mass_kg, point)
     return tape.program([_along(j.link, w) for j, w in zip(joints, _carried(joints, wrenches), strict=True)])
+
+
+def _in_link(place: Place, wrench: Sequence[Value]) -> tuple[Vector, Vector]:
+    """A force and a moment at a frame's origin, about the origin of its link and in its axes."""
+    force = _times(place.rotation.tolist(), wrench[:3])
+    moment = _times(place.rotation.tolist(), wrench[3:])
+    return force, _plus(moment, _cross(_vector(place.translation), force))
+
+
+def _and_body(wrench: tuple[Vector, Vector], at: _Motion, mass_kg: float, point: Vector) -> tuple[Vector, Vector]:
+    """A wrench on a link, less what it takes to move a point mass along with it."""
+    inertial = _scaled(-mass_kg, _plus(at.acceleration, _times(at.spin, point)))
+    return _plus(wrench[0], inertial), _plus(wrench[1], _cross(point, inertial))
+
+
+def _turned_into(joints: Sequence[_Joint], link: int, vector: Vector) -> Vector:
+    """A vector of the base in the axes of a link."""
+    for joint in reversed(_way_in(joints, link)):
+        vector = joint.into(vector)
+    return vector
 
 
 def weight_program(
@@ -100,10 +157,7 @@ def weight_program(
 ) -> Program:
     """Weight of a point mass at ``com_m`` (3,) of a frame. Inputs: q of each joint; outputs: force and moment there."""
     tape, joints, _ = _start(links, 0)
-    vector = _vector(mass_kg * gravity_m_s2)
-    for joint in reversed(_way_in(joints, place.link)):
-        vector = joint.into(vector)
-    force = _times(place.rotation.T.tolist(), vector)
+    force = _times(place.rotation.T.tolist(), _turned_into(joints, place.link, _vector(mass_kg * gravity_m_s2)))
     return tape.program([*force, *_cross(_vector(com_m), force)])
 
 

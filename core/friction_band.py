@@ -105,10 +105,10 @@ def _settled(
         if len(segment) == 0:
             continue
         position, v, way = series.position_rad[segment.slice, j], velocity[segment.slice], travel[segment.slice]
-        resting, backward = _resting(v, slowest), v < 0
+        resting, forward, backward = _resting(v, slowest), v > 0, v < 0
         anew = resting.copy()
         anew[0] = True
-        anew[1:] |= backward[1:] != backward[:-1]
+        anew[1:] |= (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])  # not beside an unknown velocity
         np.subtract(position[1:], position[:-1], out=way[1:])
         np.abs(way, out=way)
         if not np.isfinite(way.sum()):

@@ -11,16 +11,11 @@ import numpy as np
 from collaudit.core.filters import differentiate, low_pass
 from collaudit.core.findings import Finding
 from collaudit.core.parallel import ordered_map
-from collaudit.core.series import FloatArray, IntArray, Span
+from collaudit.core.series import FloatArray, Span
 from collaudit.core.velocity_lag import Lag, lag_rows, pooled_s, velocity_lag
 
 _MOVING_RAD_S = 0.02
-_FEW_ZEROS = 3  # while moving
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
-#: Of a log longer than twice this, so many windows of together this long are looked at first.
-_FIRST_LOOK_S, _WINDOWS = 300.0, 20
-#: What is less than this share of what would be remarkable needs no second look.
-_UNREMARKABLE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +48,7 @@ def choose_velocity(
 ) -> Motion:
     """Take each joint's logged velocity where it is the derivative of its position, and in time, else derive it.
 
-    Joint by joint, so that what is needed on the way stays small. Of a long log windows are compared first; all of it
-    only when they, or zeros or missing values anywhere, show anything remarkable.
+    Joint by joint, so that what is needed on the way stays small.
 
     Args:
         position: (n, j) rad on the uniform grid.
@@ -66,7 +60,6 @@ def choose_velocity(
         source: ``logged`` keeps a velocity that is merely late; ``position`` derives it always.
     """
     rows = lag_rows(segments, period_s, bandwidth_hz)
-    look = _FirstLook.at(segments, period_s, bandwidth_hz)
     velocity, acceleration = (np.empty(position.shape, order="F") for _ in range(2))
     changed: dict[int, FloatArray] = {}
     findings: list[Finding] = []
@@ -74,12 +67,6 @@ def choose_velocity(
     def one(j: int) -> tuple[list[Finding], Lag | None]:
         said: list[Finding] = []
         lag = None
-        if logged is not None and look is not None and source != "position":
-            fine, lag = look.fine(position[:, j], logged[:, j])
-            if fine:
-                low_pass(logged[:, j], segments, period_s, bandwidth_hz, velocity[:, j])
-                differentiate(velocity[:, j], segments, period_s, acceleration[:, j])
-                return said, lag
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
         if logged is None:
             changed[j] = derived
@@ -116,59 +103,6 @@ def choose_velocity(
         for j, column in changed.items():
             raw[:, j] = column
     return Motion(raw, velocity, acceleration, pooled_s(lags), tuple(findings))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _FirstLook:
-    """Windows of a long log, one after the other, in which a logged velocity is compared before all of it is.
-
-    Attributes:
-        windows: of the log.
-        stretches: the same, one after the other.
-        rows: of them, for the lag.
-        period_s, bandwidth_hz: as for :func:`choose_velocity`.
-    """
-
-    windows: tuple[Span, ...]
-    stretches: tuple[Span, ...]
-    rows: IntArray
-    period_s: float
-    bandwidth_hz: float
-
-    @classmethod
-    def at(cls, segments: Sequence[Span], period_s: float, bandwidth_hz: float) -> _FirstLook | None:
-        """Windows spread evenly over the recorded time; None for a short log, or one in short pieces."""
-        edges = np.concatenate([[0], np.cumsum([len(span) for span in segments])])
-        width = round(_FIRST_LOOK_S / _WINDOWS / period_s)
-        if edges[-1] < 2 * _WINDOWS * width:
-            return None
-        windows = []
-        for k in range(_WINDOWS):
-            first = (2 * k + 1) * int(edges[-1]) // (2 * _WINDOWS) - width // 2
-            number = int(np.searchsorted(edges, first, side="right")) - 1
-            span = segments[number]
-            start = span.start + min(first - int(edges[number]), len(span) - width)
-            if start >= span.start:
-                windows.append(Span(start, start + width))
-        if len(windows) < _WINDOWS:
-            return None
-        stretches = tuple(Span(k * width, (k + 1) * width) for k in range(_WINDOWS))
-        return cls(tuple(windows), stretches, lag_rows(stretches, period_s, bandwidth_hz), period_s, bandwidth_hz)
-
-    def fine(self, position: FloatArray, logged: FloatArray) -> tuple[bool, Lag | None]:
-        """Whether one joint's logged velocity (n,) is without doubt the derivative of its position, and its lag."""
-        if not np.isfinite(logged.sum()) or np.count_nonzero(logged == 0.0) > _FEW_ZEROS:
-            return False, None
-        q, own = (np.concatenate([x[w.slice] for w in self.windows]) for x in (position, logged))
-        derived = differentiate(q, self.stretches, self.period_s)
-        compare, smooth = (low_pass(x, self.stretches, self.period_s, self.bandwidth_hz) for x in (own, derived))
-        moving = np.abs(smooth) > _MOVING_RAD_S
-        if not np.isfinite(smooth.sum()) or np.count_nonzero(moving) < 10:
-            return False, None
-        speed, error = (float(np.sqrt(np.mean(x[moving] ** 2))) for x in (smooth, compare - smooth))
-        lag = velocity_lag(compare, smooth, self.rows, self.period_s, _MOVING_RAD_S)
-        in_time = lag is not None and not lag.matters(self.period_s, _UNREMARKABLE)
-        return in_time and error <= _UNREMARKABLE * _DISAGREES * speed, lag
 
 
 def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: float, source: str) -> list[Finding]:
@@ -216,7 +150,7 @@ def _choose(
             "log-velocity-disagrees",
         )
     stuck = moving & (logged == 0.0)
-    if np.count_nonzero(stuck) > _FEW_ZEROS:
+    if np.count_nonzero(stuck) > 3:
         out = np.where(stuck, derived, logged)
         return out, [
             Finding(

@@ -33,9 +33,9 @@ class Lag:
     ci95: tuple[float, float]
     weight: float
 
-    def matters(self, period_s: float, share: float = 1.0) -> bool:
-        """Whether the velocity is late for certain, and by enough, or that share of it, to show in a residual."""
-        return self.ci95[0] > 0 and self.seconds >= share * max(_MATTERS_S, SAMPLES * period_s)
+    def matters(self, period_s: float) -> bool:
+        """Whether the velocity is late for certain, and by enough to show in a residual."""
+        return self.ci95[0] > 0 and self.seconds >= max(_MATTERS_S, SAMPLES * period_s)
 
 
 def lag_rows(segments: Sequence[Span], period_s: float, bandwidth_hz: float) -> IntArray:

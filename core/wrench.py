@@ -60,8 +60,8 @@ def model_torques(
     """
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
     carried, weighed = _carried(robot, None), _weighed(config)
-    whole = series.wrench is not None and all(np.isfinite(series.wrench[s.slice].sum()) for s in series.segments)
-    frame = config.log.wrench_frame
+    frame, signals = config.log.wrench_frame, (series.wrench, *motion[1:])
+    whole = all(x is not None and all(np.isfinite(x[s.slice].sum()) for s in series.segments) for x in signals)
     if not whole or frame is None or weighed != (carried is not None):  # a row with anything unknown is unknown in both
         return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
     if carried is not None and not robot.same_link(frame, carried[0]):

@@ -114,7 +114,7 @@ def _may_lack_quotes(dialect: Dialect, wanted: Sequence[int], types: Mapping[str
     """
     import pyarrow as pa
 
-    numbers = pa.string() not in types.values() and len(wanted) == len(dialect.names)
+    numbers = pa.string() not in types.values() and len(wanted) == len(dialect.names) and not suits_pandas(dialect)
     return numbers and not any('"' in cell for cell in dialect.first)
 
 
@@ -154,7 +154,10 @@ def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:
 
 
 def _numbers(column: Any) -> FloatArray:
-    """An Arrow array of float64 as numbers, NaN where missing; its own ``to_numpy`` imports pandas (0.2 s)."""
+    """An Arrow array as float64, NaN where missing; its own ``to_numpy`` imports pandas (0.2 s)."""
+    import pyarrow as pa
+
+    column = column.cast(pa.float64(), safe=False)  # a column of time may be asked for as numbers too
     whole = column.fill_null(float("nan")) if column.null_count else column
     values = np.frombuffer(whole.buffers()[1], dtype=np.float64, count=len(whole) + whole.offset)
     return np.asarray(values[whole.offset :])

@@ -105,10 +105,12 @@ def _settled(
         if len(segment) == 0:
             continue
         position, v, way = series.position_rad[segment.slice, j], velocity[segment.slice], travel[segment.slice]
-        resting, forward, backward = _resting(v, slowest), v > 0, v < 0
+        resting = _resting(v, slowest)
+        v = _last_known(v)  # an unknown velocity is no reversal, and hides none
+        forward, backward = v > 0, v < 0
         anew = resting.copy()
         anew[0] = True
-        anew[1:] |= (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])  # not beside an unknown velocity
+        anew[1:] |= (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
         np.subtract(position[1:], position[:-1], out=way[1:])
         np.abs(way, out=way)
         if not np.isfinite(way.sum()):
@@ -127,3 +129,11 @@ def _resting(velocity: FloatArray, slowest: float) -> BoolArray:
     for block in blocks(velocity.size):
         np.less(np.abs(velocity[block]), slowest, out=out[block])
     return out
+
+
+def _last_known(x: FloatArray) -> FloatArray:
+    """(n,) values with what is unknown replaced by the last known value before it."""
+    if np.isfinite(x.sum()):
+        return x
+    known = np.isfinite(x)
+    return np.asarray(x[np.maximum.accumulate(np.where(known, np.arange(x.size), 0))])

@@ -198,8 +198,8 @@ def _arrow(
         if table is not None:
             return table, None
     names = [f"c{index}" for index in range(len(dialect.names))]
-    source, skip, delimiter = source_of(path, dialect, mend)
     try:
+        source, skip, delimiter, encoding = source_of(path, dialect, mend)
         with source:
             table = pacsv.read_csv(
                 source,
@@ -207,7 +207,7 @@ def _arrow(
                     column_names=names,
                     skip_rows=skip,
                     block_size=_BLOCK,
-                    encoding=dialect.encoding.removesuffix("-sig"),
+                    encoding=encoding,
                 ),
                 parse_options=pacsv.ParseOptions(
                     delimiter=delimiter, quote_char='"' if quotes else False, invalid_row_handler=_remark_or_error

@@ -115,6 +115,25 @@ def test_a_lag_within_what_it_cannot_spoil_is_left_alone() -> None:
         assert series.velocity_lag_s is not None
 
 
+@pytest.mark.parametrize("fault", ["flipped", "degrees", "spikes"])
+def test_a_velocity_wrong_in_a_small_part_of_a_long_log_is_noticed(fault: str) -> None:
+    count = 350_000  # 700 s
+    t = PERIOD * np.arange(count)
+    angle = 2 * np.pi * 0.5 * t
+    q, v = np.sin(angle)[:, None], 2 * np.pi * 0.5 * np.cos(angle)[:, None]
+    logged = v + 1e-9
+    part = slice(100_000, 103_500)
+    if fault == "flipped":
+        logged[100_000:110_000] *= -1.0
+    elif fault == "degrees":
+        logged[part] = np.rad2deg(logged[part])
+    else:
+        logged[part][::200] = 1e4
+    series = condition(make_log(t, q, logged, q), CONFIG)
+    assert any(f.code == "log-velocity-disagrees" for f in series.findings)
+    assert np.max(np.abs(series.velocity_rad_s - v)[100:-100]) < 2e-3 * np.max(np.abs(v))
+
+
 def wrench_log(stamps: np.ndarray) -> JointLog:
     t, q, v, _ = sine_log(2000)
     forces = np.stack([np.sin(stamps + k) for k in range(6)], axis=1)

@@ -141,3 +141,21 @@ def test_a_level_beyond_belief_is_held_at_the_limit() -> None:
     friction, excess = noisy(60.0, 1.8)
     found = follow_level(excess, friction, np.abs(friction) > 0, T, 0.1, False)
     assert found.deviation.max() == pytest.approx(LARGEST)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_an_unknown_velocity_is_no_reversal_in_either_direction(direction: float) -> None:
+    v = np.full(500, 0.2 * direction)
+    series = motion(v)
+    v[300] = np.nan
+    band = friction_band(series, 0, v, law(), None, 0.01)
+    known = np.arange(500) != 300
+    assert np.array_equal(
+        band.steady[known], friction_band(series, 0, np.where(known, v, v[0]), law(), None, 0.01).steady[known]
+    )
+    turned = np.where(np.arange(500) < 300, v, -v)
+    after = friction_band(motion(turned), 0, turned, law(), None, 0.01)
+    assert not after.steady[301]
+    rows = np.arange(280, 340)
+    for bound, whole in zip(after.bounds(rows), after.bounds(), strict=True):
+        np.testing.assert_array_equal(bound, whole[rows])

@@ -64,3 +64,18 @@ def test_a_wrench_missing_in_part_takes_nothing_from_the_rigid_body_torque(
     np.testing.assert_array_equal(np.isnan(rigid), np.isnan(prepared.rigid_nm))
     assert contact is not None
     assert np.isnan(contact[1000:1010]).all() or (contact[1000:1010] == 0.0).all()
+
+
+def test_an_unknown_velocity_takes_nothing_from_the_wrench_at_the_joints(polishing: Path, together: list[bool]) -> None:
+    """Without a tool, J^T F needs the position only, and engines that need no acceleration go on."""
+    loaded = load_config(polishing.with_suffix(".toml"), {"robot.tool.mass_kg": 0.0})
+    prepared = prepare_log((polishing,), loaded)
+    together.clear()
+    velocity = prepared.series.velocity_rad_s.copy()
+    velocity[12000:12010, 2] = np.nan
+    series = replace(prepared.series, velocity_rad_s=velocity)
+    _, contact, _ = model_torques(series, prepared.robot, prepared.phases, loaded.config)
+    assert contact is not None
+    assert prepared.contact_nm is not None
+    assert not together
+    np.testing.assert_allclose(contact, prepared.contact_nm, atol=1e-10)

@@ -421,3 +421,32 @@ def test_a_quoted_comma_is_none_even_in_a_column_not_asked_for(tmp_path: Path) -
     with pytest.raises(LogError, match="line 38") as caught:
         read(write(tmp_path / "short.csv", "\n".join(lines) + "\n"), NM)
     assert "6 cells" in str(caught.value)
+
+
+@pytest.mark.parametrize("sep", [",", "   ", ";", "\t"])
+def test_utf_16_is_text_as_any_other(tmp_path: Path, sep: str) -> None:
+    text = table().replace(",", sep)
+    check(read(write(tmp_path / "log.csv", text.encode("utf-16")), NM))
+    with pytest.raises(LogError, match="line 4"):
+        read(write(tmp_path / "fault.csv", text.replace("0.02", "x", 1).encode("utf-16")), NM)
+    rows = text.replace("\n0.03", "\n# a remark\n0.03", 1)
+    check(read(write(tmp_path / "remark.csv", rows.encode("utf-16")), NM))
+
+
+def test_what_is_no_whole_utf_16_is_refused_in_words(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="begins as UTF-16"):
+        read(write(tmp_path / "log.csv", table().encode("utf-16")[:-1]), NM)
+
+
+def test_stamps_in_quotes_between_blanks_keep_their_digits(tmp_path: Path) -> None:
+    rows = ["time q1 tau1", "1700000000.0000000 1 2"]
+    rows += [f'"1700000000.{10 * k:03d}000" "1.01" "2"' for k in range(1, 30)]
+    log = read(write(tmp_path / "log.csv", "\n".join(rows) + "\n"), NM)
+    np.testing.assert_allclose(log.time_s, 0.01 * np.arange(30), atol=1e-12)  # a float64 would be 1e-7 off
+
+
+def test_the_column_of_time_may_be_a_position_too(tmp_path: Path) -> None:
+    rows = "\n".join(f"{k},{k + 1}" for k in range(30))
+    settings = {"csv": {"time": "q1", "position": "q1", "effort": "tau1"}, "units": {"effort": "Nm", "time": "s"}}
+    log = read(write(tmp_path / "log.csv", f"q1,tau1\n{rows}\n"), settings)
+    np.testing.assert_array_equal(log.position_rad[:, 0], np.arange(30.0))

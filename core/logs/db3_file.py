@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sqlite3
 from collections.abc import Iterator, Sequence
 from itertools import islice
@@ -18,7 +19,6 @@ from collaudit.core.series import IntArray
 
 _ROWS = 4096
 MAX_DAMAGE = 20
-_Row = tuple[int, int, int, bytes]
 #: Topics, times and payloads of rows.
 _Columns = Sequence[Any]
 
@@ -80,8 +80,7 @@ class Db3File:
         wanted = sorted(keys if keys is not None else {channel.key for channel in self.channels})
         last = -(1 << 63)
         total = self._last_row() if progress is not None else 1
-        for rows in self._blocks(wanted):
-            ids, *columns = zip(*rows, strict=True)
+        for ids, *columns in self._blocks(wanted):
             if ids[0] <= last or not all(map(lt, ids, islice(ids, 1, None))):
                 self._note(f"its rows do not ascend after number {last}; the rest was left out")
                 return
@@ -98,23 +97,23 @@ class Db3File:
         except (sqlite3.Error, ValueError, TypeError):
             return 1
 
-    def _blocks(self, wanted: Sequence[int]) -> Iterator[list[_Row]]:
-        """Rows in blocks; when a page is missing, the rows before it one by one."""
+    def _blocks(self, wanted: Sequence[int]) -> Iterator[list[tuple[Any, ...]]]:
+        """Rows in blocks, as columns; when a page is missing, the rows before it one by one."""
         after = -(1 << 63)
         try:
             cursor = self._db.execute(_query(wanted), (after, *wanted))
-            while rows := cursor.fetchmany(_ROWS):
-                yield rows
-                after = rows[-1][0]
+            while columns := _fetched(cursor):
+                yield columns
+                after = columns[0][-1]
         except (sqlite3.Error, OverflowError) as error:
-            rest: list[_Row] = []
+            rest: list[tuple[Any, ...]] = []
             try:
                 for row in self._db.execute(_query(wanted), (after, *wanted)):
                     rest.append(row)
             except (sqlite3.Error, OverflowError):
                 pass
             if rest:
-                yield rest
+                yield list(zip(*rest, strict=True))
             self._note(f"reading its messages stopped after number {rest[-1][0] if rest else after}: {error}")
 
     def _split(self, columns: _Columns) -> Iterator[Batch]:
@@ -137,6 +136,21 @@ class Db3File:
     def _note(self, text: str) -> None:
         if len(self.damage) < MAX_DAMAGE:
             self.damage.append(Damage(text))
+
+
+def _fetched(cursor: sqlite3.Cursor) -> list[tuple[Any, ...]]:
+    """The next rows as columns, none at the end.
+
+    Meanwhile the garbage collector waits: rows of plain values form no cycles, and going through them again and again
+    took a quarter of the time of reading.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        return list(zip(*cursor.fetchmany(_ROWS), strict=True))
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _arrays(

@@ -81,24 +81,6 @@ def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, 
     return _lasting(residual, exceedances(residual, evidence, gamma), n, merge_samples)
 
 
-def near_misses(
-    residual: FloatArray,
-    evidence: BoolArray,
-    gamma: Level,
-    n: int,
-    amplitude: float,
-    persistence: float,
-    merge_samples: int = 0,
-) -> tuple[list[Event], list[Event]]:
-    """What nearly was a collision, away from any collision.
-
-    Returns:
-        ``amplitude``: n samples in a row above amplitude·gamma; ``persistence``: above gamma for at least
-        persistence·n and fewer than n samples in a row. A stretch that is both is listed as persistence.
-    """
-    return rule_events(residual, evidence, gamma, n, amplitude, persistence, merge_samples)[1:]
-
-
 def rule_events(
     residual: FloatArray,
     evidence: BoolArray,
@@ -108,7 +90,12 @@ def rule_events(
     persistence: float,
     merge_samples: int = 0,
 ) -> tuple[list[Event], list[Event], list[Event]]:
-    """:func:`collisions` and both kinds of :func:`near_misses`."""
+    """Collisions as of :func:`collisions`, and what nearly was one, away from any collision.
+
+    Returns:
+        The collisions; ``amplitude``: n samples in a row above amplitude·gamma; ``persistence``: above gamma for at
+        least persistence·n and fewer than n samples in a row. A stretch that is both is listed as persistence.
+    """
     above = exceedances(residual, evidence, gamma)
     hits = _lasting(residual, above, n, merge_samples)
     length = above[1] - above[0]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from collaudit.core.detection import collisions, exceedances, near_misses, persistence_samples
+from collaudit.core.detection import collisions, exceedances, persistence_samples, rule_events
 from collaudit.core.recommend import CleanResidual, recommend_rule, sustained_level
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))
@@ -74,10 +74,11 @@ def test_nothing_counts_across_a_gap(x: np.ndarray, gamma: float, n: int, at: in
 
 
 @given(RESIDUALS, MASKS, st.floats(0.5, 9), st.integers(1, 12))
-def test_near_misses_are_near_and_are_no_collisions(x: np.ndarray, seed: int, gamma: float, n: int) -> None:
+def test_rule_events_are_near_and_are_no_collisions(x: np.ndarray, seed: int, gamma: float, n: int) -> None:
     evidence = mask_for(x, seed)
     hits = collisions(x, evidence, gamma, n)
-    amplitude, persistence = near_misses(x, evidence, gamma, n, 0.8, 0.5)
+    same, amplitude, persistence = rule_events(x, evidence, gamma, n, 0.8, 0.5)
+    assert same == hits
     for miss in amplitude + persistence:
         assert not any(miss.span.start < h.span.stop and h.span.start < miss.span.stop for h in hits)
     for miss in persistence:

@@ -11,7 +11,7 @@ from collaudit.core.errors import CollauditError, NotJudgedError
 if TYPE_CHECKING:
     from collaudit.cli.chain import LogFiles, Progress
     from collaudit.core.config import LoadedConfig
-    from collaudit.core.result import AuditResult
+    from collaudit.core.data.audit_result import AuditResult
     from collaudit.reports.entries import IndexEntry
 
 _RUN_FILES = ("audit.json", "signals.parquet", "friction.json", "report.html")

@@ -12,8 +12,7 @@ from collaudit.core.errors import ConfigError
 if TYPE_CHECKING:
     from collaudit.core.audit import Prepared
     from collaudit.core.config import LoadedConfig
-    from collaudit.core.evidence import Audit
-    from collaudit.core.result import FrictionFile
+    from collaudit.core.data.audit_result import Audit, FrictionFile
 
 LogFiles = tuple[Path, ...]
 Progress = Callable[[int, int], None]
@@ -62,7 +61,7 @@ def prepare_log(files: LogFiles, loaded: LoadedConfig, progress: Progress | None
     from collaudit.core.audit import prepare
     from collaudit.core.logs import read_log
     from collaudit.core.robot import load_robot
-    from collaudit.core.robot.description import describe_robot
+    from collaudit.core.robot.robot_description import describe_robot
 
     robot, base_dir = loaded.config.robot, loaded.base_dir
     description = describe_robot(robot, base_dir)

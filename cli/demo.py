@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collaudit.cli.chain import Progress
-    from collaudit.core.evidence import Audit
-    from collaudit.core.result import FrictionFile
+    from collaudit.core.data.audit_result import Audit, FrictionFile
     from collaudit.fixtures.compare import CurveCheck, EventCheck
     from collaudit.fixtures.simulate import SimulatedFiles
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collaudit.core.result import AuditResult
-    from collaudit.core.result_detection import ContactForce, DelayFacts, DetectionFacts
+    from collaudit.core.data.audit_result import AuditResult
+    from collaudit.core.data.detection_result import ContactForce, DelayFacts, DetectionFacts
 
 
 def detection_text(result: AuditResult) -> str:

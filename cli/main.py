@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import click
 
 from collaudit.cli.group import CommandEntry, LazyGroup
-from collaudit.core.allocator import keep_freed_memory, one_thread_of_linear_algebra
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_USAGE, CollauditError
+from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_linear_algebra
 
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
 

@@ -7,8 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from collaudit.core.config import LoadedConfig
+from collaudit.core.data.audit_result import Provenance
 from collaudit.core.errors import ConfigError
-from collaudit.core.result import Provenance
 
 #: Distributions whose version can change a number.
 _COMPUTING = ("numpy", "scipy", "pin", "pandas", "pyarrow", "mcap", "rosbags")

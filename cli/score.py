@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collaudit.core.result_detection import Score
+    from collaudit.core.data.detection_result import Score
 
 SCORE_SCHEMA = "collaudit/score/1"
 

@@ -9,7 +9,7 @@ from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from collaudit.core.result import RuleFacts, Verdict
+    from collaudit.core.data.audit_result import RuleFacts, Verdict
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:

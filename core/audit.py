@@ -10,24 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.coverage import coverage_findings, measure_coverage
-from collaudit.core.detection_facts import detection_facts, detection_findings
-from collaudit.core.evaluate import Grounds, evaluate
-from collaudit.core.evidence import Audit
-from collaudit.core.findings import Finding
-from collaudit.core.fitting import fit_joints, friction_findings, friction_laws, scatter_findings
-from collaudit.core.identification.apply import before_fit, with_identified, with_known
-from collaudit.core.identification.channels import audit_channels
-from collaudit.core.identification.findings import identified_findings
-from collaudit.core.identification.identify import identify, wanted
-from collaudit.core.identification.trends import joint_trends, merged, trend_findings
-from collaudit.core.identification.warm_laws import warm_laws
-from collaudit.core.phases import phase_spans
-from collaudit.core.prepare import Prepared, judged_series, prepare
-from collaudit.core.recommend import CleanResidual, little_data_findings, recommend_rule
-from collaudit.core.result import (
+from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
+    Audit,
     AuditResult,
     FrictionFile,
     LogFacts,
@@ -35,11 +21,26 @@ from collaudit.core.result import (
     RecommendedRule,
     ResidualStats,
 )
-from collaudit.core.result_identification import Identification
-from collaudit.core.rule import make_rule
-from collaudit.core.series import BoolArray, UniformSeries
-from collaudit.core.signals import Signals, State
-from collaudit.core.verdict import decide
+from collaudit.core.data.identification_result import Identification
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.detector_run import DetectionInputs, run_detector
+from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.detection_facts import detection_facts, detection_findings
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
+from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_laws, scatter_findings
+from collaudit.core.friction.temperature_laws import laws_at_temperature
+from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.identification.identification import identify, wanted
+from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.prepare.calibration import before_fit, with_identified, with_known
+from collaudit.core.prepare.phases import phase_spans
+from collaudit.core.prepare.prepared import Prepared, judged_series, prepare
+from collaudit.core.recommend.recommendation import CleanResidual, little_data_findings, recommend_rule
+from collaudit.core.verdict.coverage import coverage_findings, measure_coverage
+from collaudit.core.verdict.verdict import decide
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
 
@@ -54,9 +55,9 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     identified = identify(known, config)
     seen = [with_identified(p, identified) for p in known]
     fits = fit_joints(seen, config)
-    trends = merged([joint_trends(p, fits) for p in seen])
+    trends = merged([friction_variation(p, fits) for p in seen])
     findings = [f for p, (_, said) in zip(prepared, audited, strict=True) for f in (*p.findings, *said)]
-    findings += identified_findings(identified) + friction_findings(fits) + trend_findings(trends, fits)
+    findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(trends, fits)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=fits,
@@ -106,22 +107,22 @@ def audit_log(
         findings += _friction_mismatch(friction, prepared)
     laws, missing = friction_laws(fits, series)
     if friction is not None:
-        laws, more = warm_laws(laws, friction.trends, series)
+        laws, more = laws_at_temperature(laws, friction.trends, series)
         missing += more
     findings += friction_findings(fits) + missing
     rule, watch, more = make_rule(series, prepared.phases, config)
     findings += more
     contradicted = _contradicted(prepared)
-    grounds = Grounds(laws, contradicted, rule, watch)
-    found = evaluate(prepared, grounds, config)
-    residual, judgement = found.residual, found.judgement
-    signals = _signals(series, residual.model_nm, residual.torque_nm, judgement.state, rule.gamma_nm)
-    coverage = measure_coverage(series, judgement.state, watch)
-    clean = {joint: clean_samples(signals, judgement.collision_times(joint), joint) for joint in series.joint_names}
+    inputs = DetectionInputs(laws, contradicted, rule, watch)
+    found = run_detector(prepared, inputs, config)
+    residual, detected = found.residual, found.detected
+    signals = _signals(series, residual.model_nm, residual.torque_nm, detected.state, rule.gamma_nm)
+    coverage = measure_coverage(series, detected.state, watch)
+    clean = {joint: clean_samples(signals, detected.collision_times(joint), joint) for joint in series.joint_names}
     stats = {joint: _stats(signals, joint, clean[joint], series.period_s) for joint in series.joint_names}
     findings += _level_findings(stats, rule.gamma_nm) + scatter_findings(fits, rule.gamma_nm)
-    findings += detection_findings(series, found, grounds) + coverage_findings(coverage, config.policy.min_coverage)
-    verdict, reasons = decide(config.policy, judgement.collisions, judgement.near_misses, coverage, findings)
+    findings += detection_findings(series, found, inputs) + coverage_findings(coverage, config.policy.min_coverage)
+    verdict, reasons = decide(config.policy, detected.collisions, detected.near_misses, coverage, findings)
     recommended = {
         joint: recommend_rule([_clean_residual(signals, joint, clean[joint], series.period_s)], rule.persistence_s)
         for joint in series.joint_names
@@ -136,8 +137,8 @@ def audit_log(
         rule=rule,
         phases=phase_spans(series.time_s, prepared.phases, series.period_s),
         residual=stats,
-        collisions=judgement.collisions,
-        near_misses=judgement.near_misses,
+        collisions=detected.collisions,
+        near_misses=detected.near_misses,
         recommended=recommended,
         friction=fits,
         identification=None
@@ -146,7 +147,7 @@ def audit_log(
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
-        detection=detection_facts(prepared, found, grounds, config, clean, truth),
+        detection=detection_facts(prepared, found, inputs, config, clean, truth),
     )
     return Audit(result, signals)
 

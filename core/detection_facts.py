@@ -8,20 +8,27 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.evaluate import Evaluation, Grounds, delay_facts, detector_facts, evaluate
+from collaudit.core.contacts.contacts import find_contacts
+from collaudit.core.contacts.controller_alarms import compare_controller_alarms
+from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.detection_result import DetectionFacts, DetectorFacts, LevelFacts
+from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.detector_run import (
+    DetectionInputs,
+    DetectorRun,
+    delay_facts,
+    detector_facts,
+    run_detector,
+)
+from collaudit.core.detection.threshold import learn_dynamic
+from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding
-from collaudit.core.flags import compare_flags
-from collaudit.core.friction_level import LARGEST
-from collaudit.core.incidents import find_incidents
-from collaudit.core.known_events import controller_alarms_s, score_detection
-from collaudit.core.prepare import Prepared, judged_series
-from collaudit.core.result import RuleFacts
-from collaudit.core.result_detection import DetectionFacts, DetectorFacts, LevelFacts
-from collaudit.core.runs import run_bounds
-from collaudit.core.series import BoolArray, UniformSeries
-from collaudit.core.signals import State
-from collaudit.core.threshold import learn_dynamic
-from collaudit.core.watch import control_modes
+from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.residual.friction_level import LARGEST
+from collaudit.core.scoring.known_events import controller_alarms_s, score_detection
 
 #: A level this far from the calibration is worth saying.
 _NOTABLE_LEVEL = 0.05
@@ -32,8 +39,8 @@ _LISTED_CUTS = 50
 
 def detection_facts(
     prepared: Prepared,
-    found: Evaluation,
-    grounds: Grounds,
+    found: DetectorRun,
+    inputs: DetectionInputs,
     config: Config,
     clean: Mapping[str, BoolArray],
     truth: Path | None = None,
@@ -43,8 +50,8 @@ def detection_facts(
     Args:
         prepared: the log.
         found: the configured detector's evaluation.
-        grounds: what all detectors share.
-        config: which others judge side by side.
+        inputs: what all detectors share.
+        config: which others detect_events side by side.
         clean: (n,) clean samples by joint.
         truth: file of known events to score against, if any.
 
@@ -55,13 +62,13 @@ def detection_facts(
     series = judged_series(prepared)
     others: dict[str, DetectorFacts] = {}
     for name in dict.fromkeys(config.detect.compare):
-        other = evaluate(prepared, grounds, config, name)
-        others[name] = detector_facts(other, grounds.rule, series.joint_names, series.period_s)
-    incidents = find_incidents(prepared, found, config)
+        other = run_detector(prepared, inputs, config, name)
+        others[name] = detector_facts(other, inputs.rule, series.joint_names, series.period_s)
+    incidents = find_contacts(prepared, found, config)
     return DetectionFacts(
         causal=config.detect.causal,
         equation=found.balance.engine.equation,
-        delay=delay_facts(found.balance, grounds.rule, series.period_s),
+        delay=delay_facts(found.balance, inputs.rule, series.period_s),
         friction_level=_levels(found, config.detect.friction_level == "followed"),
         dynamic={
             joint: learn_dynamic(
@@ -69,20 +76,20 @@ def detection_facts(
                 series.velocity_rad_s[:, j],
                 series.acceleration_rad_s2[:, j],
                 clean[joint],
-                grounds.rule.n,
+                inputs.rule.n,
             )
             for j, joint in enumerate(series.joint_names)
-            if grounds.watch[joint].watched
+            if inputs.watch[joint].watched
         },
         incidents=incidents,
         detectors=others,
-        flags=compare_flags(controller_alarms_s(series, config.detect), incidents),
+        flags=compare_controller_alarms(controller_alarms_s(series, config.detect), incidents),
         control=control_modes(series, prepared.phases, config.detect),
-        scores=score_detection(series, found, grounds, config.detect, truth),
+        scores=score_detection(series, found, inputs, config.detect, truth),
     )
 
 
-def _levels(found: Evaluation, followed: bool) -> dict[str, LevelFacts]:
+def _levels(found: DetectorRun, followed: bool) -> dict[str, LevelFacts]:
     out = {}
     for joint, level in found.residual.levels.items():
         d = 1.0 + level.deviation
@@ -92,9 +99,9 @@ def _levels(found: Evaluation, followed: bool) -> dict[str, LevelFacts]:
     return out
 
 
-def detection_findings(series: UniformSeries, found: Evaluation, grounds: Grounds) -> list[Finding]:
+def detection_findings(series: UniformSeries, found: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
     """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged."""
-    findings = _slow(found, grounds.rule, series.period_s)
+    findings = _slow(found, inputs.rule, series.period_s)
     for joint, level in _levels(found, True).items():
         span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
         if span >= LARGEST - 1e-6:
@@ -110,13 +117,13 @@ def detection_findings(series: UniformSeries, found: Evaluation, grounds: Ground
             )
             findings.append(Finding("friction-level", "info", text, joint=joint))
     for j, joint in enumerate(series.joint_names):
-        if grounds.watch[joint].watched and joint in grounds.rule.gamma_nm:
-            findings += _cut_events(series, found, j, joint, grounds.rule.n)
-            findings += _hidden(series, found, grounds, j, joint)
+        if inputs.watch[joint].watched and joint in inputs.rule.gamma_nm:
+            findings += _cut_events(series, found, j, joint, inputs.rule.n)
+            findings += _hidden(series, found, inputs, j, joint)
     return findings
 
 
-def _slow(found: Evaluation, rule: RuleFacts, period_s: float) -> list[Finding]:
+def _slow(found: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:
     """Whether the kernel is too wide for the persistence asked for."""
     share = found.balance.kernel.share_of_push(rule.n, period_s)
     if share >= 1.0 / _SHORT_PUSH_FACTOR:
@@ -129,9 +136,9 @@ def _slow(found: Evaluation, rule: RuleFacts, period_s: float) -> list[Finding]:
     return [Finding("detector-slow", "warning", text)]
 
 
-def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n: int) -> list[Finding]:
+def _cut_events(series: UniformSeries, found: DetectorRun, j: int, joint: str, n: int) -> list[Finding]:
     """Exceedances that end in an unjudged stretch and would have been events had it gone on."""
-    state = found.judgement.state[:, j]
+    state = found.detected.state[:, j]
     with np.errstate(invalid="ignore"):
         above = np.abs(found.residual.torque_nm[:, j]) > found.threshold.of(j)
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
@@ -140,7 +147,7 @@ def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n:
     starts, stops = run_bounds(above | blind)
     length = np.concatenate(([0], np.cumsum(above)))
     out = []
-    fired = [c.onset_s for c in found.judgement.collisions if c.joint == joint]
+    fired = [c.onset_s for c in found.detected.collisions if c.joint == joint]
     for a, b in zip(starts, stops, strict=True):
         count = int(length[b] - length[a])
         whole = count == b - a and not pinned[a:b].any()
@@ -157,15 +164,15 @@ def _cut_events(series: UniformSeries, found: Evaluation, j: int, joint: str, n:
     return out[:_LISTED_CUTS]
 
 
-def _hidden(series: UniformSeries, found: Evaluation, grounds: Grounds, j: int, joint: str) -> list[Finding]:
+def _hidden(series: UniformSeries, found: DetectorRun, inputs: DetectionInputs, j: int, joint: str) -> list[Finding]:
     """How long and how much a joint at rest or presliding hid."""
-    seconds = float(np.count_nonzero(found.judgement.state[:, j] == State.FRICTION_INTERVAL)) * series.period_s
-    law = grounds.laws.get(joint)
+    seconds = float(np.count_nonzero(found.detected.state[:, j] == State.FRICTION_INTERVAL)) * series.period_s
+    law = inputs.laws.get(joint)
     if law is None or seconds == 0.0:
         return []
     text = (
         f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
-        f"{2.0 * law.hold + grounds.rule.gamma_nm[joint]:.3g} N·m (twice its breakaway friction and the threshold) can "
+        f"{2.0 * law.hold + inputs.rule.gamma_nm[joint]:.3g} N·m (twice its breakaway friction and the threshold) can "
         "go unseen. Not observable, not clean."
     )
     return [Finding("hidden-at-rest", "info", text, joint=joint)]

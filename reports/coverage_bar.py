@@ -6,7 +6,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from collaudit.core.signals import State
+from collaudit.core.data.signals import State
 from collaudit.reports.downsample import column_shares
 
 _COLUMNS = _WIDTH = 1000

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from tsdownsample import MinMaxDownsampler
 
-from collaudit.core.series import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 
 def thin(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:

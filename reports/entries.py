@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
-from collaudit.core.result import AuditResult, Verdict
 from collaudit.reports.words import nothing_judged
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}

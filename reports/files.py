@@ -8,9 +8,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.errors import CollauditError
-from collaudit.core.evidence import Audit
-from collaudit.core.result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.reports.atomic import atomic_write, staged, write_synced
 from collaudit.reports.decode import adapter, describe_problems, read_result
 from collaudit.reports.encode import json_text

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.friction.model import FrictionModel
-from collaudit.core.result_friction import FrictionFit
-from collaudit.core.series import FloatArray
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import FloatArray
 
 _LEVEL = 0.975
 _STEP = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from collaudit.core.evidence import Audit
+from collaudit.core.data.audit_result import Audit
 from collaudit.reports.atomic import atomic_write
 from collaudit.reports.environment import environment
 from collaudit.reports.view import AuditView, make_view

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from collaudit.core.result_identification import (
+from collaudit.core.data.identification_result import (
     ChannelFacts,
+    FrictionVariation,
     Identification,
     Identified,
-    JointTrends,
     SensorFacts,
     Trend,
 )
@@ -124,7 +124,7 @@ def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds
     return [(text.format(n), _with(x, b)) for n, x, b in zip(names, values, bounds, strict=True)]
 
 
-def _trends(trends: dict[str, JointTrends]) -> Table:
+def _trends(trends: dict[str, FrictionVariation]) -> Table:
     lines, untold = [], []
     for joint, found in trends.items():
         by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from collaudit.core.result import Verdict
+from collaudit.core.data.audit_result import Verdict
 from collaudit.reports.atomic import atomic_write
 from collaudit.reports.encode import json_text
 from collaudit.reports.entries import IndexEntry, entry_of, entry_of_error, verdict_counts, worst_first, worst_verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from collaudit.core.result import AuditResult
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.entries import IndexEntry, entry_of
 from collaudit.reports.text import audit_text
 from collaudit.reports.words import visible

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from collaudit.core.result import AuditResult
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports import rows
 from collaudit.reports.entries import IndexEntry, entry_of, worst_first
 from collaudit.reports.numbers import duration

@@ -18,8 +18,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
-from collaudit.core.signals import Signals, State
 
 SIGNALS_SCHEMA = "collaudit/signals/1"
 

@@ -8,8 +8,8 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
-from collaudit.core.series import BoolArray, FloatArray
-from collaudit.core.signals import Signals, State
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.reports.svg import CURVE, INK, MUTED, drawing, figure, inline, quiet_axis
 
 _COLUMNS = 160

@@ -6,8 +6,8 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
-from collaudit.core.result import Collision, NearMiss, RuleFacts
-from collaudit.core.signals import Signals
+from collaudit.core.data.audit_result import Collision, NearMiss, RuleFacts
+from collaudit.core.data.signals import Signals
 from collaudit.reports.downsample import thin
 from collaudit.reports.plot_residual import draw_residual, draw_shading, draw_threshold, set_height, trace
 from collaudit.reports.svg import INK, LIMIT, MODEL, ONSET, drawing, figure, inline, quiet_axis

@@ -6,9 +6,9 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
-from collaudit.core.friction.model import FrictionModel
-from collaudit.core.result_friction import FrictionFit, FrictionPoint
-from collaudit.core.series import FloatArray
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.friction_band import band, curve
 from collaudit.reports.svg import CURVE, INK, drawing, figure, inline, quiet_axis
 

@@ -8,8 +8,8 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
-from collaudit.core.result import AuditResult, Collision, NearMiss
-from collaudit.core.signals import Signals
+from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss
+from collaudit.core.data.signals import Signals
 from collaudit.reports.plot_residual import (
     Trace,
     draw_residual,

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from collaudit.core.runs import run_bounds
-from collaudit.core.series import BoolArray, FloatArray
-from collaudit.core.signals import Signals, State
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.reports.downsample import column_shares, thin
 from collaudit.reports.svg import CURVE, LIMIT, MUTED, SHADE_OUT, SHADE_STANDING, STANDING
 

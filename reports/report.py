@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, get_args
 
+from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError
-from collaudit.core.evidence import Audit
 from collaudit.reports.atomic import atomic_write
 from collaudit.reports.encode import json_text, plain
 from collaudit.reports.entries import IndexEntry

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
-from collaudit.core.result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
-from collaudit.core.result_friction import FrictionFit
 from collaudit.reports.numbers import against, apart, duration, fixed, interval, percent, significant, time_decimals
 from collaudit.reports.words import (
     parameter_meaning,

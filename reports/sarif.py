@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 from urllib.parse import quote
 
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import CODES, Finding
-from collaudit.core.result import AuditResult
 from collaudit.reports import rows
 from collaudit.reports.encode import Json, json_text, plain
 from collaudit.reports.entries import IndexEntry

@@ -13,10 +13,10 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from collaudit.core import result as result_types
-from collaudit.core import result_detection, result_friction, result_identification
+from collaudit.core.data import audit_result as result_types
+from collaudit.core.data import detection_result, friction_result, identification_result
+from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.findings import Finding
-from collaudit.core.result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.reports.atomic import atomic_write
 from collaudit.reports.encode import json_text
 from collaudit.reports.entries import IndexEntry
@@ -67,7 +67,7 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 
 def _dataclass(name: str) -> type:
     elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
-    homes = (result_types, result_detection, result_friction, result_identification)
+    homes = (result_types, detection_result, friction_result, identification_result)
     kind = elsewhere.get(name) or next(getattr(home, name) for home in homes if hasattr(home, name))
     assert isinstance(kind, type)
     assert is_dataclass(kind)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from collaudit.core.result import Collision, NearMiss
+from collaudit.core.data.audit_result import Collision, NearMiss
 
 _WORST_SHARE = 5
 

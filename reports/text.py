@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Sequence
 
-from collaudit.core.result import AuditResult
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports import rows
 from collaudit.reports.entries import IndexEntry, verdict_counts, worst_first
 from collaudit.reports.numbers import duration

@@ -9,11 +9,10 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.ticker import MaxNLocator
 
-from collaudit.core.evidence import Audit
+from collaudit.core.data.audit_result import Audit, AuditResult, Collision, NearMiss
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
-from collaudit.core.friction.model import FrictionModel
-from collaudit.core.result import AuditResult, Collision, NearMiss
-from collaudit.core.result_friction import FrictionFit
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports import rows
 from collaudit.reports.coverage_bar import coverage_bar
 from collaudit.reports.identified import Table, identification_tables

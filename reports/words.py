@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import unicodedata
 
-from collaudit.core.result import AuditResult, Verdict
-from collaudit.core.result_friction import FrictionFit
-from collaudit.core.signals import State
+from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.signals import State
 
 STATEMENT = (
     "collaudit reads logs after the fact. It is no safety function, claims no performance level (PL or SIL), "

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
 
-from collaudit.core.allocator import one_thread_of_linear_algebra
+from collaudit.core.numeric.allocator import one_thread_of_linear_algebra
 
 one_thread_of_linear_algebra()  # as the commands do, and as early
+
+sys.path.insert(0, str(Path(__file__).with_name("helpers")))  # importlib mode leaves the tests' folders off the path
+pytest_plugins = ["simulated_logs"]
 
 PROJECT = Path(__file__).resolve().parent.parent
 

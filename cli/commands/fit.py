@@ -13,8 +13,8 @@ from collaudit.cli.words import note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
-    from collaudit.core.result import FrictionFile
-    from collaudit.core.result_friction import FrictionFit
+    from collaudit.core.data.audit_result import FrictionFile
+    from collaudit.core.data.friction_result import FrictionFit
 
 
 @example_command(
@@ -64,7 +64,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
 
 def identification_text(friction: FrictionFile) -> str:
     """What was identified besides friction, table by table; long tables stay in friction.json and the page."""
-    from collaudit.core.result_identification import Identification
+    from collaudit.core.data.identification_result import Identification
     from collaudit.reports.identified import identification_tables
     from collaudit.reports.text import table
 

@@ -16,9 +16,8 @@ from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
-    from collaudit.core.evidence import Audit
-    from collaudit.core.result import RecommendedRule
-    from collaudit.core.result_detection import DynamicThreshold
+    from collaudit.core.data.audit_result import Audit, RecommendedRule
+    from collaudit.core.data.detection_result import DynamicThreshold
 
 RECOMMEND_SCHEMA = "collaudit/recommend/1"
 
@@ -64,7 +63,7 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
 
 def _persistence_s(audits: Sequence[Audit]) -> float | None:
     """The persistence asked for, in whole samples of the slowest log; None leaves it to the runs."""
-    from collaudit.core.detection import persistence_samples
+    from collaudit.core.detection.rule import persistence_samples
 
     detect = load_settings().config.detect
     period_s = max(audit.result.log.sample_period_s for audit in audits)
@@ -121,7 +120,7 @@ def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
 
 def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
     """The dynamic threshold of each joint that covers all the runs."""
-    from collaudit.core.threshold import pooled_dynamic
+    from collaudit.core.detection.threshold import pooled_dynamic
 
     learnt = [audit.result.detection.dynamic for audit in audits if audit.result.detection]
     joints = dict.fromkeys(joint for laws in learnt for joint in laws)

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from collaudit.core.config.config_table import ConfigTable, NonNegative, Positive, Vec3, Vec6
 from collaudit.core.config.schema_detect import DetectConfig, DynamicConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
-from collaudit.core.config.section import NonNegative, Positive, Section, Vec3, Vec6
 
 __all__ = [
     "ConditioningConfig",
@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 
-class DhRow(Section):
+class DhRow(ConfigTable):
     """One link of a Denavit-Hartenberg robot."""
 
     d: float = Field(0.0, description="Offset along z, m (the variable of a prismatic joint).")
@@ -49,7 +49,7 @@ class DhRow(Section):
     effort_limit_nm: Positive | None = Field(None, description="Rated joint torque, N·m.")
 
 
-class ToolConfig(Section):
+class ToolConfig(ConfigTable):
     """What the arm carries."""
 
     frame: str | None = Field(None, description="Frame of the model the tool is fixed to; the last link when absent.")
@@ -57,7 +57,7 @@ class ToolConfig(Section):
     com_m: Vec3 = Field((0.0, 0.0, 0.0), description="Tool centre of mass in `frame`, m.")
 
 
-class RobotConfig(Section):
+class RobotConfig(ConfigTable):
     """The rigid-body model."""
 
     urdf: Path | None = Field(None, description="URDF file, relative to this configuration; meshes are not needed.")
@@ -88,7 +88,7 @@ class RobotConfig(Section):
         return self
 
 
-class ConditioningConfig(Section):
+class ConditioningConfig(ConfigTable):
     """From recorded stamps to a uniform time base."""
 
     bandwidth_hz: Positive | None = Field(
@@ -106,7 +106,7 @@ class ConditioningConfig(Section):
     )
 
 
-class SectionsConfig(Section):
+class SectionsConfig(ConfigTable):
     """Constant-velocity segmentation."""
 
     min_speed_rad_s: Positive = Field(
@@ -123,7 +123,7 @@ class SectionsConfig(Section):
     others_max_speed_rad_s: Positive = Field(0.01, description="Another joint faster than this is moving.")
 
 
-class FrictionConfig(Section):
+class FrictionConfig(ConfigTable):
     """Friction identification."""
 
     model: Literal[
@@ -149,7 +149,7 @@ class FrictionConfig(Section):
     pair_pose_tolerance_rad: Positive = Field(0.05, description="Other joints within this are in the same pose.")
 
 
-class FitConfig(Section):
+class FitConfig(ConfigTable):
     """What ``collaudit fit`` identifies, and from which motion."""
 
     estimate: list[Literal["friction", "gain", "inertials", "tool"]] = Field(
@@ -173,7 +173,7 @@ class FitConfig(Section):
     blocks: Annotated[int, Field(ge=2, le=20)] = Field(5, description="Blocks of time held out in turn.")
 
 
-class PolicyConfig(Section):
+class PolicyConfig(ConfigTable):
     """What makes an audit fail, and what makes it unable to judge."""
 
     max_collisions: Annotated[int, Field(ge=0)] = Field(0, description="More collisions than this break the policy.")
@@ -185,7 +185,7 @@ class PolicyConfig(Section):
     )
 
 
-class Config(Section):
+class Config(ConfigTable):
     """A whole collaudit.toml."""
 
     robot: RobotConfig = Field(RobotConfig(), description="The rigid-body model.")

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from collaudit.core.config.section import Interval, NonNegative, Positive, Section
+from collaudit.core.config.config_table import ConfigTable, Interval, NonNegative, Positive
 
 
-class DynamicConfig(Section):
+class DynamicConfig(ConfigTable):
     """gamma(t) = base_nm + speed·|v| + acceleration·|a| of one joint."""
 
     base_nm: Positive = Field(description="Threshold at rest, N·m.")
@@ -17,7 +17,7 @@ class DynamicConfig(Section):
     acceleration_nm_s2_per_rad: NonNegative = Field(0.0, description="Growth with acceleration, N·m·s²/rad.")
 
 
-class DetectConfig(Section):
+class DetectConfig(ConfigTable):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
     detector: Literal["direct", "momentum", "filtered", "eso", "energy"] = Field(
@@ -93,14 +93,14 @@ class DetectConfig(Section):
         return self
 
 
-class NearMissConfig(Section):
+class NearMissConfig(ConfigTable):
     """What counts as a near miss."""
 
     amplitude: Annotated[float, Field(gt=0, lt=1)] = Field(0.8, description="Share of gamma.")
     persistence: Annotated[float, Field(gt=0, lt=1)] = Field(0.5, description="Share of n.")
 
 
-class PhasesConfig(Section):
+class PhasesConfig(ConfigTable):
     """When the tool was meant to do what; seconds from the log's first sample."""
 
     find: Literal["off", "wrench"] = Field(

@@ -7,10 +7,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from collaudit.core.config.section import ColumnPattern, Positive, Section, Vec6
+from collaudit.core.config.config_table import ColumnPattern, ConfigTable, Positive, Vec6
 
 
-class CsvConfig(Section):
+class CsvConfig(ConfigTable):
     """Columns of CSV logs. `{joint}` stands for the log's joint name, `{i}` counts from 1, `{i0}` from 0."""
 
     time: str | int | None = Field(
@@ -33,7 +33,7 @@ class CsvConfig(Section):
     phase: str | None = Field(None, description="Column that holds the phase of each row, as a number or a word.")
 
 
-class FieldsConfig(Section):
+class FieldsConfig(ConfigTable):
     """Where the joint signals and the wrench stand in messages of types that no profile reads: JSON, protobuf or ROS.
 
     A path is dotted (`state.q`); `a,b` puts fields side by side, `joints[*].pos` takes one field of every item.
@@ -58,7 +58,7 @@ class FieldsConfig(Section):
     wrench_stamp: str | None = Field(None, description="Paths of the wrench's stamp, as `stamp`.")
 
 
-class UnitsConfig(Section):
+class UnitsConfig(ConfigTable):
     """Units of the log. What is not stated is taken from the message type and reported."""
 
     time: Literal["auto", "s", "ms", "us", "ns", "iso"] = Field("auto", description="Unit of a CSV time column.")
@@ -75,7 +75,7 @@ class UnitsConfig(Section):
     effort_sign: dict[str, Literal[-1, 1]] = Field({}, description="-1 for a joint whose effort is inverted.")
 
 
-class LogConfig(Section):
+class LogConfig(ConfigTable):
     """Which signals of a log are meant, and in which units."""
 
     joint_states: str | None = Field(

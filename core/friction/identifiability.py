@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from collaudit.core.data.friction_result import Bounds, Identifiability, OpenSide
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.candidates import Candidate
-from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.result_friction import Bounds, Identifiability, OpenSide
-from collaudit.core.series import FloatArray
+from collaudit.core.friction.law_candidates import Candidate
+from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.numeric.arrays import FloatArray
 
 _ROUNDING = 1e-12
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.friction.laws import LAWS, Law
-from collaudit.core.series import FloatArray, IntArray
+from collaudit.core.friction.friction_laws import LAWS, Law
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _COARSE = 161
 _DENSE = 121

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.effort_check import EffortGain
 from collaudit.core.findings import Finding
-from collaudit.core.identification.late import gains_at
-from collaudit.core.identification.shift import Delay
-from collaudit.core.prepare import Prepared
-from collaudit.core.series import FloatArray
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.channel_shift import Delay
+from collaudit.core.prepare.effort_delay import gains_at
+from collaudit.core.prepare.effort_gain import EffortGain
+from collaudit.core.prepare.prepared import Prepared
 
 _AS_TORQUE = (0.6, 1.67)
 _DOUBLED = (1.75, 2.3)

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.identification_result import Bounds, SensorFacts
 from collaudit.core.findings import Finding
-from collaudit.core.prepare import Prepared
-from collaudit.core.result_identification import Bounds, SensorFacts
-from collaudit.core.runs import run_bounds
-from collaudit.core.series import FloatArray
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.prepared import Prepared
 
 _STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
 _MIN_POSES = 4

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.series import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 OFFSET = 2
 _LAW = 7

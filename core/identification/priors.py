@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.errors import errors
-from collaudit.core.identification.problem import Unknowns, solve, terms_of
-from collaudit.core.identification.samples import Motion
-from collaudit.core.prepare import Prepared
-from collaudit.core.robot.robot import RobotModel
-from collaudit.core.series import FloatArray
+from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
+from collaudit.core.identification.identification_samples import Motion
+from collaudit.core.identification.standard_errors import errors
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.robot.robot_model import RobotModel
 
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from collaudit.core.data.joint_log import Annotation, JointLog, LogSource, WrenchSeries
 from collaudit.core.findings import Finding
-from collaudit.core.series import FloatArray, JointLog, LogLabel, LogSource, WrenchSeries, frozen
+from collaudit.core.numeric.arrays import FloatArray, frozen
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -96,9 +97,9 @@ def store(folder: Path, key: str, log: JointLog) -> None:
     _write(folder / f"{key}.parquet", pa.table(columns).replace_schema_metadata({_META: json.dumps(meta)}))
 
 
-def _labels(stored: list[dict[str, Any]]) -> tuple[LogLabel, ...]:
+def _labels(stored: list[dict[str, Any]]) -> tuple[Annotation, ...]:
     return tuple(
-        LogLabel(item["name"], item["source"], tuple((a, b) for a, b in item["intervals_s"]), item["joint"])
+        Annotation(item["name"], item["source"], tuple((a, b) for a, b in item["intervals_s"]), item["joint"])
         for item in stored
     )
 

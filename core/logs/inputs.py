@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.sniff import is_log_name, sniff
+from collaudit.core.logs.file_kind import is_log_name, sniff
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
-    from collaudit.core.logs.csv_log import CsvFile
+    from collaudit.core.logs.csv.csv_log import CsvFile
 
 _BINARY = ("mcap", "ros1-bag", "db3")
 
@@ -78,7 +78,7 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
     Returns:
         One tuple per log, in the order of its first file. Files that cannot be looked into stand alone.
     """
-    from collaudit.core.logs.read import is_text
+    from collaudit.core.logs.log_reading import is_text
 
     groups: list[tuple[tuple[Path, ...], list[_Part]]] = []
     for path in paths:
@@ -112,7 +112,7 @@ class _Part:
 
 
 def _part(path: Path, settings: LogConfig) -> _Part | None:
-    from collaudit.core.logs.csv_log import open_csvs
+    from collaudit.core.logs.csv.csv_log import open_csvs
 
     try:
         return _Part(open_csvs([path], settings.csv)[0])
@@ -122,7 +122,7 @@ def _part(path: Path, settings: LogConfig) -> _Part | None:
 
 def _stamp_cells(file: CsvFile) -> tuple[str, ...]:
     """The first time cells, as text: equal in files that were written from one recording."""
-    from collaudit.core.logs.csv_text import read_head, split
+    from collaudit.core.logs.csv.csv_text import read_head, split
 
     time = file.assignment.time
     if time is None:

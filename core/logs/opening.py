@@ -15,9 +15,9 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.bag_folder import folder_files
-from collaudit.core.logs.records import Batch, Channel, Damage, LogReader, Progress
-from collaudit.core.logs.sniff import Kind, head_of, sniff
+from collaudit.core.logs.file_kind import Kind, head_of, sniff
+from collaudit.core.logs.rosbag2.bag_folder import folder_files
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, LogReader, Progress
 
 _BLOCK = 1 << 20
 _NICENESS = 10
@@ -120,15 +120,15 @@ def open_messages(paths: Sequence[Path]) -> LogReader:
 def _open_one(path: Path) -> LogReader:
     kind = sniff(path)
     if kind == "mcap":
-        from collaudit.core.logs.mcap_file import McapFile
+        from collaudit.core.logs.mcap.mcap_file import McapFile
 
         return McapFile(path)
     if kind == "ros1-bag":
-        from collaudit.core.logs.bag_file import BagFile
+        from collaudit.core.logs.rosbag1.bag_file import BagFile
 
         return BagFile(path)
     if kind == "db3":
-        from collaudit.core.logs.db3_file import Db3File
+        from collaudit.core.logs.rosbag2.db3_file import Db3File
 
         return Db3File(path)
     raise unreadable(path, kind)

@@ -1,7 +1,7 @@
 """The robot as a rigid-body model: torques from motion.
 
 :func:`robot_joints` is cheap and reads text only; :func:`load_robot` reaches Pinocchio, which is imported
-in ``core/robot/model.py`` and nowhere else.
+in ``core/robot/rigid_bodies.py`` and nowhere else.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.robot.description import describe_robot
+from collaudit.core.robot.robot_description import describe_robot
 
 if TYPE_CHECKING:
-    from collaudit.core.robot.robot import RobotModel
+    from collaudit.core.robot.robot_model import RobotModel
 
 __all__ = ["load_robot", "robot_joints"]
 
@@ -51,6 +51,6 @@ def load_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> Ro
     Raises:
         RobotError: the description, or a name in the configuration, cannot be used.
     """
-    from collaudit.core.robot.load import build_robot
+    from collaudit.core.robot.robot_building import build_robot
 
     return build_robot(config, base_dir, joints)

@@ -16,9 +16,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from collaudit.core.robot.links import Link, Place
-from collaudit.core.robot.tape import Program, Scalar, Tape, Value
-from collaudit.core.series import FloatArray
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.link_constants import Link, Place
+from collaudit.core.robot.recorded_program import Program, Scalar, Tape, Value
 
 Vector: TypeAlias = tuple[Scalar, Scalar, Scalar]
 _ZERO: Vector = (0.0, 0.0, 0.0)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from collaudit.core.robot.robot import RobotModel
-from collaudit.core.series import JointLog, LogSource
+from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots import FixtureRobot

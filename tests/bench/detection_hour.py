@@ -13,8 +13,8 @@ import bench_logs_data as data
 import numpy as np
 from mcap.writer import CompressionType
 
-from collaudit.core.result import FRICTION_SCHEMA, FrictionFile, Provenance
-from collaudit.core.result_friction import FrictionFit
+from collaudit.core.data.audit_result import FRICTION_SCHEMA, FrictionFile, Provenance
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.fixtures.robots import robot_named
 from collaudit.fixtures.toml import to_toml
 from collaudit.reports.files import write_friction

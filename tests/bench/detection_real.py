@@ -17,7 +17,7 @@ from collaudit.cli.chain import prepare_log
 from collaudit.cli.provenance import make_provenance
 from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config import load_config
-from collaudit.core.detectors import ENGINES
+from collaudit.core.residual.estimators import ENGINES
 from collaudit.fixtures.toml import to_toml
 
 _UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")

@@ -13,13 +13,13 @@ from collaudit.cli.provenance import make_provenance
 from collaudit.core.audit import fit_logs
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
-from collaudit.core.evaluate import Evaluation, Grounds, evaluate
-from collaudit.core.fitting import friction_laws
-from collaudit.core.prepare import Prepared, judged_series
-from collaudit.core.result import FrictionFile
-from collaudit.core.rule import make_rule
-from collaudit.core.scoring import Alarm, Evidence, Score, score
-from collaudit.core.truth_events import read_events
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
+from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.friction.joint_fits import friction_laws
+from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.scoring.detection_score import Alarm, Evidence, Score, score
+from collaudit.core.scoring.truth_events import read_events
 from collaudit.fixtures import simulate as simulation
 from collaudit.fixtures.robots import FixtureRobot, robot_named
 from collaudit.reports.files import read_friction, write_friction
@@ -78,30 +78,30 @@ class Bench:
     """A log ready to be judged by any detector."""
 
     prepared: Prepared
-    grounds: Grounds
+    inputs: DetectionInputs
     config: Config
     truth: Path
 
     def with_friction(self, friction: FrictionFile) -> Bench:
         """The same log against another calibration."""
         laws, _ = friction_laws(friction.joints, judged_series(self.prepared))
-        return replace(self, grounds=replace(self.grounds, laws=laws))
+        return replace(self, inputs=replace(self.inputs, laws=laws))
 
-    def judged(self, name: str, causal: bool) -> Evaluation:
+    def judged(self, name: str, causal: bool) -> DetectorRun:
         detect = self.config.detect.model_copy(update={"causal": causal})
-        return evaluate(self.prepared, self.grounds, self.config.model_copy(update={"detect": detect}), name)
+        return run_detector(self.prepared, self.inputs, self.config.model_copy(update={"detect": detect}), name)
 
     def score(self, name: str, causal: bool, watch: Sequence[str] | None = None) -> list[Score]:
         """Scores, all joints combined first."""
         found = self.judged(name, causal)
         series = judged_series(self.prepared)
-        rule = self.grounds.rule
+        rule = self.inputs.rule
         events = read_events(self.truth, series.joint_names, FACTOR, (rule.n + 1) * series.period_s)
         if watch is not None:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
-        alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.judgement.collisions]
+        alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
         ratio = found.residual.torque_nm / found.threshold.all_joints()
-        evidence = Evidence(series.time_s, ratio, found.judgement.state, series.joint_names, rule.n)
+        evidence = Evidence(series.time_s, ratio, found.detected.state, series.joint_names, rule.n)
         return score(events, alarms, evidence)
 
 
@@ -114,7 +114,9 @@ def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None)
     laws, _ = friction_laws(friction.joints, series)
     rule, watched, _ = make_rule(series, prepared.phases, loaded.config)
     contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
-    return Bench(prepared, Grounds(laws, contradicted, rule, watched), loaded.config, log.with_suffix(".truth.json"))
+    return Bench(
+        prepared, DetectionInputs(laws, contradicted, rule, watched), loaded.config, log.with_suffix(".truth.json")
+    )
 
 
 @dataclass(frozen=True)

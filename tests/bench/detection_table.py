@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from detection_runs import Total, add_up, bench, friction_of, off_calibration, simulated
 
-from collaudit.core.detectors import ENGINES
-from collaudit.core.result_detection import Score
+from collaudit.core.data.detection_result import Score
+from collaudit.core.residual.estimators import ENGINES
 from collaudit.fixtures.robots import robot_named
 
 SEEDS = range(1, 21)
@@ -87,7 +87,7 @@ def hours(logs: Path, causal: bool = False) -> Iterator[str]:
             for state, share in OFF.items():
                 other = made.with_friction(off_calibration(friction_of(logs, robot), share))
                 for name in ENGINES:
-                    false[state, name] += len(other.judged(name, causal).judgement.collisions)
+                    false[state, name] += len(other.judged(name, causal).detected.collisions)
         for state in OFF:
             cells = " | ".join(str(false[state, name]) for name in ENGINES)
             yield f"| {scenario}, {robot.replace('-', ', ')} | {state} | {total_h:.2f} | {cells} |"

@@ -15,8 +15,8 @@ from coverage_logs import logged, motion, streams
 from tables import put
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.channels import audit_channels
-from collaudit.core.prepare import prepare
+from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.robots import robot_named
 from collaudit.fixtures.simulate import plan
 

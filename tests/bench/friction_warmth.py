@@ -18,11 +18,11 @@ from tables import put
 
 from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config.schema import Config
-from collaudit.core.friction.model import FrictionModel
-from collaudit.core.prepare import prepare
-from collaudit.core.result import FrictionFile, Provenance
-from collaudit.core.robot.robot import RobotModel
-from collaudit.core.series import JointLog
+from collaudit.core.data.audit_result import FrictionFile, Provenance
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.prepare.prepared import prepare
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots import FixtureRobot, robot_named
 from collaudit.fixtures.simulate import plan

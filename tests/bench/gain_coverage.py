@@ -18,8 +18,8 @@ from coverage_logs import logged, motion, streams
 from tables import put
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.identify import identify
-from collaudit.core.prepare import prepare
+from collaudit.core.identification.identification import identify
+from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.robots import FixtureRobot, robot_named
 from collaudit.fixtures.simulate import plan
 

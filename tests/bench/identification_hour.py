@@ -20,15 +20,15 @@ from typing import TypeVar
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.fitting import fit_joints
-from collaudit.core.identification.apply import with_identified
-from collaudit.core.identification.channels import audit_channels
-from collaudit.core.identification.identify import identify
-from collaudit.core.identification.trends import joint_trends
-from collaudit.core.prepare import prepare
-from collaudit.core.result_identification import Identified
-from collaudit.core.robot.robot import RobotModel
-from collaudit.core.series import JointLog, LogSource
+from collaudit.core.data.identification_result import Identified
+from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.friction.friction_variation import friction_variation
+from collaudit.core.friction.joint_fits import fit_joints
+from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.identification.identification import identify
+from collaudit.core.prepare.calibration import with_identified
+from collaudit.core.prepare.prepared import prepare
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.robots import robot_named
 
 T = TypeVar("T")
@@ -67,7 +67,7 @@ def staged(log: JointLog, robot: RobotModel, config: Config) -> tuple[dict[str, 
     fits = timed("friction", lambda: fit_joints([seen], config))
     assert all(fit.model for fit in fits.values())
     timed("audit of channels", lambda: audit_channels(prepared, config))
-    timed("warm-up, ripple, load", lambda: joint_trends(seen, fits))
+    timed("warm-up, ripple, load", lambda: friction_variation(seen, fits))
     return took, found
 
 

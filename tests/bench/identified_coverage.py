@@ -20,14 +20,14 @@ from coverage_logs import logged, motion, streams
 from tables import put
 
 from collaudit.core.config.schema import Config, RobotConfig
-from collaudit.core.identification.base import base_map
+from collaudit.core.data.identification_result import Bounds, Identified
+from collaudit.core.data.joint_log import WrenchSeries
+from collaudit.core.identification.base_parameters import base_map
 from collaudit.core.identification.force_sensor import calibrate_sensor, sensor_facts
-from collaudit.core.identification.identify import identify
-from collaudit.core.prepare import prepare
-from collaudit.core.result_identification import Bounds, Identified
+from collaudit.core.identification.identification import identify
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.robot.robot import RobotModel
-from collaudit.core.series import WrenchSeries
+from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots import FixtureRobot, robot_named
 from collaudit.fixtures.sensors import record

@@ -19,11 +19,11 @@ from coverage_logs import logged, motion, streams
 from tables import put
 
 from collaudit.core.config.schema import Config
-from collaudit.core.fitting import joint_points
-from collaudit.core.friction.fit import fit_friction
-from collaudit.core.friction.units import FrictionUnits
-from collaudit.core.prepare import prepare
-from collaudit.core.result_friction import FrictionFit, FrictionPoint
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.friction.friction_fitting import fit_friction
+from collaudit.core.friction.joint_fits import joint_points
+from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.robots import robot_named
 from collaudit.fixtures.simulate import plan

@@ -22,15 +22,15 @@ import detection_hour as hour
 import detection_script as script
 from test_logs_bench import bare_decompression, say
 
-from collaudit.core.allocator import keep_freed_memory
 from collaudit.core.config import load_config
-from collaudit.core.evaluate import Evaluation, Grounds, evaluate
-from collaudit.core.fitting import friction_laws
+from collaudit.core.data.signals import State
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
+from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.friction.joint_fits import friction_laws
 from collaudit.core.logs import read_log
-from collaudit.core.prepare import Prepared, judged_series, prepare
+from collaudit.core.numeric.allocator import keep_freed_memory
+from collaudit.core.prepare.prepared import Prepared, judged_series, prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.rule import make_rule
-from collaudit.core.signals import State
 from collaudit.reports.files import read_friction
 
 Result = TypeVar("Result")
@@ -41,7 +41,7 @@ SCRIPT_MINUTES = float(os.environ.get("COLLAUDIT_BENCH_SCRIPT_MINUTES", "2"))
 FASTER, HOUR_S, ROUNDS = 50.0, 10.0, 3
 
 
-def ours(path: Path, causal: bool) -> tuple[Prepared, Evaluation, dict[str, float]]:
+def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, float]]:
     """From a log to residuals and events, as ``collaudit detect`` does it; seconds by stage."""
     keep_freed_memory()  # as the command does at its start
     marks = [time.perf_counter()]
@@ -53,7 +53,7 @@ def ours(path: Path, causal: bool) -> tuple[Prepared, Evaluation, dict[str, floa
     series = judged_series(prepared)
     laws, _ = friction_laws(read_friction(path.with_suffix(".friction.json")).joints, series)
     rule, watch, _ = make_rule(series, prepared.phases, loaded.config)
-    found = evaluate(prepared, Grounds(laws, frozenset(), rule, watch), loaded.config)
+    found = run_detector(prepared, DetectionInputs(laws, frozenset(), rule, watch), loaded.config)
     marks.append(time.perf_counter())
     stages = ("read", "condition, dynamics, wrench", "observer, friction, rule")
     return prepared, found, dict(zip(stages, np.diff(marks), strict=True))
@@ -69,9 +69,9 @@ def limit(path: Path, prepared: Prepared) -> dict[str, float]:
     return {"decompression": bare_decompression(path), "batched RNEA": dynamics_s}
 
 
-def assert_equal(prepared: Prepared, found: Evaluation, outcome: script.Outcome) -> None:
+def assert_equal(prepared: Prepared, found: DetectorRun, outcome: script.Outcome) -> None:
     """Residuals where ours is evidence on its own, and every alarm."""
-    judged = found.judgement.state == State.JUDGED
+    judged = found.detected.state == State.JUDGED
     assert judged.mean() > 0.9
     difference = np.abs(found.residual.torque_nm - outcome.residual_nm)[judged]
     say("results", largest_difference_nm=float(difference.max()), alarms=len(outcome.alarms))
@@ -82,7 +82,7 @@ def assert_equal(prepared: Prepared, found: Evaluation, outcome: script.Outcome)
     assert difference.max() < 1e-4
     time_s, names = prepared.series.time_s, prepared.series.joint_names
     theirs = sorted((float(time_s[k]), names[joint]) for joint, k in outcome.alarms)
-    assert [(c.detected_s, c.joint) for c in found.judgement.collisions] == theirs
+    assert [(c.detected_s, c.joint) for c in found.detected.collisions] == theirs
     assert len(theirs) == len(hour.pushes(prepared.series.velocity_rad_s))
 
 

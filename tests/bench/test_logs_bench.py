@@ -22,8 +22,8 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import describe, read_log
-from collaudit.core.series import JointLog
 
 sys.path.insert(0, str(Path(__file__).parent))
 import bench_logs_data as data

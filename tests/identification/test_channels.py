@@ -11,17 +11,17 @@ import pytest
 
 from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config.schema import Config
-from collaudit.core.friction.warmth import Warmth
-from collaudit.core.identification.apply import with_sensor
-from collaudit.core.identification.channels import audit_channels
-from collaudit.core.identification.delays import audit_delays, effort_delay
+from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
+from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
+from collaudit.core.friction.temperature_model import TemperatureModel
+from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.identification.channel_delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
-from collaudit.core.identification.shift import effort_shift
-from collaudit.core.prepare import prepare
-from collaudit.core.result import AuditResult, FrictionFile, Provenance
+from collaudit.core.prepare.calibration import with_sensor
+from collaudit.core.prepare.channel_shift import effort_shift
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.series import JointLog, LogSource, WrenchSeries
 
 NAMES = ("joint1", "joint2", "joint3")
 PERIOD = 0.004
@@ -278,7 +278,7 @@ def test_a_log_is_judged_at_its_own_temperature(warmed: tuple[Config, FrictionFi
 
 
 def test_friction_beyond_the_fits_temperatures_is_held_at_its_ends() -> None:
-    warmth = Warmth(-0.01, 0.002, 30.0, 0.02, (20.0, 40.0))
+    warmth = TemperatureModel(-0.01, 0.002, 30.0, 0.02, (20.0, 40.0))
     heat = np.array([10.0, 20.0, np.nan, 40.0, 90.0])
     assert warmth.share(heat) == pytest.approx([1.12, 1.12, 1.02, 0.92, 0.92])
     assert warmth.doubt(heat) == pytest.approx(0.02)

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.errors import ConfigError
-from collaudit.core.identification import consistency
-from collaudit.core.identification.apply import with_identified
-from collaudit.core.identification.base import base_map
-from collaudit.core.identification.findings import identified_findings
-from collaudit.core.identification.identify import identify
-from collaudit.core.identification.motion_points import motion_points
-from collaudit.core.prepare import Prepared, prepare
+from collaudit.core.friction.motion_points import motion_points
+from collaudit.core.identification import inertial_consistency
+from collaudit.core.identification.base_parameters import base_map
+from collaudit.core.identification.identification import identify
+from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.prepare.calibration import with_identified
+from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.robot.robot import RobotModel
-from collaudit.core.series import JointLog, LogSource
+from collaudit.core.robot.robot_model import RobotModel
 
 NAMES = ("joint1", "joint2", "joint3")
 COULOMB, VISCOUS = np.array([6.0, 5.0, 3.0]), np.array([8.0, 6.0, 4.0])
@@ -205,11 +205,11 @@ def impossible() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
     body, best, hessian, free = impossible()
-    assert consistency.is_consistent(body)
-    assert not consistency.is_consistent(best)
-    near = consistency.make_consistent(best, hessian, free, 1)
+    assert inertial_consistency.is_consistent(body)
+    assert not inertial_consistency.is_consistent(best)
+    near = inertial_consistency.make_consistent(best, hessian, free, 1)
     assert near.consistent
-    assert consistency.is_consistent(near.free)
+    assert inertial_consistency.is_consistent(near.free)
 
     def cost(x: np.ndarray) -> float:
         return float((x - best) @ hessian @ (x - best))
@@ -218,7 +218,7 @@ def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
     rng = np.random.default_rng(1)
     for _ in range(200):
         other = body * (1 + 0.5 * rng.standard_normal(10))
-        if consistency.is_consistent(other):
+        if inertial_consistency.is_consistent(other):
             assert cost(near.free) <= cost(near.free + 0.01 * (other - near.free)) * (1 + 1e-6)
 
 
@@ -228,8 +228,8 @@ def test_without_the_solver_impossible_bodies_are_kept_and_said(monkeypatch: pyt
     def absent(_: str) -> None:
         raise ModuleNotFoundError
 
-    monkeypatch.setattr(consistency, "import_module", absent)
-    kept = consistency.make_consistent(best, hessian, free, 1)
+    monkeypatch.setattr(inertial_consistency, "import_module", absent)
+    kept = inertial_consistency.make_consistent(best, hessian, free, 1)
     assert not kept.consistent
     assert kept.free == pytest.approx(best)
     assert "collaudit[identify]" in kept.how

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import Config, RobotConfig
+from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
 from collaudit.core.friction.least_squares import solve
-from collaudit.core.identification.apply import with_known
-from collaudit.core.identification.calibrated_tool import carrying
-from collaudit.core.identification.channels import audit_channels
-from collaudit.core.prepare import Prepared, prepare
+from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.prepare.calibrated_tool import carrying
+from collaudit.core.prepare.calibration import with_known
+from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.series import JointLog, LogSource, WrenchSeries
 from collaudit.fixtures.motion import Path as Motion
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots import FixtureRobot, robot_named

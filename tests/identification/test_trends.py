@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.identification.trends import any_law, friction_slope, load_slope, ripple
+from collaudit.core.friction.friction_variation import any_law, friction_slope, load_slope, ripple
 
 
 def motion(seconds: float = 300.0) -> tuple[np.ndarray, np.ndarray]:

@@ -19,9 +19,9 @@ import log_writers as w
 import numpy as np
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs import describe, read_log
-from collaudit.core.series import JointLog
 
 SECONDS = 5
 MEGABYTES = 768

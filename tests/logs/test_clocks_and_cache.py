@@ -12,7 +12,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.findings import Finding
-from collaudit.core.logs import read as reading
+from collaudit.core.logs import log_reading as reading
 from collaudit.core.logs import read_log
 
 SECOND = 10**9

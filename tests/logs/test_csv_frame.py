@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
-from collaudit.core.logs import csv_table, read_log
-from collaudit.core.series import JointLog
+from collaudit.core.logs import read_log
+from collaudit.core.logs.csv import csv_table
 
 SETTINGS = LogConfig.model_validate({"csv": {"time": "1", "position": "2", "effort": "3"}})
 #: What the last row but one says, and the text after the last.

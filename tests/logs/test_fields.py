@@ -14,9 +14,9 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.writer import Writer
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, read_log
-from collaudit.core.series import JointLog
 
 COUNT = 30
 FIELDS = {

@@ -15,8 +15,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.cli import main as entry
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import read_log
-from collaudit.core.series import JointLog
 
 COUNT = 100
 PERIOD_S = w.PERIOD / 1e9

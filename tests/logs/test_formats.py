@@ -14,7 +14,7 @@ import pytest
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, expand_inputs, read_log
-from collaudit.core.logs.describe_mcap import by_summary
+from collaudit.core.logs.mcap.mcap_description import by_summary
 from collaudit.core.logs.opening import open_messages
 
 COUNT = 300

@@ -12,9 +12,9 @@ import pytest
 from mcap.writer import Writer
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
 from collaudit.core.logs import describe, read_log
-from collaudit.core.series import JointLog
 
 COUNT = 60
 NAMES = ("joint1", "joint2")

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from collaudit.core.logs.decode import ChannelDecoder
-from collaudit.core.logs.layout import LayoutError, walk
-from collaudit.core.logs.profiles import PROFILES, Profile
-from collaudit.core.logs.records import Batch, Channel
-from collaudit.core.logs.schema import parse_schema
-from collaudit.core.logs.tables import Decoded
+from collaudit.core.logs.messages.layout import LayoutError, walk
+from collaudit.core.logs.messages.message_decoding import ChannelDecoder
+from collaudit.core.logs.messages.message_schema import parse_schema
+from collaudit.core.logs.messages.message_tables import Decoded
+from collaudit.core.logs.messages.profiles import PROFILES, Profile
+from collaudit.core.logs.storage.records import Batch, Channel
 
 NUMBERS = {
     "bool": "?", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",

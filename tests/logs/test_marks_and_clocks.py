@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 
+from collaudit.core.conditioning.timebase import MAX_VOID_S, make_timebase
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.logs import describe, read_log
-from collaudit.core.series import JointLog
-from collaudit.core.timebase import MAX_VOID_S, make_timebase
 
 PERIOD_S = w.PERIOD / 1e9
 NAMES = ("joint1", "joint2")

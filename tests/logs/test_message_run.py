@@ -10,10 +10,10 @@ import log_writers
 import numpy as np
 import pytest
 
-from collaudit.core.logs.fileio import RandomFile
-from collaudit.core.logs.mcap_file import McapFile
-from collaudit.core.logs.mcap_run import LEAST_HEAD, MESSAGE, message_run
-from collaudit.core.logs.mcap_scan import MAGIC, scan
+from collaudit.core.logs.mcap.mcap_file import McapFile
+from collaudit.core.logs.mcap.mcap_run import LEAST_HEAD, MESSAGE, message_run
+from collaudit.core.logs.mcap.mcap_scan import MAGIC, scan
+from collaudit.core.logs.storage.file_reading import RandomFile
 
 
 def record(length: int, op: int = MESSAGE, channel: int = 1, fill: int = 0) -> bytes:

@@ -14,9 +14,9 @@ from mcap.writer import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.logs import describe, read_log
-from collaudit.core.series import JointLog
 
 COUNT = 50
 TRAJECTORY = "trajectory_msgs/JointTrajectoryPoint"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from collaudit.core.friction.laws import law_curve
+from collaudit.core.friction.friction_laws import law_curve
 
 pytestmark = pytest.mark.real
 

@@ -13,8 +13,8 @@ import pytest
 import samples
 from matplotlib.image import imread
 
+from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
-from collaudit.core.evidence import Audit
 from collaudit.reports.html import write_html
 from collaudit.reports.index import entry_of, entry_of_error, write_index
 

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 import samples
 
+from collaudit.core.data.audit_result import Audit, ResidualStats
 from collaudit.core.errors import CollauditError
-from collaudit.core.evidence import Audit
-from collaudit.core.result import ResidualStats
 from collaudit.reports import atomic
 from collaudit.reports.files import (
     atomic_write,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import samples
 
-from collaudit.core.evidence import Audit
+from collaudit.core.data.audit_result import Audit
 from collaudit.reports.html import html_text
 from collaudit.reports.words import STATEMENT, visible
 

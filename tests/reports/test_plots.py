@@ -11,8 +11,8 @@ import samples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collaudit.core.friction.model import FrictionModel
-from collaudit.core.signals import State
+from collaudit.core.data.signals import State
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.coverage_bar import coverage_bar
 from collaudit.reports.downsample import column_shares, thin
 from collaudit.reports.friction_band import band, curve

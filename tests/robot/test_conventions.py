@@ -12,7 +12,7 @@ import pytest
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.robot import load_robot, robot_joints
-from collaudit.core.robot.robot import RobotModel
+from collaudit.core.robot.robot_model import RobotModel
 
 HERE = Path()
 STANDARD = [

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collaudit.core.robot import newton_euler, reference
-from collaudit.core.robot.batch import Batched, OneByOne, Signal, evaluate
-from collaudit.core.robot.model import RigidBodies
-from collaudit.core.robot.tape import Program, Tape
+from collaudit.core.robot import newton_euler
+from collaudit.core.robot import reference_dynamics as reference
+from collaudit.core.robot.recorded_program import Program, Tape
+from collaudit.core.robot.rigid_bodies import RigidBodies
+from collaudit.core.robot.sample_batches import Batched, OneByOne, Signal, evaluate
 
 G = np.array([0.3, -1.2, -9.7])
 

@@ -1,0 +1,5 @@
+"""What the stages hand to each other: logs, series, signals, results; frozen types and nothing else.
+
+In: what a stage computed. Out: the same, read-only, in the shape of the JSON files where it becomes one.
+Elsewhere: every computation, every file.
+"""

@@ -1,0 +1,258 @@
+"""Result types: what fit, detect and audit found, in the shape of the JSON files they become.
+
+Every class here mirrors one object of ``friction.json`` or ``audit.json`` key by key, so that writing is
+``dataclasses.asdict`` and reading is validation against the same classes (``reports/files.py``).
+Plain Python numbers only; None stands for "not known", never for zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from collaudit.core.data.detection_result import DetectionFacts
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
+from collaudit.core.data.signals import Signals
+from collaudit.core.findings import Finding
+
+Verdict = Literal["pass", "fail", "not_judged"]
+Phase = Literal["approach", "contact", "retreat", "free"]
+FRICTION_SCHEMA = "collaudit/friction/1"
+AUDIT_SCHEMA = "collaudit/audit/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """What a result rests on.
+
+    Attributes:
+        collaudit: version of this program.
+        packages: name to version of what computes.
+        config_sha256, friction_sha256, model_sha256: hashes of the inputs, None where there was none.
+        logs: name to sha256 of the logs used (friction files).
+    """
+
+    collaudit: str
+    packages: dict[str, str]
+    config_sha256: str | None = None
+    friction_sha256: str | None = None
+    model_sha256: str | None = None
+    logs: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionFile:
+    """``friction.json``.
+
+    ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
+    each log's channels; ``trends`` what moves in each joint's friction.
+    """
+
+    schema: str
+    joints: dict[str, FrictionFit]
+    findings: tuple[Finding, ...]
+    provenance: Provenance
+    identified: Identified | None = None
+    channels: dict[str, ChannelFacts] = field(default_factory=dict)
+    trends: dict[str, FrictionVariation] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class LogFacts:
+    """The judged log. ``start`` is an ISO 8601 UTC time or None; ``sample_period_s`` of the uniform base."""
+
+    name: str
+    sha256: str
+    format: str
+    start: str | None
+    duration_s: float
+    sample_period_s: float
+    joints: tuple[str, ...]
+    topic: str
+    time_source: str
+
+
+@dataclass(frozen=True, slots=True)
+class RuleFacts:
+    """Rule (6) as applied. ``gamma_nm`` by judged joint; ``persistence_s`` = n · period."""
+
+    detector: str
+    gamma_nm: dict[str, float]
+    n: int
+    persistence_s: float
+    persistence_requested_ms: float | None
+    watch: tuple[str, ...]
+    near_miss_amplitude: float
+    near_miss_persistence: float
+
+
+@dataclass(frozen=True, slots=True)
+class ResidualStats:
+    """Level of one joint's residual; None where nothing was judged.
+
+    Attributes:
+        mean_abs_nm, rms_nm, p99_nm, max_abs_nm: over all judged samples, collisions included.
+        judged_s: seconds judged.
+        clean_mean_abs_nm: mean over the judged samples half a second and more away from collisions.
+        clean_s: their seconds.
+    """
+
+    mean_abs_nm: float | None
+    rms_nm: float | None
+    p99_nm: float | None
+    max_abs_nm: float | None
+    judged_s: float
+    clean_mean_abs_nm: float | None = None
+    clean_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A run of at least n samples above gamma.
+
+    Attributes:
+        joint: watched joint.
+        onset_s: first sample above gamma.
+        detected_s: the n-th sample above gamma: when the rule fires.
+        duration_s: time above gamma.
+        peak_nm: largest residual, with its sign.
+        gamma_nm: threshold of that joint.
+        phase: phase at onset.
+    """
+
+    joint: str
+    onset_s: float
+    detected_s: float
+    duration_s: float
+    peak_nm: float
+    gamma_nm: float
+    phase: Phase
+
+
+@dataclass(frozen=True, slots=True)
+class NearMiss:
+    """Almost a collision.
+
+    Kind ``amplitude``: n samples above a share of gamma; ``persistence``: above gamma, but too briefly.
+
+    ``ratio`` is |peak|/gamma for amplitude, samples above gamma / n for persistence.
+    """
+
+    joint: str
+    onset_s: float
+    duration_s: float
+    peak_nm: float
+    gamma_nm: float
+    ratio: float
+    kind: Literal["amplitude", "persistence"]
+    phase: Phase
+
+
+@dataclass(frozen=True, slots=True)
+class RecommendedRule:
+    """Recommended threshold for one joint.
+
+    Attributes:
+        gamma_nm: rounded up; None when the data do not support one (see ``missing``).
+        n: samples.
+        largest_clean_nm: the largest level that lasted n samples without a collision.
+        margin: gamma_nm / largest_clean_nm.
+        clean_hours: judged hours free of events that it rests on.
+        false_alarms_per_hour: at the recommended rule at most this, at 95 % confidence, by the tail of the clean
+            residual; None where there is too little of it to have a tail.
+        false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from those hours alone, without the tail.
+        alternatives: (n, gamma_nm) at other persistences, found in the same way.
+        missing: what evidence is missing.
+    """
+
+    gamma_nm: float | None
+    n: int
+    largest_clean_nm: float | None
+    margin: float | None
+    clean_hours: float
+    false_alarms_per_hour: float | None
+    false_alarms_per_hour_upper95: float | None
+    alternatives: tuple[tuple[int, float], ...]
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NotJudgedSpan:
+    """A longer stretch of a joint that was not judged, and why (reason codes of ``core/residual/residual.py``)."""
+
+    start_s: float
+    end_s: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class JointCoverage:
+    """How much of one joint was judged.
+
+    Attributes:
+        watched: whether its residual was judged at all.
+        why: why it was watched, or why not.
+        moving_s: time moving while watched.
+        judged_s: time judged by the rule.
+        standing_s: time at rest or presliding, where external torque can hide behind friction: only
+            torque beyond the friction interval was evidence; never "clean".
+        not_judged_s: reason to seconds, over all time.
+        spans: the longer stretches not judged.
+    """
+
+    watched: bool
+    why: str
+    moving_s: float
+    judged_s: float
+    standing_s: float
+    not_judged_s: dict[str, float]
+    spans: tuple[NotJudgedSpan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What was judged: recorded seconds, seconds lost in gaps, and per joint."""
+
+    recorded_s: float
+    gaps_s: float
+    joints: dict[str, JointCoverage]
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseSpan:
+    """A phase in seconds from the log's first sample."""
+
+    phase: Phase
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class AuditResult:
+    """``audit.json``: everything one audit of one log found."""
+
+    schema: str
+    verdict: Verdict
+    reasons: tuple[str, ...]
+    log: LogFacts
+    rule: RuleFacts
+    phases: tuple[PhaseSpan, ...]
+    residual: dict[str, ResidualStats]
+    collisions: tuple[Collision, ...]
+    near_misses: tuple[NearMiss, ...]
+    recommended: dict[str, RecommendedRule]
+    friction: dict[str, FrictionFit]
+    findings: tuple[Finding, ...]
+    coverage: Coverage
+    provenance: Provenance
+    detection: DetectionFacts | None = None
+    identification: Identification | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Audit:
+    """One audited log: the result, and the sample-by-sample evidence behind it."""
+
+    result: AuditResult
+    signals: Signals

@@ -1,0 +1,231 @@
+"""Result types of detection beyond the rule itself: delays, detectors side by side, incidents, scores."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+Mode = Literal["position", "force", "standing"]
+ContactKind = Literal["meant", "accidental", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class DelayFacts:
+    """From the moment a torque exceeds gamma to the moment the rule fires, in its three parts.
+
+    Attributes:
+        filter_s: delay of the engine's filter; 0 for an audit after the fact.
+        persistence_s: n times the sample period.
+        jitter_s: up to one sample period, for the moment falls anywhere between two samples.
+        noise_gain: how much of white sensor noise passes the filter (standard deviations).
+    """
+
+    filter_s: float
+    persistence_s: float
+    jitter_s: float
+    noise_gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorEvent:
+    """An alarm of a detector that judged side by side. Times as in ``Collision``."""
+
+    joint: str
+    onset_s: float
+    detected_s: float
+    duration_s: float
+    peak_nm: float
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorFacts:
+    """What another detector made of the same log.
+
+    Attributes:
+        delay: its delay in parts.
+        collisions: its alarms.
+        near_misses: their number.
+        mean_abs_nm: mean |residual| over judged samples, by joint; None where none was judged.
+    """
+
+    delay: DelayFacts
+    collisions: tuple[DetectorEvent, ...]
+    near_misses: int
+    mean_abs_nm: dict[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class DynamicThreshold:
+    """gamma(t) = base + speed·|v| + acceleration·|a|.
+
+    Attributes:
+        base_nm: N·m at rest.
+        speed_nm_s_per_rad: growth with speed.
+        acceleration_nm_s2_per_rad: growth with acceleration.
+    """
+
+    base_nm: float
+    speed_nm_s_per_rad: float
+    acceleration_nm_s2_per_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class LevelFacts:
+    """How far a joint's friction was off its calibration: range of the followed level, and its standard error.
+
+    Attributes:
+        lowest, median, highest: friction over its calibration, 1 = as calibrated.
+        sd: median standard error.
+        followed: False when the level was taken as calibrated.
+    """
+
+    lowest: float
+    median: float
+    highest: float
+    sd: float
+    followed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForce:
+    """External force at a link, as least squares over the joints' residuals gives it.
+
+    Attributes:
+        frame: frame at whose origin a pure force is assumed.
+        force_n: (x, y, z) on the robot in base axes, at the peak.
+        ci95_n: half width of its 95 % interval by axis; None where the joints cannot see that axis.
+        size_n: its magnitude over the directions seen.
+        size_ci95_n: interval of the magnitude, over this frame and those of ``may_be_at``: the nearer to an axis a
+            force acts, the larger it must be.
+        blind: directions (unit vectors in base axes) in which a force would not have been seen.
+        misfit_nm: RMS of what the force does not explain.
+        may_be_at: frames of links further out at which a force explains the joints as well.
+    """
+
+    frame: str
+    force_n: tuple[float, float, float]
+    ci95_n: tuple[float | None, float | None, float | None]
+    size_n: float
+    size_ci95_n: tuple[float, float]
+    blind: tuple[tuple[float, float, float], ...]
+    misfit_nm: float
+    may_be_at: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """One contact: alarms of several joints that belong together.
+
+    Attributes:
+        onset_s, detected_s, end_s: first sample above gamma, first alarm, last sample above gamma.
+        joints: joints that alarmed, base to tip.
+        link: the last link that explains them: the one moved by the outermost of them.
+        link_note: what that does not exclude.
+        force: the external force, None where it cannot be computed.
+        kind: meant, accidental or undecided contact.
+        evidence: why.
+    """
+
+    onset_s: float
+    detected_s: float
+    end_s: float
+    joints: tuple[str, ...]
+    link: str
+    link_note: str
+    force: ContactForce | None
+    kind: ContactKind
+    evidence: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerAlarmComparison:
+    """An alarm of the controller's own, or one of ours without one.
+
+    Attributes:
+        flag_s: time of the controller's alarm, None when it missed ours.
+        detected_s: time of our alarm, None when the controller's is spurious by our evidence.
+        relation: agreed, missed (by the controller), spurious.
+        lead_s: controller minus ours: negative when it was earlier.
+    """
+
+    flag_s: float | None
+    detected_s: float | None
+    relation: Literal["agreed", "missed", "spurious"]
+    lead_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ControlMode:
+    """How a joint was controlled in a phase.
+
+    Attributes:
+        mode: position, force (it gives way to the force: many reversals over small strokes), or standing.
+        reversals_per_s: reversals a second.
+        stroke_rad: median way between them, rad (m if prismatic).
+    """
+
+    mode: Mode
+    reversals_per_s: float
+    stroke_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """How right a detector was, on one joint or on all combined.
+
+    Attributes:
+        joint: name, or None for all joints combined (an event is found when any required joint alarms).
+        events: events that had to be found.
+        found: events found.
+        not_observable: events not found while the joint rested, had just reversed, or was not judged: they hid
+            behind friction or missing data, and are counted neither as found nor in the recall.
+        alarms, false_alarms: alarms in all, and those that belong to no event.
+        judged_h: hours judged.
+        recall, precision, false_alarms_per_hour: None where undefined.
+        delay_s: from crossing gamma to the alarm, one each found event, sorted.
+        auc: area under the ROC of windows with an event against clean windows of one second, None without both.
+        roc: (false positive share, true positive share) at falling thresholds.
+    """
+
+    joint: str | None
+    events: int
+    found: int
+    not_observable: int
+    alarms: int
+    false_alarms: int
+    judged_h: float
+    recall: float | None
+    precision: float | None
+    false_alarms_per_hour: float | None
+    delay_s: tuple[float, ...]
+    auc: float | None
+    roc: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionFacts:
+    """What stands behind the events of an audit.
+
+    Attributes:
+        causal: whether the residual used only what a controller had at that instant.
+        equation: what the detector computes.
+        delay: its delay in parts.
+        friction_level: by joint.
+        dynamic: thresholds that would follow the motion, learnt from this log's clean samples, by joint.
+        incidents: alarms grouped into contacts, with link, force and kind.
+        detectors: other detectors on the same log.
+        control: by joint and phase, how the joint was controlled.
+        flags: the controller's own alarms compared with ours; empty when none were given.
+        scores: against known events, all joints combined first; empty when none are known.
+    """
+
+    causal: bool
+    equation: str
+    delay: DelayFacts
+    friction_level: dict[str, LevelFacts]
+    dynamic: dict[str, DynamicThreshold | None]
+    incidents: tuple[Contact, ...]
+    detectors: dict[str, DetectorFacts]
+    flags: tuple[ControllerAlarmComparison, ...]
+    control: dict[str, dict[str, ControlMode]] = field(default_factory=dict)
+    scores: tuple[Score, ...] = ()

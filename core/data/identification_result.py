@@ -1,0 +1,259 @@
+"""What was identified besides friction, as it stands in friction.json."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Bounds = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedJoint:
+    """One joint's drive and the torque that the model leaves.
+
+    Attributes:
+        gain: effort per N·m of joint torque: torque = effort / gain - offset_nm; 1 when not estimated, None when
+            the motion does not show it: then nothing of this joint is judged.
+        gain_ci95: its interval, None when not estimated.
+        offset_nm: constant torque that neither model nor friction explains, the mean over time; Coulomb friction that
+            is not the same both ways is in it. 0 where the joint moves one way only: friction has it then.
+        offset_ci95: its interval; open where the motion tells no offset.
+        armature_kg_m2: rotor inertia used from now on.
+        armature_file_kg_m2: rotor inertia of the robot's description.
+        samples: of this joint in motion.
+        rms_file_nm, rms_nm: residual in motion with the inertials of the robot's description, and as identified.
+        held_out_rms_file_nm, held_out_rms_nm: the same on blocks of time that were left out.
+    """
+
+    gain: float | None
+    gain_ci95: Bounds | None
+    offset_nm: float
+    offset_ci95: Bounds
+    armature_kg_m2: float
+    armature_file_kg_m2: float
+    samples: int
+    rms_file_nm: float | None
+    rms_nm: float | None
+    held_out_rms_file_nm: float | None
+    held_out_rms_nm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedBody:
+    """Inertials of the body that a joint moves, tool included, in the joint's axes.
+
+    Attributes:
+        mass_kg: mass.
+        com_m: centre of mass from the joint's origin.
+        parameters: mass, its first moments, inertia about the joint's origin (xx, xy, yy, xz, yz, zz).
+        parameters_file: the same of the robot's description.
+        consistent: whether a body with positive density can have these parameters.
+    """
+
+    mass_kg: float
+    com_m: tuple[float, float, float]
+    parameters: tuple[float, ...]
+    parameters_file: tuple[float, ...]
+    consistent: bool
+
+
+@dataclass(frozen=True, slots=True)
+class BaseParameter:
+    """A combination of inertial parameters that torques depend on.
+
+    Attributes:
+        name: the combination.
+        value: as identified.
+        value_file: of the robot's description.
+        ci95: from data and prior together.
+        from_data: share of the knowledge that comes from the data; near 0 the prior speaks alone.
+    """
+
+    name: str
+    value: float
+    value_file: float
+    ci95: Bounds
+    from_data: float
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifiedTool:
+    """Tool as seen by the joint torques: mass and centre of mass in the tool's frame, with intervals.
+
+    Attributes:
+        frame: frame of the centre of mass.
+        mass_kg: mass.
+        mass_ci95: its interval.
+        com_m: centre of mass; None when the mass is not clearly above zero.
+        moment_ci95_kg_m: intervals of mass times centre (x, y, z) in the frame.
+        mass_halves_kg: mass by the first and by the second half of the motion where these contradict each other, as
+            when something was picked up in between: no one mass and no interval holds then; else None.
+    """
+
+    frame: str
+    mass_kg: float
+    mass_ci95: Bounds
+    com_m: tuple[float, float, float] | None
+    moment_ci95_kg_m: tuple[Bounds, Bounds, Bounds]
+    mass_halves_kg: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """Everything identified from any motion.
+
+    Attributes:
+        estimate: what was asked for.
+        joints: by name.
+        bodies: by the joint that moves them.
+        base_parameters: the combinations torques depend on, best known first.
+        tool: when asked for.
+        prior: what the robot's description was taken for, in words.
+        prior_sd: standard deviation of its inertials, as a share.
+        consistent: whether every body is physically possible.
+        consistency: how that was ensured, in words.
+        samples: samples used.
+        sample_rate_hz: rate they were taken at.
+        loss: what the thinning cost, in words.
+    """
+
+    estimate: tuple[str, ...]
+    joints: dict[str, IdentifiedJoint]
+    bodies: dict[str, IdentifiedBody]
+    base_parameters: tuple[BaseParameter, ...]
+    tool: IdentifiedTool | None
+    prior: str
+    prior_sd: float
+    consistent: bool
+    consistency: str
+    samples: int
+    sample_rate_hz: float
+    loss: str
+
+
+@dataclass(frozen=True, slots=True)
+class SensorFacts:
+    """The wrist sensor and what hangs on it, from poses at rest. Intervals are 95 %.
+
+    Attributes:
+        frame: of the sensor.
+        poses: number of poses at rest.
+        mass_kg, mass_ci95: mass that the sensor carries.
+        com_m, com_ci95: its centre in the sensor's frame; None when the mass is not clearly above zero.
+        offset, offset_ci95: reading without load: force N (3), moment N·m (3).
+        turn_deg: rotation vector by which the sensor is turned against its frame; None where the poses do not tell.
+        turn_half_deg: half width of its interval.
+        drift, drift_ci95: change of the six zeros over the log.
+        missing: which poses are missing, in words.
+    """
+
+    frame: str
+    poses: int
+    mass_kg: float
+    mass_ci95: Bounds
+    com_m: tuple[float, float, float] | None
+    com_ci95: tuple[Bounds, Bounds, Bounds] | None
+    offset: tuple[float, ...]
+    offset_ci95: tuple[Bounds, ...]
+    turn_deg: tuple[float, float, float] | None
+    turn_half_deg: float | None
+    drift: tuple[float, ...]
+    drift_ci95: tuple[Bounds, ...]
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelFacts:
+    """Offsets in time of one log's channels, ms behind the positions, and its wrist sensor; None where not told.
+
+    Attributes:
+        effort_delay_ms, effort_delay_ci95_ms: of the effort.
+        velocity_delay_ms: of the logged velocity, to first order.
+        wrench_delay_ms, wrench_delay_ci95_ms: of the wrench.
+        sensor: calibration of the wrist sensor.
+    """
+
+    effort_delay_ms: float | None
+    effort_delay_ci95_ms: Bounds | None
+    velocity_delay_ms: float | None
+    wrench_delay_ms: float | None
+    wrench_delay_ci95_ms: Bounds | None
+    sensor: SensorFacts | None
+
+
+@dataclass(frozen=True, slots=True)
+class TrendFit:
+    """Where a trend of friction was fitted: at which values of the other, and where the line passes.
+
+    Attributes:
+        lowest, highest: of the other.
+        mean: of the other, weighted as the fit was.
+        level: what friction was off its law at the mean, as a share.
+    """
+
+    lowest: float
+    highest: float
+    mean: float
+    level: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """How friction of one joint goes with something else, over settled motion.
+
+    Attributes:
+        against: ``time``, ``temperature`` or ``load``.
+        per_unit: share of friction a minute; share of friction a kelvin; N·m of friction per N·m of load.
+        ci95: its interval.
+        span: how much of the other there was: minutes, kelvin, N·m.
+        log: name of the log.
+        fit: of a trend with temperature, °C.
+    """
+
+    against: Literal["time", "temperature", "load"]
+    per_unit: float
+    ci95: Bounds
+    span: float
+    log: str
+    fit: TrendFit | None = None
+
+    @property
+    def shown(self) -> bool:
+        """Whether the interval excludes zero."""
+        low, high = self.ci95
+        return low is not None and high is not None and not low <= 0.0 <= high
+
+
+@dataclass(frozen=True, slots=True)
+class RippleFacts:
+    """The strongest harmonic of a joint's residual over its position, and the share of the variance it explains."""
+
+    amplitude_nm: float
+    cycles_per_turn: float
+    explained: float
+    log: str
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionVariation:
+    """What moves in one joint's friction; ``untold`` says what the data cannot tell, and why."""
+
+    trends: tuple[Trend, ...]
+    ripple: tuple[RippleFacts, ...]
+    untold: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Everything a friction file holds besides friction.
+
+    Attributes:
+        identified: gains, inertials, tool, when they were asked for.
+        channels: by log.
+        trends: by joint.
+    """
+
+    identified: Identified | None
+    channels: dict[str, ChannelFacts]
+    trends: dict[str, FrictionVariation]

@@ -1,0 +1,122 @@
+"""A log as recorded: joint signals, the wrist sensor, what the log says of itself, and where it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray
+
+EffortUnit = Literal["Nm", "raw"]
+JointType = Literal["revolute", "prismatic"]
+
+
+class Digest(Protocol):
+    """A hash that is being computed."""
+
+    def result(self) -> str:
+        """Wait for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class LogSource:
+    """Where a log came from.
+
+    Attributes:
+        name: file name without its folder (several files joined by ``+``).
+        digest: hash of the bytes, or what is still computing it; :attr:`sha256` waits for it.
+        format: ``csv``, ``mcap-ros2``, ``mcap-ros1``, ``ros1-bag``, ``ros2-db3`` …
+        start_ns: absolute stamp of the first sample in nanoseconds since the epoch, or None when unknown.
+        time_source: ``header``, ``log`` or ``column``.
+        topic: the topic or file(s) the joint states came from.
+    """
+
+    name: str
+    digest: str | Digest = field(compare=False)
+    format: str
+    start_ns: int | None
+    time_source: str
+    topic: str
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the bytes; of several files, the hash of their hashes in the order of their names."""
+        return self.digest if isinstance(self.digest, str) else self.digest.result()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrenchSeries:
+    """A wrist force/torque signal on its own stamps, as recorded (sensor frame, offset not removed).
+
+    Attributes:
+        time_s: (k,) seconds from the log's first joint sample.
+        wrench: (k, 6) force in N, then torque in N·m.
+        topic: where it came from.
+    """
+
+    time_s: FloatArray
+    wrench: FloatArray
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class Annotation:
+    """What a log itself says about stretches of time: a controller's flag, a mark of a person, a phase.
+
+    Attributes:
+        name: of the flag, or the phase's value as text.
+        source: topic or column it came from.
+        intervals_s: (start, end) of the stretches in which it holds, seconds from the log's first joint sample, in
+            order; the end is the last stamp at which it held.
+        joint: the joint it speaks of, or None for the whole arm.
+    """
+
+    name: str
+    source: str
+    intervals_s: tuple[tuple[float, float], ...]
+    joint: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointLog:
+    """Joint signals as recorded, in SI units, columns in ``joint_names`` order.
+
+    Units, signs and torque constants from the configuration are already applied; stamps are as
+    recorded (they may repeat, run backwards or leave gaps: conditioning deals with that).
+    Missing values are NaN.
+
+    Attributes:
+        time_s: (n,) seconds from the first sample.
+        joint_names: j names, the robot model's where a mapping was given.
+        position_rad: (n, j) rad, or m for prismatic joints.
+        velocity_rad_s: (n, j) rad/s or m/s, or None when the log has none at all.
+        effort: (n, j) in ``effort_unit``, or None when the log has none at all.
+        effort_unit: ``Nm`` (N for prismatic joints) or ``raw`` when the log's unit is not a torque.
+        wrench: the wrist sensor, or None.
+        source: provenance.
+        findings: what reading the log showed.
+        labels: flags of the controller and marks of true events that the log holds.
+        phases: the phases that the log itself states, one label a value.
+        temperature_c: (n, j) temperature of each joint, °C; None when the log has none.
+    """
+
+    time_s: FloatArray
+    joint_names: tuple[str, ...]
+    position_rad: FloatArray
+    velocity_rad_s: FloatArray | None
+    effort: FloatArray | None
+    effort_unit: EffortUnit
+    wrench: WrenchSeries | None
+    source: LogSource
+    findings: tuple[Finding, ...] = ()
+    labels: tuple[Annotation, ...] = ()
+    phases: tuple[Annotation, ...] = ()
+    temperature_c: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        n, j = self.time_s.shape[0], len(self.joint_names)
+        for name in ("position_rad", "velocity_rad_s", "effort", "temperature_c"):
+            array = getattr(self, name)
+            if array is not None and array.shape != (n, j):
+                raise ValueError(f"{name} has shape {array.shape}, expected {(n, j)}")

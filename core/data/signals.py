@@ -1,0 +1,82 @@
+"""The sample-by-sample evidence behind an audit: what was measured, modelled, left over, and judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.numeric.arrays import FloatArray
+
+
+class State(IntEnum):
+    """Why a sample of a joint was judged, or not; the larger number wins where several apply.
+
+    TOO_BRIEF is given last, to what is left: stretches in which the rule cannot fire.
+    """
+
+    JUDGED = 0
+    FRICTION_INTERVAL = 1
+    TOO_FAST = 2
+    NOT_WATCHED = 3
+    EDGE = 4
+    NO_FRICTION = 5
+    NO_MODEL = 6
+    SATURATED = 7
+    NOT_A_NUMBER = 8
+    GAP = 9
+    TOO_BRIEF = 10
+
+    @property
+    def code(self) -> str:
+        """The state as a stable, kebab-case reason."""
+        return self.name.lower().replace("_", "-")
+
+    @property
+    def text(self) -> str:
+        """The state in words for a reader."""
+        return _TEXT[self]
+
+
+_TEXT = {
+    State.JUDGED: "judged",
+    State.FRICTION_INTERVAL: "at rest or just after a reversal: friction is only known as an interval",
+    State.TOO_FAST: "faster than friction was measured",
+    State.NOT_WATCHED: "not watched: not named, or force-controlled in this phase",
+    State.EDGE: "next to a gap or an end of the log, where the filters have not settled",
+    State.NO_FRICTION: "no friction model",
+    State.NO_MODEL: "no model torque, or effort not in N·m",
+    State.SATURATED: "effort saturated",
+    State.NOT_A_NUMBER: "missing or not a number",
+    State.GAP: "gap in the log",
+    State.TOO_BRIEF: "between unjudged samples, for fewer than n in a row: the rule cannot fire there",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signals:
+    """Time series of one audit, on the uniform time base.
+
+    Attributes:
+        time_s: (n,) seconds from the log's first sample.
+        joint_names: j judged joints.
+        position_rad, velocity_rad_s: (n, j).
+        measured_nm: (n, j) measured torque.
+        model_nm: (n, j) rigid-body torque + friction + J^T F.
+        residual_nm: (n, j) estimate of external joint torque, eq. (5); in state FRICTION_INTERVAL only the
+            part that no friction within its interval explains. NaN where unknown.
+        state: (n, j) codes of :class:`State`.
+        gamma_nm: (j,) threshold, NaN where there is none.
+    """
+
+    time_s: FloatArray
+    joint_names: tuple[str, ...]
+    position_rad: FloatArray
+    velocity_rad_s: FloatArray
+    measured_nm: FloatArray
+    model_nm: FloatArray
+    residual_nm: FloatArray
+    state: NDArray[np.int8]
+    gamma_nm: FloatArray

@@ -1,0 +1,59 @@
+"""A log on its uniform time base: what conditioning makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UniformSeries:
+    """Joint signals on a uniform time base, with gaps kept as gaps.
+
+    Attributes:
+        time_s: (n,) seconds from the log's first sample, spaced ``period_s``.
+        period_s: sample period in s.
+        joint_names: j names.
+        position_rad, velocity_rad_s, acceleration_rad_s2: (n, j); NaN inside gaps.
+        effort: (n, j), not filtered; NaN inside gaps; None when there is none.
+        effort_unit: ``Nm`` or ``raw``.
+        wrench: (n, 6) in the sensor frame, not filtered, NaN where absent; or None.
+        segments: the gap-free stretches, in order.
+        edge: (n,) True near the ends of a segment where the filters have not settled.
+        saturated: (n, j) True where the effort is pinned at an extreme.
+        bandwidth_hz: -3 dB frequency of the zero-phase filters.
+        source: provenance of the log.
+        findings: those of the log and those made here.
+        raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept.
+        velocity_lag_s: how late the logged velocity is against the positions, s; None where that is not told.
+        labels, phases: those of the log.
+        temperature_c: (n, j), or None.
+    """
+
+    time_s: FloatArray
+    period_s: float
+    joint_names: tuple[str, ...]
+    position_rad: FloatArray
+    velocity_rad_s: FloatArray
+    acceleration_rad_s2: FloatArray
+    effort: FloatArray | None
+    effort_unit: EffortUnit
+    wrench: FloatArray | None
+    segments: tuple[Span, ...]
+    edge: BoolArray
+    saturated: BoolArray
+    bandwidth_hz: float
+    source: LogSource
+    findings: tuple[Finding, ...] = ()
+    raw_velocity_rad_s: FloatArray | None = None
+    velocity_lag_s: float | None = None
+    labels: tuple[Annotation, ...] = ()
+    phases: tuple[Annotation, ...] = ()
+    temperature_c: FloatArray | None = None
+
+    def column(self, joint: str) -> int:
+        """Index of a joint's column."""
+        return self.joint_names.index(joint)

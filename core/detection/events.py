@@ -1,0 +1,158 @@
+"""Applying the rule to the residuals of a log: collisions, near misses, and the final state of each sample."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import Collision, NearMiss, Phase, RuleFacts
+from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.rule import Event, rule_events
+from collaudit.core.detection.watch import Watch
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.phases import PHASES, contact_mask
+from collaudit.core.residual.residual import Residual
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DetectedEvents:
+    """Events of all joints in time order, and (n, j) states with unwatched stretches marked."""
+
+    collisions: tuple[Collision, ...]
+    near_misses: tuple[NearMiss, ...]
+    state: NDArray[np.int8]
+
+    def collision_times(self, joint: str) -> list[tuple[float, float]]:
+        """Start and end of a joint's collisions, s."""
+        return [(c.onset_s, c.onset_s + c.duration_s) for c in self.collisions if c.joint == joint]
+
+
+def detect_events(
+    series: UniformSeries,
+    residual: Residual,
+    threshold_nm: Callable[[int], FloatArray],
+    rule: RuleFacts,
+    watch: Mapping[str, Watch],
+    phases: NDArray[np.int8],
+    config: Config,
+    *,
+    scalar: bool = False,
+) -> DetectedEvents:
+    """Rule (6) on every watched joint where its residual is evidence.
+
+    Args:
+        series, residual: of the judged joints.
+        threshold_nm: column to the (n,) level that counts: gamma, raised by what is uncertain.
+        rule: persistence and nominal thresholds.
+        watch: which joints count.
+        phases: (n,) labels.
+        config: near misses and merging.
+        scalar: every column holds one residual of the whole arm: judged once, at the lowest watched threshold,
+            and named after the joint that moves fastest at onset.
+    """
+    state = _with_unwatched(residual.state, series.joint_names, watch, phases)
+    _mark_too_brief(state, rule.n)
+    merge = round(config.detect.merge_ms / 1e3 / series.period_s)
+    carriers = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
+    if scalar:
+        carriers = sorted(carriers, key=lambda j: rule.gamma_nm[series.joint_names[j]])[:1]
+    hits: list[Collision] = []
+    near: list[NearMiss] = []
+
+    def one(j: int) -> tuple[list[Event], list[Event], list[Event]]:
+        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm(j), rule, merge)
+
+    for j, (fired, amplitude, persistence) in zip(carriers, ordered_map(one, carriers), strict=True):
+        joint = series.joint_names[j]
+        gamma = rule.gamma_nm[joint]
+        hits += [_collision(series, joint, event, gamma, phases) for event in fired]
+        near += [_near_miss(series, joint, e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in amplitude]
+        near += [_near_miss(series, joint, e, gamma, "persistence", e.longest / rule.n, phases) for e in persistence]
+    if scalar:
+        hits = [replace(c, joint=_fastest(series, c.onset_s)) for c in hits]
+        near = [replace(c, joint=_fastest(series, c.onset_s)) for c in near]
+    return DetectedEvents(
+        tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
+        tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
+        state,
+    )
+
+
+def _events(
+    torque_nm: FloatArray, state: NDArray[np.int8], level_nm: FloatArray, rule: RuleFacts, merge: int
+) -> tuple[list[Event], list[Event], list[Event]]:
+    """One joint's collisions, near misses by amplitude and near misses by persistence."""
+    evidence = np.asarray(state <= State.FRICTION_INTERVAL)
+    x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level_nm)
+    return rule_events(x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge)
+
+
+def _with_unwatched(
+    state: NDArray[np.int8], joints: tuple[str, ...], watch: Mapping[str, Watch], phases: NDArray[np.int8]
+) -> NDArray[np.int8]:
+    out = state.copy()
+    contact = contact_mask(phases)
+    for j, joint in enumerate(joints):
+        if not watch[joint].watched:
+            out[:, j] = np.maximum(out[:, j], State.NOT_WATCHED)
+        elif not watch[joint].in_contact:
+            out[contact, j] = np.maximum(out[contact, j], State.NOT_WATCHED)
+    return out
+
+
+def _mark_too_brief(state: NDArray[np.int8], n: int) -> None:
+    """Stretches of evidence shorter than n cannot fire: they were not judged, whatever their residual."""
+    for j in range(state.shape[1]):
+        starts, stops = run_bounds(np.asarray(state[:, j] <= State.FRICTION_INTERVAL))
+        for a, b in zip(starts, stops, strict=True):
+            if b - a < n:
+                state[a:b, j] = State.TOO_BRIEF
+
+
+def _fastest(series: UniformSeries, time_s: float) -> str:
+    k = min(int(np.searchsorted(series.time_s, time_s)), series.time_s.size - 1)
+    return series.joint_names[int(np.nanargmax(np.abs(series.velocity_rad_s[k])))]
+
+
+def _phase(phases: NDArray[np.int8], sample: int) -> Phase:
+    return PHASES[int(phases[sample])]
+
+
+def _collision(series: UniformSeries, joint: str, event: Event, gamma: float, phases: NDArray[np.int8]) -> Collision:
+    return Collision(
+        joint=joint,
+        onset_s=float(series.time_s[event.span.start]),
+        detected_s=float(series.time_s[event.detected]),
+        duration_s=len(event.span) * series.period_s,
+        peak_nm=event.peak,
+        gamma_nm=gamma,
+        phase=_phase(phases, event.span.start),
+    )
+
+
+def _near_miss(
+    series: UniformSeries,
+    joint: str,
+    event: Event,
+    gamma: float,
+    kind: str,
+    ratio: float,
+    phases: NDArray[np.int8],
+) -> NearMiss:
+    return NearMiss(
+        joint=joint,
+        onset_s=float(series.time_s[event.span.start]),
+        duration_s=len(event.span) * series.period_s,
+        peak_nm=event.peak,
+        gamma_nm=gamma,
+        ratio=ratio,
+        kind="amplitude" if kind == "amplitude" else "persistence",
+        phase=_phase(phases, event.span.start),
+    )

@@ -1,0 +1,88 @@
+"""Rule (6) as it is applied to one log: thresholds, persistence in samples, watched joints."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import Config, DetectConfig
+from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.watch import Watch, choose_watched
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.prepare.phases import contact_mask
+
+DEFAULT_PERSISTENCE_MS = 25.0
+
+
+def make_rule(
+    series: UniformSeries, phases: NDArray[np.int8], config: Config
+) -> tuple[RuleFacts, dict[str, Watch], list[Finding]]:
+    """Thresholds, persistence and watched joints for a log's judged joints.
+
+    Raises:
+        ConfigError: a threshold or a watched name belongs to no judged joint.
+    """
+    detect = config.detect
+    watch = choose_watched(series, contact_mask(phases), detect)
+    gamma = _gamma(series.joint_names, nominal_gamma(detect))
+    for joint in series.joint_names:
+        if joint not in gamma and watch[joint].watched:
+            watch[joint] = Watch(False, False, "no gamma_nm is configured for it")
+    requested = None if detect.n is not None else detect.persistence_ms or DEFAULT_PERSISTENCE_MS
+    n = detect.n if requested is None else persistence_samples(requested / 1e3, series.period_s)
+    assert n is not None
+    rule = RuleFacts(
+        detector=detect.detector,
+        gamma_nm=gamma,
+        n=n,
+        persistence_s=n * series.period_s,
+        persistence_requested_ms=requested,
+        watch=tuple(j for j in series.joint_names if watch[j].watched),
+        near_miss_amplitude=config.near_miss.amplitude,
+        near_miss_persistence=config.near_miss.persistence,
+    )
+    return rule, watch, _findings(rule, watch, series.period_s)
+
+
+def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
+    """The constant thresholds, or the dynamic ones at rest, N·m."""
+    if detect.gamma_nm == "dynamic":
+        return {joint: law.base_nm for joint, law in detect.dynamic.items()}
+    return detect.gamma_nm
+
+
+def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dict[str, float]:
+    if not isinstance(configured, dict):
+        return dict.fromkeys(joints, float(configured))
+    unknown = [name for name in configured if name not in joints]
+    if unknown:
+        raise ConfigError(
+            "a threshold belongs to no judged joint",
+            where="[detect] gamma_nm",
+            found=", ".join(unknown),
+            expected="some of " + ", ".join(joints),
+        )
+    return {joint: float(configured[joint]) for joint in joints if joint in configured}
+
+
+def _findings(rule: RuleFacts, watch: dict[str, Watch], period_s: float) -> list[Finding]:
+    findings: list[Finding] = []
+    asked = rule.persistence_requested_ms
+    if asked is not None and abs(rule.persistence_s * 1e3 - asked) > 1e-3 * asked:
+        findings.append(
+            Finding(
+                "persistence-rounded",
+                "info",
+                f"A persistence of {asked:g} ms is {asked / period_s / 1e3:.4g} samples of {period_s * 1e3:.6g} ms; "
+                f"rounded up to n = {rule.n} ({rule.persistence_s * 1e3:.6g} ms).",
+            )
+        )
+    for joint, choice in watch.items():
+        if not (choice.watched and choice.in_contact):
+            where = "in contact" if choice.watched else "at all"
+            text = f"Joint '{joint}' is not judged {where}: {choice.why}."
+            findings.append(Finding("joint-not-watched", "info" if choice.watched else "warning", text, joint=joint))
+    return findings

@@ -1,0 +1,125 @@
+"""The level a residual has to exceed: gamma, constant or dynamic, raised by what is uncertain about friction.
+
+Dynamic: gamma(t) = g0 + g1 |v| + g2 |a|, learnt from clean data by quantile regression in its simplest form. The
+errors of a model grow with speed (friction, Coriolis terms) and acceleration (inertia), so a constant that is safe
+while moving fast is blind while moving slowly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.config.schema_detect import DynamicConfig
+from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.detection_result import DynamicThreshold
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.residual.balance import Balance
+from collaudit.core.residual.residual import Residual
+
+_MARGIN = 1.3
+_LEAST_SAMPLES = 1000
+_RIDGE = 1e-12
+#: The base is never taken below this share of the mean residual: a joint at rest is noisy too.
+_LEAST_BASE = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Threshold:
+    """The level of each joint plus the residual's own uncertainty, computed where it is asked for.
+
+    Attributes:
+        series: the judged joints.
+        balance: with the velocity the detector used, and its kernel: the threshold passes it as well.
+        residual: whose uncertainty is added.
+        rule: constant thresholds.
+        config: dynamic coefficients, if any.
+    """
+
+    series: UniformSeries
+    balance: Balance
+    residual: Residual
+    rule: RuleFacts
+    config: DetectConfig
+    _kept: dict[int, FloatArray] = field(default_factory=dict)
+
+    def of(self, j: int, part: slice = slice(None)) -> FloatArray:
+        """(n,) N·m of one joint, or of a part of its samples; NaN without one."""
+        joint = self.series.joint_names[j]
+        law = self.config.dynamic.get(joint) if self.config.gamma_nm == "dynamic" else None
+        level = self.rule.gamma_nm.get(joint, np.nan) if law is None else self._dynamic(j, law)[part]
+        return np.asarray(self.residual.uncertainty_nm[part, j] + level)
+
+    def _dynamic(self, j: int, law: DynamicConfig) -> FloatArray:
+        if j not in self._kept:
+            level = dynamic_level(
+                DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
+                self.balance.velocity_rad_s[:, j],
+                self.series.acceleration_rad_s2[:, j],
+            )
+            self._kept[j] = self.balance.kernel.apply(level[:, None], self.series.segments, self.series.period_s)[:, 0]
+        return self._kept[j]
+
+    def all_joints(self) -> FloatArray:
+        """(n, j) N·m."""
+        out = np.empty(self.residual.uncertainty_nm.shape, order="F")
+        for j in range(len(self.series.joint_names)):
+            out[:, j] = self.of(j)
+        return out
+
+
+def dynamic_level(law: DynamicThreshold, velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
+    """base + speed·|v| + acceleration·|a|, N·m, for (n,) motions."""
+    return np.asarray(
+        law.base_nm + law.speed_nm_s_per_rad * np.abs(velocity) + law.acceleration_nm_s2_per_rad * np.abs(acceleration)
+    )
+
+
+def learn_dynamic(
+    residual: FloatArray, velocity: FloatArray, acceleration: FloatArray, clean: BoolArray, n: int
+) -> DynamicThreshold | None:
+    """Learn one joint's dynamic threshold from clean data.
+
+    The shape is the non-negative least-squares fit of |residual| on (1, |v|, |a|); it is scaled to 1.3 times what
+    the largest residual that lasted n samples asks for, so that rule (6) never fires on the data it was learnt from.
+
+    Args:
+        residual, velocity, acceleration: (n,) of one joint.
+        clean: (n,) judged samples away from collisions.
+        n: persistence, samples.
+
+    Returns:
+        None with fewer than 1,000 clean samples.
+    """
+    from scipy.ndimage import minimum_filter1d
+    from scipy.optimize import nnls
+
+    use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
+    if np.count_nonzero(use) < _LEAST_SAMPLES:
+        return None
+    size = np.where(use, np.abs(residual), 0.0)
+    columns = np.stack([np.ones_like(size), np.abs(velocity), np.abs(acceleration)], axis=1)[use]
+    gram = columns.T @ columns
+    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
+    shape, _ = nnls(root.T, np.linalg.solve(root, columns.T @ size[use]))
+    shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size[use])))
+    lasting = minimum_filter1d(size, n, mode="constant")[use]
+    scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
+    base, speed, turn = (float(scale * x) for x in shape)
+    return DynamicThreshold(base, speed, turn)
+
+
+def pooled_dynamic(laws: Sequence[DynamicThreshold | None]) -> DynamicThreshold | None:
+    """One law of a joint that is at least as high as each of its runs', at any motion; None without any."""
+    known = [law for law in laws if law is not None]
+    if not known:
+        return None
+    return DynamicThreshold(
+        max(law.base_nm for law in known),
+        max(law.speed_nm_s_per_rad for law in known),
+        max(law.acceleration_nm_s2_per_rad for law in known),
+    )

@@ -1,0 +1,136 @@
+"""Which joints are judged: position-controlled ones, not those that give way to a commanded force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.detection_result import ControlMode, Mode
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.phases import PHASES
+
+#: Strokes shorter than this are encoder noise of a standing joint, rad.
+_NOISE_STROKE = 2e-4
+#: A joint that stays within this in a phase stands, rad.
+_STANDING_TRAVEL = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """Whether and where one joint is judged.
+
+    Attributes:
+        watched: whether it is judged at all.
+        in_contact: whether it is judged during contact.
+        why: the reason, for a reader.
+    """
+
+    watched: bool
+    in_contact: bool
+    why: str
+
+
+def choose_watched(series: UniformSeries, contact: BoolArray, config: DetectConfig) -> dict[str, Watch]:
+    """Decide by joint.
+
+    With ``watch = "auto"`` every joint is judged, except during contact those that reverse often over
+    small strokes: friction at reversal cannot be modelled well, and their motion obeys the force (the
+    paper's joints 2-5). A list of names overrides this.
+
+    Raises:
+        ConfigError: a named joint is not in the log.
+    """
+    if config.watch != "auto":
+        return _named(series.joint_names, config.watch)
+    out = {}
+    for j, joint in enumerate(series.joint_names):
+        rate, stroke = _reversals(series.position_rad[:, j], series.velocity_rad_s[:, j], contact, series.period_s)
+        if rate > config.reversals_per_s and stroke < config.reversal_amplitude_rad:
+            why = (
+                f"force-controlled in contact: {rate:.2g} reversals a second over strokes of {stroke:.2g} rad "
+                "(median); friction at reversal hides what its residual would show"
+            )
+            out[joint] = Watch(True, False, why)
+        else:
+            out[joint] = Watch(
+                True, True, "position-controlled throughout" if contact.any() else "every joint is watched"
+            )
+    return _lumped(out, series.joint_names)
+
+
+def _lumped(choice: dict[str, Watch], joints: tuple[str, ...]) -> dict[str, Watch]:
+    """The paper's reduction: runs of force-controlled joints become one body seen by the joint inside of it."""
+    forced = [not choice[joint].in_contact for joint in joints]
+    starts, stops = run_bounds(np.array(forced))
+    for a, b in zip(starts, stops, strict=True):
+        names = f"{joints[a]} to {joints[b - 1]}" if b - a > 1 else joints[a]
+        if a == 0:
+            text = f"no position-controlled joint lies inside of {names}: in contact, pushes there cannot be seen"
+        else:
+            watcher, inner = joints[a - 1], choice[joints[a - 1]]
+            text = f"in contact the links of {names} count as one body, and {watcher}, position-controlled, watches it"
+            choice[watcher] = replace(inner, why=f"{inner.why}; in contact it also watches the links of {names}")
+        for joint in joints[a:b]:
+            choice[joint] = replace(choice[joint], why=f"{choice[joint].why}; {text}")
+    return choice
+
+
+def control_modes(
+    series: UniformSeries, phases: NDArray[np.int8], config: DetectConfig
+) -> dict[str, dict[str, ControlMode]]:
+    """How each joint was controlled in each phase that occurs: by position, by force, or standing."""
+    out: dict[str, dict[str, ControlMode]] = {}
+    for j, joint in enumerate(series.joint_names):
+        out[joint] = {}
+        for code, phase in enumerate(PHASES):
+            mask = np.asarray(phases == code)
+            if not mask.any():
+                continue
+            q, v = series.position_rad[:, j], series.velocity_rad_s[:, j]
+            rate, stroke = _reversals(q, v, mask, series.period_s)
+            known = q[mask & np.isfinite(q)]
+            travel = float(np.ptp(known)) if known.size else 0.0
+            forced = rate > config.reversals_per_s and stroke < config.reversal_amplitude_rad
+            mode: Mode = "standing" if travel < _STANDING_TRAVEL else "force" if forced else "position"
+            out[joint][phase] = ControlMode(mode, float(rate), stroke)
+    return out
+
+
+def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
+    missing = [name for name in names if name not in joints]
+    if missing:
+        raise ConfigError(
+            "a watched joint is not among the judged joints",
+            where="[detect] watch",
+            found=", ".join(missing),
+            expected="some of " + ", ".join(joints),
+        )
+    return {
+        joint: Watch(True, True, "named in [detect] watch")
+        if joint in names
+        else Watch(False, False, "not named in [detect] watch")
+        for joint in joints
+    }
+
+
+def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float) -> tuple[float, float]:
+    """Reversals a second and median stroke between them, rad, over the contact phases."""
+    count, strokes, seconds = 0, [], 0.0
+    starts, stops = run_bounds(contact & np.isfinite(q) & np.isfinite(v))
+    for a, b in zip(starts, stops, strict=True):
+        direction = np.sign(v[a:b])
+        turns = np.flatnonzero(direction[1:] * direction[:-1] < 0) + a
+        stroke = np.abs(np.diff(q[turns]))
+        stroke = stroke[stroke > _NOISE_STROKE]
+        count += stroke.size
+        strokes.append(stroke)
+        seconds += (b - a) * period_s
+    if count == 0 or seconds == 0:
+        return 0.0, 0.0
+    return count / seconds, float(np.median(np.concatenate(strokes)))

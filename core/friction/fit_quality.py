@@ -1,0 +1,181 @@
+"""How far the scatter of friction points widens their errors, and how a level turns into an interval."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.data.friction_result import Bounds, FrictionPoint
+from collaudit.core.friction import least_squares as ls
+from collaudit.core.friction.friction_laws import LAWS, Law
+from collaudit.core.numeric.arrays import FloatArray
+
+_LEVEL = 0.975
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Error scale and t quantile that turn unscaled variances into intervals."""
+
+    scale: float
+    t: float
+
+    @classmethod
+    def of(cls, sum_squares: float, freedom: int) -> Quality:
+        """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio)."""
+        from scipy.stats import t
+
+        return cls(max(1.0, sum_squares / freedom), float(t.ppf(_LEVEL, freedom)))
+
+    @property
+    def allowance(self) -> float:
+        """Rise of the sum of squares at the ends of an interval."""
+        return self.scale * self.t**2
+
+    def bounds(self, value: float, variance: float) -> Bounds:
+        """Interval of a linear coefficient."""
+        half = self.t * float(np.sqrt(self.scale * variance))
+        return value - half, value + half
+
+
+def point_arrays(points: list[FrictionPoint] | tuple[FrictionPoint, ...]) -> ls.Points:
+    """Points as arrays, their standard errors drawn towards the median.
+
+    An error from a dozen blocks is itself known to a fifth, and weights from such errors favour points with lucky ones.
+    Half the median's variance takes most of that away (moderation of variances: Smyth, Stat. Appl. Genet. Mol. Biol. 3,
+    2004).
+    """
+    own = np.array([p.se_nm for p in points])
+    se = np.sqrt(0.5 * own**2 + 0.5 * float(np.median(own)) ** 2)
+    friction = np.array([p.friction_nm for p in points])
+    floor = max(1e-6 * float(np.max(np.abs(friction))), 1e-12)
+    direction = np.array([p.direction for p in points], dtype=float)
+    both = np.count_nonzero(direction > 0) >= 2 and np.count_nonzero(direction < 0) >= 2
+    offset = direction if both and len(points) >= 6 else None
+    speed = np.array([p.speed_rad_s for p in points])
+    timing = np.array([p.timing_nm for p in points])
+    return ls.Points(speed, friction, np.maximum(se, floor), offset, direction, timing)
+
+
+def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
+    """Add a common variance to all points where they scatter more than their standard errors say.
+
+    The variance is the one that brings chi-square down to its degrees of freedom (Paule and Mandel, J. Res.
+    Natl. Bur. Stand. 87, 1982), so that a point with a lucky small error cannot pull the curve to itself. Points that
+    rest on the model's torque have a variance of their own beside pairs: an error of the model, or a drift of the
+    effort's zero, is in them and not in pairs.
+
+    Args:
+        points: the points.
+        weight: (n,) robust weights; they divide the variances, the common one included.
+    """
+    spread = np.sqrt(np.maximum(weight, 1e-6))
+    data = replace(points, sd=points.sd / spread)
+    pair = np.asarray(data.direction == 0)
+    variance = np.zeros(data.n)
+    pairs = data.take(np.asarray(np.flatnonzero(pair), dtype=np.int64))
+    if pairs.n < data.n and _flexible(pairs):
+        variance[pair], law = _common_variance(pairs)
+        rest = data.take(np.asarray(np.flatnonzero(~pair), dtype=np.int64))
+        settled = replace(pairs, sd=np.sqrt(pairs.sd**2 + variance[pair]))
+        variance[~pair] = _variance_beside(settled, rest, law)
+    else:
+        variance[:], _ = _common_variance(data)
+    return replace(data, sd=np.sqrt(points.sd**2 + variance) / spread)
+
+
+def _common_variance(data: ls.Points) -> tuple[float, Law]:
+    """The variance that the points need about the law that needs least, and that law."""
+    laws = _flexible(data) or [LAWS["coulomb-viscous"]]
+    return min(((_variance_needed(data, law), law) for law in laws), key=lambda found: found[0])
+
+
+def _variance_beside(pairs: ls.Points, rest: ls.Points, law: Law) -> float:
+    """Variance that points resting on the model need about the curve of the pairs, an offset aside where they tell it.
+
+    They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
+    """
+    from scipy.optimize import brentq
+
+    c = ls.quick_rate(pairs, law) if law.has_rate else 0.0
+    k = len(law.symbols) - law.has_rate
+    columns = np.stack(law.shape(rest.speed, rest.direction, c), axis=-1)
+    left = rest.friction - columns @ ls.fit_at(pairs, law, c).estimate[:k]
+    freedom = rest.n - (rest.offset is not None)
+
+    def excess(variance: float) -> float:
+        weight = 1.0 / (rest.sd**2 + variance)
+        mean = 0.0 if rest.offset is None else float(np.sum(weight * left * rest.offset) / np.sum(weight))
+        return float(np.sum(weight * (left - mean * rest.direction) ** 2)) - freedom
+
+    top = rest.n * float(np.max(left**2)) + 1e-12
+    return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, top, xtol=1e-12 * top))
+
+
+def _flexible(data: ls.Points) -> list[Law]:
+    """The laws that the points could carry, as yardsticks of their scatter: the one that fits best counts."""
+    two_sided = bool(np.all(data.direction != 0)) and min(np.sum(data.direction > 0), np.sum(data.direction < 0)) >= 3
+    laws = [LAWS["static-lugre"], LAWS["stribeck-gauss"], LAWS["smooth-coulomb-viscous"]]
+    if two_sided:
+        laws.append(LAWS["asymmetric-coulomb-viscous"])
+    return [law for law in laws if data.n > _free(data, law)]
+
+
+def _free(data: ls.Points, law: Law) -> int:
+    return len(law.symbols) + (data.offset is not None and not law.directional)
+
+
+def _variance_needed(data: ls.Points, law: Law) -> float:
+    """Common variance that brings a law's chi-square down to its degrees of freedom; 0 where it is there already."""
+    from scipy.optimize import brentq
+
+    c = ls.best_rate(data, law) if law.has_rate else 0.0
+    freedom = max(1, data.n - _free(data, law))
+
+    def excess(variance: float) -> float:
+        return ls.fit_at(replace(data, sd=np.sqrt(data.sd**2 + variance)), law, c).sum_squares - freedom
+
+    top = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
+    if excess(0.0) <= 0:
+        return 0.0
+    if excess(top) >= 0:
+        return top
+    return float(brentq(excess, 0.0, top, xtol=1e-12 * top))
+
+
+def robust_weights(data: ls.Points, method: str) -> FloatArray:
+    """(n,) weights of outlying points by iterated reweighting about the law that fits best.
+
+    Huber: 1 to 1.345 robust standard deviations, falling as 1/r; bisquare: (1 - (r/4.685)²)², zero beyond
+    (Holland and Welsch, Commun. Stat. A 6, 1977). The scale is the median absolute residual.
+
+    Args:
+        data: the points.
+        method: ``none``, ``huber`` or ``bisquare``.
+    """
+    laws = [law for law in _flexible(data) if data.n > _free(data, law) + 1]
+    if method == "none" or not laws:
+        return np.ones(data.n)
+    found = [_reweighted(data, law, method) for law in laws]
+    return min(found, key=lambda pair: pair[1])[0]
+
+
+def _reweighted(data: ls.Points, law: Law, method: str) -> tuple[FloatArray, float]:
+    """Weights (n,) about one law, and the robust standard deviation they rest on."""
+    weight, scale = np.ones(data.n), np.inf
+    equal = replace(data, sd=np.full(data.n, float(np.median(data.sd))))
+    for _ in range(20):
+        now = replace(equal, sd=equal.sd / np.sqrt(np.maximum(weight, 1e-6)))
+        c = ls.quick_rate(now, law) if law.has_rate else 0.0
+        fit = ls.fit_at(now, law, c)
+        rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
+        scale = max(1.4826 * float(np.median(rest)), 1e-12)
+        ratio = rest / scale
+        fresh = np.minimum(1.0, 1.345 / np.maximum(ratio, 1e-12))
+        if method == "bisquare":
+            fresh = np.where(ratio < 4.685, (1.0 - (ratio / 4.685) ** 2) ** 2, 0.0)
+        change, weight = float(np.max(np.abs(fresh - weight))), np.asarray(fresh)
+        if change < 1e-3:
+            break
+    return weight, scale

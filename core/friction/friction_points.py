@@ -1,0 +1,187 @@
+"""Friction points from constant-velocity sections: pairs of directions first (eq. 15), the model's torque second."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.config.schema import FrictionConfig
+from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.sections import Section
+from collaudit.core.numeric.arrays import FloatArray
+
+_MIN_OVERLAP = 0.5  # share of the shorter section's stroke that both directions must cover
+_MIN_BLOCKS = 3
+#: Effort and position are of one moment only to half a sample: a drive that holds its torque until the next sample is
+#: half of one early in all that it logs, one that averages or waits as much late. Standard deviation in samples, early,
+#: on time and late being alike likely. What gravity changes in that time has the sign of the motion, as friction has.
+_SIMULTANEOUS = 6.0**-0.5
+_BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    plus: Section
+    minus: Section
+    low_rad: float
+    high_rad: float
+    cost: float
+
+
+def friction_points(
+    series: UniformSeries,
+    sections: Sequence[Section],
+    model_torque: FloatArray | None,
+    config: FrictionConfig,
+) -> tuple[FrictionPoint, ...]:
+    """Friction against speed for one joint.
+
+    Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
+    give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. What stays without a partner
+    gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``.
+
+    Args:
+        series: the log on its uniform time base.
+        sections: of one joint.
+        model_torque: (n, j) rigid-body torque along the log in the unit of the effort, or None.
+        config: tolerances.
+
+    Returns:
+        Points sorted by speed.
+    """
+    if not sections:
+        return ()
+    j = series.column(sections[0].joint)
+    pairs = _match(series, sections, j, config)
+    points = []
+    used: set[int] = set()
+    for pair in pairs:
+        point = _pair_point(series, pair, j)
+        if point is not None:
+            points.append(point)
+            used |= {id(pair.plus), id(pair.minus)}
+    if model_torque is not None:
+        for section in sections:
+            if id(section) not in used:
+                point = _model_point(series, section, model_torque, j)
+                if point is not None:
+                    points.append(point)
+    return tuple(sorted(points, key=lambda p: p.speed_rad_s))
+
+
+def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
+    """Greedy matching of opposite sections by how well speed, stroke and pose agree."""
+    still = [s for s in sections if not s.others_moving]
+    candidates = [
+        pair
+        for plus in still
+        if plus.velocity_rad_s > 0
+        for minus in still
+        if minus.velocity_rad_s < 0
+        for pair in (_candidate(series, plus, minus, j, config),)
+        if pair is not None
+    ]
+    taken: set[int] = set()
+    chosen = []
+    for pair in sorted(candidates, key=lambda p: (p.cost, p.plus.span.start, p.minus.span.start)):
+        if id(pair.plus) not in taken and id(pair.minus) not in taken:
+            taken |= {id(pair.plus), id(pair.minus)}
+            chosen.append(pair)
+    return chosen
+
+
+def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, config: FrictionConfig) -> _Pair | None:
+    up, down = plus.velocity_rad_s, -minus.velocity_rad_s
+    difference = abs(up - down) / (0.5 * (up + down))
+    low = max(plus.position_rad[0], minus.position_rad[0])
+    high = min(plus.position_rad[1], minus.position_rad[1])
+    stroke = min(np.ptp(plus.position_rad), np.ptp(minus.position_rad))
+    if difference > config.pair_speed_tolerance or stroke <= 0 or high - low < _MIN_OVERLAP * stroke:
+        return None
+    others = [k for k in range(len(series.joint_names)) if k != j]
+    if others:
+        pose = [series.position_rad[s.span.slice][:, others].mean(axis=0) for s in (plus, minus)]
+        if np.max(np.abs(pose[0] - pose[1])) > config.pair_pose_tolerance_rad:
+            return None
+    distance_s = abs(plus.span.start - minus.span.start) * series.period_s
+    cost = difference / config.pair_speed_tolerance + (1.0 - (high - low) / stroke) + 1e-3 * distance_s
+    return _Pair(plus, minus, low, high, cost)
+
+
+def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint | None:
+    """Half the difference of both directions, block by block of position; None where too few blocks are common.
+
+    Slow sampling leaves few samples a section: blocks are then fewer, so that each holds some of both.
+    """
+    shorter = min(len(pair.plus.span), len(pair.minus.span))
+    edges = np.linspace(pair.low_rad, pair.high_rad, min(_BLOCKS, max(_MIN_BLOCKS, shorter // 3)) + 1)
+    plus, speed_plus = _by_position(series, pair.plus, j, edges)
+    minus, speed_minus = _by_position(series, pair.minus, j, edges)
+    friction, gravity = 0.5 * (plus - minus), 0.5 * (plus + minus)
+    known = np.isfinite(friction)
+    friction = friction[known]
+    if friction.size < _MIN_BLOCKS:
+        return None
+    speed = 0.5 * (speed_plus + speed_minus)
+    slope = _slope((0.5 * (edges[1:] + edges[:-1]))[known], gravity[known])
+    return FrictionPoint(
+        speed_rad_s=speed,
+        friction_nm=float(np.mean(friction)),
+        sd_nm=_sd(friction),
+        se_nm=_sd(friction) / float(np.sqrt(friction.size)),
+        source="pair",
+        direction=0,
+        others_moving=False,
+        timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
+    )
+
+
+def _slope(x: FloatArray, y: FloatArray) -> float:
+    """Slope of a straight line; 0 where there is nothing to draw it through."""
+    x = x - x.mean()
+    power = float(x @ x)
+    return float(x @ y) / power if power > 0 else 0.0
+
+
+def _by_position(series: UniformSeries, section: Section, j: int, edges: FloatArray) -> tuple[FloatArray, float]:
+    """Mean effort in each block of positions (NaN where a block is empty), and the mean speed inside."""
+    assert series.effort is not None
+    s = section.span.slice
+    position, effort = series.position_rad[s, j], series.effort[s, j]
+    inside = (position >= edges[0]) & (position <= edges[-1])
+    block = np.clip(np.searchsorted(edges, position[inside], side="right") - 1, 0, edges.size - 2)
+    count = np.bincount(block, minlength=edges.size - 1)
+    total = np.bincount(block, weights=effort[inside], minlength=edges.size - 1)
+    with np.errstate(invalid="ignore"):
+        means = np.where(count > 0, total / count, np.nan)
+    return means, float(np.mean(np.abs(series.velocity_rad_s[s, j][inside]))) if inside.any() else 0.0
+
+
+def _model_point(series: UniformSeries, section: Section, model_torque: FloatArray, j: int) -> FrictionPoint | None:
+    assert series.effort is not None
+    s = section.span.slice
+    sign = 1 if section.velocity_rad_s > 0 else -1
+    friction = sign * (series.effort[s, j] - model_torque[s, j])
+    if not np.isfinite(friction).all():
+        return None
+    speed = abs(section.velocity_rad_s)
+    slope = _slope(series.position_rad[s, j], model_torque[s, j])
+    edges = np.linspace(0, friction.size, min(_BLOCKS, friction.size) + 1).astype(np.int64)
+    blocks = np.add.reduceat(friction, edges[:-1]) / np.diff(edges)
+    return FrictionPoint(
+        speed_rad_s=speed,
+        friction_nm=float(np.mean(friction)),
+        sd_nm=_sd(blocks),
+        se_nm=_sd(blocks) / float(np.sqrt(blocks.size)),
+        source="model",
+        direction=sign,
+        others_moving=bool(section.others_moving),
+        timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
+    )
+
+
+def _sd(x: FloatArray) -> float:
+    return float(np.std(x, ddof=1)) if x.size > 1 else 0.0

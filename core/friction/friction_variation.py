@@ -1,0 +1,267 @@
+"""What moves in friction: with running time, temperature, load on the gear, and over position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import Bounds, FrictionVariation, RippleFacts, Trend, TrendFit
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.motion_points import Settled, settled_residual
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.prepare.prepared import Prepared
+
+_BLOCK_S = 2.0
+_MIN_BLOCKS = 12
+_MIN_RUN_S = 60.0
+_MIN_KELVIN = 2.0
+_MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads tells nothing
+_MOST_CYCLES = 400  # a turn
+_MOST_SAMPLES = 60_000
+_KNOTS = 8
+_TOGETHER = 4  # neighbouring blocks err alike
+_SHARE_LEFT = 1e-4  # of the column's power, to be told from a law
+_NOTEWORTHY = 0.1
+_ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
+
+
+class Slope(NamedTuple):
+    """Share of friction per unit with its interval, and a point of the line: what is off at the mean of the other."""
+
+    per_unit: float
+    ci95: Bounds
+    mean: float
+    level: float
+
+
+def friction_slope(
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, beside: FloatArray, against: FloatArray
+) -> Slope | None:
+    """Slope of residual/friction over something else, compared at equal speeds (t interval over stretches of time).
+
+    Args:
+        time_s, residual, friction: (n,) settled samples: time, torque that is left, friction as fitted, signed.
+        beside: (n, k) what may be in the residual besides, from :func:`any_law`.
+        against: (n,) what friction may go with.
+
+    Returns:
+        The line; None with too little time, or nothing to compare.
+    """
+    blocks, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    if blocks.size < _MIN_BLOCKS:
+        return None
+    weight = float(friction @ friction)
+    middle = float(friction**2 @ against) / weight
+    found = _jackknifed(friction * (against - middle), residual, beside, label // _TOGETHER)
+    return None if found is None else Slope(*found, middle, float(residual @ friction) / weight)
+
+
+def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) -> FloatArray:
+    """(n, k) columns of what a law of speed, an effort stamped late or early, and a constant can explain.
+
+    The law was fitted on the same motion: where the other rises while the speeds do, as in an experiment that goes
+    through the speeds while the arm warms up, the law has taken up part of the trend. What any law of speed could
+    take up (hats over speed) is therefore left aside; where that leaves little, the interval is wide.
+    """
+    log = np.log(np.maximum(speed, 1e-6))
+    knots = np.unique(np.quantile(log, np.linspace(0.0, 1.0, _KNOTS)))
+    hats = [np.interp(log, knots, row) for row in np.eye(knots.size)]
+    return np.column_stack([np.ones_like(speed), torque_rate, *(np.sign(friction) * hat for hat in hats)])
+
+
+def _jackknifed(
+    column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
+) -> tuple[float, Bounds] | None:
+    """Coefficient of one column beside others, its interval from leaving stretches of time out in turn.
+
+    A stretch that alone tells some of the others from the column weighs as it should: without it the coefficient
+    moves (MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38, 2023: the cluster jackknife).
+
+    Args:
+        column, target: (n,); others: (n, k).
+        cluster: (n,) number of the stretch that a sample belongs to.
+    """
+    power = float(column @ column)
+    if not power > 0:
+        return None
+    columns = np.column_stack([column, others])
+    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    order = np.argsort(cluster, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
+    squares = np.array([columns[rows].T @ columns[rows] for rows in parts])
+    products = np.array([columns[rows].T @ target[rows] for rows in parts])
+    inverse, total = _inverse(squares.sum(axis=0)), products.sum(axis=0)
+    own = 1.0 / inverse[0, 0] if inverse[0, 0] > 0 else 0.0  # what the others leave of the column
+    if own < _SHARE_LEFT:
+        return None
+    without = np.array(
+        [(_inverse(squares.sum(axis=0) - s) @ (total - p))[0] for s, p in zip(squares, products, strict=True)]
+    )
+    told = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
+    freedom = max(1.0, float(told.sum() ** 2 / (told @ told)) - 1.0)
+    from scipy.stats import t
+
+    scatter = (len(parts) - 1) / len(parts) * float(np.sum((without - without.mean()) ** 2))
+    slope = float(inverse[0] @ total)
+    half = float(t.ppf(0.975, freedom)) * float(np.sqrt(scatter))
+    size = float(np.sqrt(power))
+    return slope / size, ((slope - half) / size, (slope + half) / size)
+
+
+def _inverse(square: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.pinv(square, rcond=1e-9, hermitian=True))
+
+
+def load_slope(
+    time_s: FloatArray, residual: FloatArray, friction: FloatArray, load: FloatArray
+) -> tuple[float, Bounds] | None:
+    """N·m of friction per N·m of load on the gear, sample by sample, errors alike over two seconds (t interval).
+
+    Args:
+        time_s, residual, friction: as for :func:`friction_slope`.
+        load: (n,) size of the torque that the gear carries, N·m.
+    """
+    ids, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
+    if ids.size < _MIN_BLOCKS:
+        return None
+    along = residual * np.sign(friction)
+    at = load - load.mean()
+    power = float(at @ at)
+    if power <= 1e-12 * at.size:
+        return None
+    slope = float(at @ (along - along.mean())) / power
+    score: FloatArray = np.bincount(label, weights=at * (along - along.mean() - slope * at)).astype(np.float64)
+    return slope, _interval(slope, score, power, 4)
+
+
+def _interval(slope: float, score: FloatArray, power: float, together: int) -> Bounds:
+    from scipy.stats import t
+
+    sums = np.add.reduceat(score, np.arange(0, score.size, together))
+    freedom = max(1, sums.size - 2)
+    half = float(t.ppf(0.975, freedom)) * float(np.sqrt(np.sum(sums**2) * sums.size / freedom)) / power
+    return slope - half, slope + half
+
+
+def ripple(position_rad: FloatArray, residual: FloatArray, log: str) -> RippleFacts | None:
+    """The strongest harmonic over position, by projection onto sine and cosine at whole cycles a turn.
+
+    Args:
+        position_rad, residual: (n,) settled samples.
+        log: its name.
+    """
+    if position_rad.size < 500 or np.ptp(position_rad) < 0.2:
+        return None
+    step = max(1, position_rad.size // 20_000)
+    q, r = position_rad[::step], residual[::step] - residual.mean()
+    lowest = int(np.ceil(4 * np.pi / np.ptp(q)))  # two cycles over the range at least
+    power = float(np.mean(r**2))
+    if power <= 0 or lowest >= _MOST_CYCLES:
+        return None
+    cycles = np.arange(lowest, _MOST_CYCLES + 1)
+    wave = np.array([np.mean(r * np.exp(-1j * n * q)) for n in cycles])
+    best = int(np.argmax(np.abs(wave)))
+    amplitude = 2.0 * float(np.abs(wave[best]))
+    return RippleFacts(amplitude, float(cycles[best]), min(1.0, 0.5 * amplitude**2 / power), log)
+
+
+def friction_variation(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[str, FrictionVariation]:
+    """Friction of every joint whose law is known, against time, temperature, load and position."""
+    out = {}
+    for joint, fit in fits.items():
+        law = FrictionModel.of(fit)
+        if law is None or joint not in prepared.judged or fit.effort_unit == "raw":
+            continue
+        left = settled_residual(prepared, joint, law)
+        if left is not None:
+            out[joint] = _of(prepared, joint, left)
+    return out
+
+
+def _of(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:
+    name, data = prepared.series.source.name, (left.time_s, left.residual, left.friction)
+    thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
+    beside = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
+    compared = (left.time_s[thin], left.residual[thin], left.friction[thin], beside)
+    trends, untold = [], []
+    minutes = float(np.ptp(left.time_s)) / 60.0
+    found = friction_slope(*compared, left.time_s[thin] / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
+    if found is not None:
+        trends.append(Trend("time", found.per_unit, found.ci95, minutes, name))
+    else:
+        short = 60.0 * minutes < _MIN_RUN_S
+        why = f"{60 * minutes:.0f} s of motion are too short" if short else _ALONG
+        untold.append(f"change with running time: {why}")
+    if left.temperature is not None:
+        span = float(np.ptp(left.temperature))
+        found = friction_slope(*compared, left.temperature[thin]) if span >= _MIN_KELVIN else None
+        if found is not None:
+            low, high = float(left.temperature.min()), float(left.temperature.max())
+            fit = TrendFit(low, high, found.mean, found.level)
+            trends.append(Trend("temperature", found.per_unit, found.ci95, span, name, fit))
+        else:
+            why = f"it moved by {span:.2g} K only" if span < _MIN_KELVIN else _ALONG
+            untold.append(f"change with temperature: {why}")
+    span = float(np.ptp(np.quantile(left.load, [0.05, 0.95])))
+    enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
+    loaded = load_slope(*data, left.load) if enough else None
+    if loaded is not None:
+        trends.append(Trend("load", *loaded, span, name))
+    else:
+        untold.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
+    wave = ripple(left.position, left.residual, name)
+    return FrictionVariation(tuple(trends), () if wave is None else (wave,), tuple(untold))
+
+
+def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionVariation]:
+    """Trends of several logs, joint by joint."""
+    out: dict[str, FrictionVariation] = {}
+    for part in parts:
+        for joint, found in part.items():
+            before = out.get(joint, FrictionVariation((), (), ()))
+            untold = tuple(dict.fromkeys((*before.untold, *found.untold)))
+            out[joint] = FrictionVariation((*before.trends, *found.trends), (*before.ripple, *found.ripple), untold)
+    return out
+
+
+_CODES = {"time": "friction-warm-up", "temperature": "friction-temperature", "load": "friction-load"}
+
+
+def friction_variation_findings(
+    joints: Mapping[str, FrictionVariation], fits: Mapping[str, FrictionFit]
+) -> list[Finding]:
+    """Trends that are shown and ripple worth a word."""
+    findings = []
+    for joint, found in joints.items():
+        for trend in found.trends:
+            if trend.shown:
+                text = f"The friction of joint '{joint}' {trend_words(trend)}."
+                findings.append(Finding(_CODES[trend.against], "info", text, joint=joint))
+        for wave in found.ripple:
+            if wave.explained > _NOTEWORTHY:
+                text = (
+                    f"A ripple of {wave.amplitude_nm:.2g} {fits[joint].effort_unit} with {wave.cycles_per_turn:.0f} "
+                    f"cycles a turn explains {100 * wave.explained:.0f} % of what friction and model leave on joint "
+                    f"'{joint}'."
+                )
+                findings.append(Finding("friction-ripple", "info", text, joint=joint))
+    return findings
+
+
+def trend_words(trend: Trend) -> str:
+    """A trend as the end of a sentence."""
+    low, high = (x or 0.0 for x in trend.ci95)
+    if trend.against == "load":
+        return (
+            f"rises with the load on the gear by {trend.per_unit:.2g} N·m per N·m (95 %: {low:.2g} to {high:.2g}, "
+            f"over {trend.span:.2g} N·m of load)"
+        )
+    unit = "a minute of running" if trend.against == "time" else "a kelvin"
+    return (
+        f"changes by {100 * trend.per_unit:.2g} % {unit} (95 %: {100 * low:.2g} to {100 * high:.2g} %, "
+        f"over {trend.span:.2g} {'min' if trend.against == 'time' else 'K'})"
+    )

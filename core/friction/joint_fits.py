@@ -1,0 +1,172 @@
+"""Friction of every judged joint from one or several logs, and what has to be said about it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_fitting import fit_friction
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_points import friction_points
+from collaudit.core.friction.motion_points import motion_points
+from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.sections import SectionSet, find_sections
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.prepared import Prepared
+
+#: A friction file may hold a joint without a law and without a word on it.
+_UNSTATED = "the friction file has no law for it and does not say why"
+
+
+def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, FrictionFit]:
+    """Sections, points and fit of each judged joint, the points of all logs together.
+
+    Raises:
+        ConfigError: the logs' efforts have different units.
+    """
+    units = {p.series.effort_unit for p in prepared}
+    if len(units) > 1:
+        raise ConfigError("the logs have efforts in different units", found=", ".join(sorted(units)))
+    points: dict[str, list[FrictionPoint]] = {}
+    counts: Counter[str] = Counter()
+    rejected: dict[str, Counter[str]] = {}
+    for log in prepared:
+        found = find_sections(log.series, config.sections)
+        for joint in log.judged:
+            counts[joint] += len(found.of(joint))
+            rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
+            points.setdefault(joint, []).extend(_section_points(log, found, joint, config))
+    return {joint: _fit_joint(joint, its, prepared, config, counts, rejected) for joint, its in points.items()}
+
+
+def joint_points(log: Prepared, config: Config) -> dict[str, tuple[FrictionPoint, ...]]:
+    """Friction points of every judged joint of one log, from its constant-velocity sections."""
+    found = find_sections(log.series, config.sections)
+    return {joint: _section_points(log, found, joint, config) for joint in log.judged}
+
+
+def _section_points(log: Prepared, found: SectionSet, joint: str, config: Config) -> tuple[FrictionPoint, ...]:
+    return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
+
+
+def _fit_joint(
+    joint: str,
+    points: Sequence[FrictionPoint],
+    prepared: Sequence[Prepared],
+    config: Config,
+    counts: Mapping[str, int],
+    rejected: Mapping[str, Counter[str]],
+) -> FrictionFit:
+    """Fit one joint from its sections; from any motion where that is asked for, or the sections are too few."""
+    robot = next(p.robot for p in prepared if joint in p.judged)
+    column = robot.joint_names.index(joint)
+    units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
+    fit = _fitted(points, units, config)
+    if config.fit.motion == "any" or (config.fit.motion == "auto" and fit.model is None):
+        torque = [p for p in prepared if p.series.effort_unit == "Nm" and joint in p.judged]
+        loose = _fitted([point for p in torque for point in motion_points(p, joint)], units, config)
+        if loose.model is not None:
+            fit = replace(loose, motion="any")
+    rated = float(robot.effort_limit_nm[column])
+    share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
+    lost = dict(rejected[joint].most_common())
+    known = fit.identifiability
+    if known is not None and known.motion_needed:
+        needed = tuple(f"{text} on joint '{joint}'" for text in known.motion_needed)
+        fit = replace(fit, identifiability=replace(known, motion_needed=needed))
+    return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
+
+
+def _fitted(points: Sequence[FrictionPoint], units: FrictionUnits, config: Config) -> FrictionFit:
+    ordered = sorted(points, key=lambda p: p.speed_rad_s)
+    return fit_friction(ordered, units, config.friction.model, config.friction.robust)
+
+
+def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:
+    """The model's torque in the unit of the log's effort: as it is in N·m, else by the estimated gain."""
+    if log.rigid_nm is None or log.series.effort_unit == "Nm":
+        return log.rigid_nm
+    gain = next((g.gain for g in log.gains if g.joint == joint), None)
+    return None if gain is None else log.rigid_nm * gain
+
+
+def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, float]) -> list[Finding]:
+    """Joints whose friction points scatter about the curve by more than half the threshold."""
+    return [
+        Finding(
+            "friction-scatter",
+            "warning",
+            f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
+            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model "
+            "can by itself look like a collision on this joint.",
+            joint=joint,
+        )
+        for joint, fit in fits.items()
+        if joint in gamma_nm and fit.rmse_nm is not None and fit.rmse_nm > 0.5 * gamma_nm[joint]
+    ]
+
+
+def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
+    """What the fits could not do, one finding a joint and fact."""
+    findings = []
+    for joint, fit in fits.items():
+        if fit.model is None:
+            lost = "; ".join(f"{reason}: {count}" for reason, count in fit.rejected.items())
+            text = f"The friction of joint '{joint}' could not be fitted: {fit.reason or _UNSTATED}."
+            if lost:
+                text += f" Stretches rejected: {lost}."
+            findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))
+            continue
+        if fit.not_identifiable:
+            text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
+            findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
+        rest = fit.n_points - fit.n_pairs
+        if fit.motion == "any":
+            text = (
+                f"The friction of joint '{joint}' was read off any motion, {fit.section_count} constant-velocity "
+                "sections being too few or not asked for: errors of the model's torque go into it."
+            )
+            findings.append(Finding("friction-any-motion", "info", text, joint=joint))
+        elif rest:
+            moving = sum(p.others_moving for p in fit.points)
+            scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
+            text = (
+                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque{scaled} "
+                f"instead of a pair of directions ({moving} with other joints moving): "
+                "an error of the model goes into them."
+            )
+            findings.append(Finding("friction-model-points", "info", text, joint=joint))
+    return findings
+
+
+def friction_laws(
+    fits: Mapping[str, FrictionFit], series: UniformSeries
+) -> tuple[dict[str, FrictionModel], list[Finding]]:
+    """Laws that can be used on this log: fitted, and in a torque unit."""
+    laws: dict[str, FrictionModel] = {}
+    findings = []
+    for joint in series.joint_names:
+        fit = fits.get(joint)
+        law = None if fit is None else FrictionModel.of(fit)
+        if fit is not None and fit.effort_unit == "raw" and law is not None:
+            why = "was fitted in the log's own unit, not in N·m"
+        elif law is not None:
+            laws[joint] = law
+            continue
+        else:
+            why = "is not in the friction file" if fit is None else "could not be fitted"
+        findings.append(
+            Finding(
+                "friction-missing",
+                "warning",
+                f"The friction of joint '{joint}' {why}: its residual is not judged.",
+                joint=joint,
+            )
+        )
+    return laws, findings

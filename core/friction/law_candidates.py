@@ -1,0 +1,192 @@
+"""One friction law fitted to points: parameters, intervals, covariance, and whether the data determine them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.friction_result import Bounds
+from collaudit.core.friction import least_squares as ls
+from collaudit.core.friction.fit_quality import Quality
+from collaudit.core.friction.friction_laws import LAWS, Law
+from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.numeric.arrays import FloatArray
+
+_SIGNIFICANT = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A fitted law.
+
+    Attributes:
+        model: name of the law.
+        values: parameters by symbol.
+        ci95: intervals by symbol; None where there is none at all.
+        covariance: (p, p) in the order of ``values``, or None.
+        predicted: (n,) curve at the points, without the nuisance offset.
+        sum_squares: weighted, with the offset.
+        parameters: number fitted, offset not counted.
+        c_interval: of the rate C; (None, None) for laws without one.
+        reasons: why the parameters are not determined; empty when they are.
+        jacobian: (n, p) weighted derivatives by the natural coefficients, or None.
+        at_bounds: symbols at the edge of what was searched or allowed.
+    """
+
+    model: str
+    values: dict[str, float]
+    ci95: dict[str, Bounds | None]
+    covariance: FloatArray | None
+    predicted: FloatArray
+    sum_squares: float
+    parameters: float
+    c_interval: Bounds
+    reasons: tuple[str, ...]
+    jacobian: FloatArray | None
+    at_bounds: tuple[str, ...] = ()
+
+
+def fit_linear_law(data: ls.Points, law: Law) -> Candidate:
+    """A law without a rate: ordinary weighted least squares."""
+    design, target = data.design(law), data.target
+    fit = ls.solve(design, target)
+    held: tuple[str, ...] = ()
+    if law.non_negative and np.any(fit.estimate[: len(law.symbols)] < 0):
+        fit, held = _non_negative(design, target, law)
+    k = len(law.symbols)
+    quality = Quality.of(fit.sum_squares, max(1, data.n - fit.estimate.size))
+    values = law.named(fit.estimate[:k], 0.0)
+    ci: dict[str, Bounds | None] = {
+        symbol: quality.bounds(values[symbol], float(fit.covariance[i, i])) for i, symbol in enumerate(law.symbols)
+    }
+    for symbol in held:
+        ci[symbol] = (0.0, (ci[symbol] or (0.0, 0.0))[1])
+    return Candidate(
+        model=law.name,
+        values=values,
+        ci95=ci,
+        covariance=quality.scale * fit.covariance[:k, :k],
+        predicted=law.curve(values, data.speed, data.direction),
+        sum_squares=fit.sum_squares,
+        parameters=k,
+        c_interval=(None, None),
+        reasons=(),
+        jacobian=design,
+        at_bounds=held,
+    )
+
+
+def _non_negative(design: FloatArray, target: FloatArray, law: Law) -> tuple[ls.LinearFit, tuple[str, ...]]:
+    """Coefficients held at zero or above; the offset stays free."""
+    from scipy.optimize import lsq_linear
+
+    k = len(law.symbols)
+    low = np.concatenate([np.zeros(k), np.full(design.shape[1] - k, -np.inf)])
+    found = lsq_linear(design, target, bounds=(low, np.inf), method="bvls")
+    estimate = np.asarray(found.x)
+    rest = target - design @ estimate
+    held = tuple(s for s, x in zip(law.symbols, estimate, strict=False) if x <= 1e-12)
+    return ls.LinearFit(estimate, ls.solve(design).covariance, float(rest @ rest)), held
+
+
+def fit_rate_law(data: ls.Points, law: Law, simple: ls.LinearFit, units: FrictionUnits) -> Candidate:
+    """A law with a rate C: profile over C, everything uncertain read off the profile."""
+    prof = ls.profile(data, law)
+    k = len(law.symbols) - 1
+    freedom = data.n - prof.estimate.shape[1] - 1
+    quality = Quality.of(float(prof.sum_squares[prof.best]), freedom)
+    c_interval = ls.interval_of_c(prof, quality.allowance)
+    reasons = _why_not(data, prof, simple, quality, c_interval, law, units)
+    linear, c = prof.estimate[prof.best], float(prof.c[prof.best])
+    values = law.named(linear[:k], c)
+    jac = ls.jacobian(data, law, linear, c)
+    weights, by_rate = _translation(law, k, c)
+    ci: dict[str, Bounds | None] = {}
+    for symbol in law.symbols:
+        if by_rate[symbol]:
+            ci[symbol] = c_interval if by_rate[symbol] > 0 else _reciprocal(c_interval)
+        elif reasons:  # an open profile leaves the other coefficients without a closed interval either
+            ci[symbol] = None
+        else:
+            full = np.concatenate([weights[symbol], np.zeros(prof.estimate.shape[1] - k)])
+            ci[symbol] = ls.interval_of_linear(prof, full, quality.allowance)
+    low, high = ls.search_range(data)
+    edge = tuple(s for s in law.symbols if by_rate[s] and not low * 1.01 < c < high * 0.99)
+    return Candidate(
+        model=law.name,
+        values=values,
+        ci95=ci,
+        covariance=None if reasons else _covariance(jac, quality, weights, by_rate, law, k),
+        predicted=law.curve(values, data.speed, data.direction),
+        sum_squares=float(prof.sum_squares[prof.best]),
+        parameters=k + 1,
+        c_interval=c_interval,
+        reasons=reasons,
+        jacobian=jac,
+        at_bounds=edge,
+    )
+
+
+def _translation(law: Law, k: int, c: float) -> tuple[dict[str, FloatArray], dict[str, float]]:
+    """Derivatives of each named parameter by the linear coefficients (k,) and by C."""
+    zero = np.zeros(k)
+    base = law.named(zero, c)
+    units = [law.named(np.eye(k)[i], c) for i in range(k)]
+    weights = {s: np.array([u[s] - base[s] for u in units]) for s in law.symbols}
+    step = 1e-6 * c
+    ahead, behind = law.named(zero, c + step), law.named(zero, c - step)
+    return weights, {s: (ahead[s] - behind[s]) / (2 * step) for s in law.symbols}
+
+
+def _reciprocal(interval: Bounds) -> Bounds:
+    low, high = interval
+    return (None if high is None else 1.0 / high), (None if low is None else 1.0 / low)
+
+
+def _covariance(
+    jac: FloatArray, quality: Quality, weights: dict[str, FloatArray], by_rate: dict[str, float], law: Law, k: int
+) -> FloatArray:
+    pick = [*range(k), jac.shape[1] - 1]
+    natural = ls.solve(jac).covariance[np.ix_(pick, pick)]
+    turn = np.array([[*weights[s], by_rate[s]] for s in law.symbols])
+    return np.asarray(quality.scale * turn @ natural @ turn.T)
+
+
+def _why_not(
+    data: ls.Points,
+    prof: ls.Profile,
+    simple: ls.LinearFit,
+    quality: Quality,
+    c_interval: Bounds,
+    law: Law,
+    units: FrictionUnits,
+) -> tuple[str, ...]:
+    """Sentences on why the rate cannot be told from Coulomb + viscous; empty when it can."""
+    from scipy.stats import f
+
+    slowest, fastest = float(data.speed.min()), float(data.speed.max())
+    span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
+    more = prof.estimate.shape[1] + 1 - simple.estimate.size
+    gain = (simple.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
+    p_value = float(f.sf(gain, more, data.n - prof.estimate.shape[1] - 1))
+    low, high = c_interval
+    term, unknown = law.rate_text, " and ".join(s for s in law.symbols if s not in ("A", "D", "Fc", "sigma2"))
+    verb = "are" if " and " in unknown else "is"
+    rate = "C" if "C" in term else "1/v_s"
+    straight = f"{rate} may be so small that {term} is a straight line {span}; faster motion would settle it"
+    end = "level" if law.name.startswith("smooth") else "gone"
+    gone = f"{rate} may be so large that {term} is {end} at {slowest:.3g} {units.speed}; slower motion would settle it"
+    open_sides = [text for text, side in ((straight, low), (gone, high)) if side is None]
+    if p_value > _SIGNIFICANT:
+        reason = (
+            f"Coulomb + viscous friction explains the points {span} as well (F test p = {p_value:.2g}): "
+            f"{unknown} {verb} not determined"
+        )
+        return ("; ".join([reason, *open_sides]) + ".",)
+    return tuple(f"{text}. {unknown} {verb} not determined." for text in open_sides)
+
+
+def line_fit(data: ls.Points) -> ls.LinearFit:
+    """Coulomb + viscous, the yardstick of every richer law."""
+    return ls.fit_at(data, LAWS["coulomb-viscous"], 0.0)

@@ -1,0 +1,160 @@
+"""Friction laws compared: on speeds left out of the fit, by AICc, and the simplest within one standard error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.data.friction_result import ModelComparison
+from collaudit.core.friction import least_squares as ls
+from collaudit.core.friction.friction_laws import LAWS, RBF, law_curve
+from collaudit.core.friction.law_candidates import Candidate
+from collaudit.core.friction.rbf_law import fit_rbf
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+
+_FOLDS = 10
+_MIN_SPEEDS = 4
+_SAME_SPEED = 1.03
+_AICC_TIE = 6.0  # "considerably less support" (Burnham and Anderson, Model Selection, 2002, 2.6)
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOut:
+    """Errors at speeds left out: score in squared standard deviations, its standard error, RMSE in N·m."""
+
+    score: float
+    se: float
+    rmse: float
+
+
+def speed_folds(speed: FloatArray) -> IntArray | None:
+    """(n,) fold of each point, whole speeds together, neighbouring speeds apart; None with too few speeds."""
+    order = np.argsort(speed, kind="stable")
+    cluster = np.zeros(speed.size, dtype=np.int64)
+    start, count = float(speed[order[0]]), 0
+    for i in order:
+        if speed[i] > _SAME_SPEED * start:
+            start, count = float(speed[i]), count + 1
+        cluster[i] = count
+    if count + 1 < _MIN_SPEEDS:
+        return None
+    return np.asarray(cluster % min(_FOLDS, count + 1), dtype=np.int64)
+
+
+def held_out(data: ls.Points, model: str, folds: IntArray, ridge: float | None = None) -> HeldOut | None:
+    """Fit without each fold of speeds in turn and predict it; None where what is left cannot carry the law."""
+    errors = np.full(data.n, np.nan)
+    for fold in range(int(folds.max()) + 1):
+        rest, out = (np.asarray(np.flatnonzero(x), dtype=np.int64) for x in (folds != fold, folds == fold))
+        predicted = _predict(data.take(rest), data.take(out), model, ridge)
+        if predicted is None:
+            return None
+        errors[out] = data.friction[out] - predicted
+    square = (errors / data.sd) ** 2
+    means = np.array([square[folds == k].mean() for k in range(int(folds.max()) + 1)])
+    se = float(np.std(means, ddof=1) / np.sqrt(means.size))
+    return HeldOut(float(square.mean()), se, float(np.sqrt(np.mean(errors**2))))
+
+
+def _predict(train: ls.Points, test: ls.Points, model: str, ridge: float | None) -> FloatArray | None:
+    if model == RBF:
+        if train.n < 6:
+            return None
+        fitted, _ = fit_rbf(train, ridge)
+        curve = law_curve(RBF, fitted.values, test.speed, test.direction)
+        if train.offset is None or test.offset is None:
+            return curve
+        rest = train.friction - fitted.predicted
+        offset = float(np.sum(rest * train.offset / train.sd**2) / np.sum(train.offset**2 / train.sd**2))
+        return np.asarray(curve + offset * test.offset)
+    law = LAWS[model]
+    if train.n < len(law.symbols) + (train.offset is not None) + 1:
+        return None
+    c = ls.quick_rate(train, law) if law.has_rate else 0.0
+    design = train.design(law, c)
+    if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
+        return None
+    estimate = ls.solve(design, train.target).estimate
+    if law.non_negative:
+        estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
+    return np.asarray(test.raw(law, c) @ estimate)
+
+
+def aicc(data: ls.Points, candidate: Candidate) -> float | None:
+    """n·ln(SS/n) + 2k + 2k(k+1)/(n-k-1), the offset and the error scale counted (Hurvich and Tsai 1989)."""
+    k = candidate.parameters + (data.offset is not None and candidate.model != "asymmetric-coulomb-viscous") + 1
+    spare = data.n - k - 1
+    if spare <= 0:
+        return None
+    chi = max(candidate.sum_squares, 1e-300)
+    return float(data.n * np.log(chi / data.n) + 2 * k + 2 * k * (k + 1) / spare)
+
+
+def compare(data: ls.Points, candidates: list[Candidate], ridge: float | None) -> list[ModelComparison]:
+    """The table, in the order of ``candidates``; nothing chosen yet."""
+    folds = speed_folds(data.speed)
+    rows = []
+    for candidate in candidates:
+        out = None if folds is None else held_out(data, candidate.model, folds, ridge)
+        note = "" if out is not None else "too few speeds to leave any out"
+        if candidate.reasons:
+            note = "its parameters are not determined by the data"
+        rows.append(
+            ModelComparison(
+                model=candidate.model,
+                parameters=round(float(candidate.parameters), 2),
+                rmse_nm=float(np.sqrt(np.mean((data.friction - candidate.predicted) ** 2))),
+                held_out_rmse_nm=out.rmse if out else None,
+                held_out_score=out.score if out else None,
+                held_out_score_se=out.se if out else None,
+                aicc=aicc(data, candidate),
+                chosen=False,
+                note=note,
+            )
+        )
+    return rows
+
+
+def choose(rows: list[ModelComparison], usable: list[bool]) -> tuple[int | None, list[ModelComparison]]:
+    """The simplest usable law within one standard error of the best on speeds held out.
+
+    The standard error is the larger of the two laws'. The data-driven law counts as the largest of all and is taken
+    only where every other is two standard errors worse: its parameters mean nothing by themselves. Among laws of
+    equal size the one with the clearly smaller AICc (by 6 and more), else the one listed first.
+
+    Returns:
+        Its index (None when nothing could be held out), and the table with notes.
+    """
+    scored = [i for i, row in enumerate(rows) if usable[i] and row.held_out_score is not None]
+    if not scored:
+        return None, rows
+    best = min(scored, key=lambda i: rows[i].held_out_score or 0.0)
+    close = [i for i in scored if _within(rows[i], rows[best])]
+    fewest = min(_size(rows[i]) for i in close)
+    simplest = [i for i in close if _size(rows[i]) == fewest]
+    taken = simplest[0]
+    for i in simplest[1:]:
+        now, other = rows[taken].aicc, rows[i].aicc
+        if now is not None and other is not None and other < now - _AICC_TIE:
+            taken = i
+    out = []
+    for i, row in enumerate(rows):
+        note = row.note
+        if i == taken:
+            note = "the simplest within one standard error of the best" if i != best else "the best and simplest enough"
+        elif usable[i] and i in scored:
+            note = "as good, and not simpler" if i in close else "worse on speeds held out"
+        out.append(replace(row, chosen=i == taken, note=note))
+    return taken, out
+
+
+def _size(row: ModelComparison) -> tuple[bool, int]:
+    return row.model == RBF, round(row.parameters or 0.0)
+
+
+def _within(row: ModelComparison, best: ModelComparison) -> bool:
+    """Whether a law's score is within one standard error of the best (two where the best is data-driven)."""
+    se = max(row.held_out_score_se or 0.0, best.held_out_score_se or 0.0)
+    reach = 2.0 if best.model == RBF else 1.0
+    return (row.held_out_score or 0.0) <= (best.held_out_score or 0.0) + reach * se

@@ -1,0 +1,138 @@
+"""Friction points from any motion: what the model leaves, in bins of speed and direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.identification.identification_samples import SLOWEST
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.prepare.prepared import Prepared
+
+_BINS = 14
+_MIN_STRETCHES = 4
+_SETTLED_S = 0.1
+_STRETCH_S = 1.0
+
+
+def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
+    """Points (speed, friction) of one joint from all its settled motion, each direction by itself.
+
+    The standard error is from the scatter between stretches of one second, since neighbouring samples err alike.
+
+    Args:
+        prepared: a log with a model torque and effort in torque units.
+        joint: its name.
+    """
+    series = prepared.series
+    if prepared.rigid_nm is None or series.effort is None:
+        return ()
+    j = series.column(joint)
+    known = prepared.rigid_nm[:, j]
+    if prepared.contact_nm is not None:
+        known = known + prepared.contact_nm[:, j]
+    effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
+    v = series.velocity_rad_s[:, j]
+    friction = np.sign(v) * (effort - known)
+    rows = _settled(v, round(_SETTLED_S / series.period_s))
+    rows = rows[np.isfinite(friction[rows]) & ~series.edge[rows] & ~series.saturated[rows, j]]
+    if rows.size == 0:
+        return ()
+    speed = np.abs(v[rows])
+    edges = np.geomspace(max(SLOWEST, float(np.quantile(speed, 0.02))), float(speed.max()) * 1.0001, _BINS + 1)
+    stretch = np.asarray(np.floor(series.time_s[rows] / _STRETCH_S), dtype=np.int64)
+    points = []
+    for sign in (1, -1):
+        for low, high in pairwise(edges):
+            inside = (speed >= low) & (speed < high) & (np.sign(v[rows]) == sign)
+            point = _point(speed[inside], friction[rows][inside], stretch[inside], sign)
+            if point is not None:
+                points.append(point)
+    return tuple(points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settled:
+    """Settled samples of one joint, each (n,).
+
+    Attributes:
+        time_s, position: when and where.
+        residual: torque that model and friction leave, not filtered: ripple passes at the speed of the motion.
+        friction: as fitted, signed.
+        speed: of the joint.
+        torque_rate: N·m/s, of the model's torque and the tool's: what an effort stamped late is off by, a second.
+        load: size of the model's torque and the tool's: what the gear carries.
+        temperature: of the joint, °C; None without such a channel.
+    """
+
+    time_s: FloatArray
+    position: FloatArray
+    residual: FloatArray
+    friction: FloatArray
+    speed: FloatArray
+    torque_rate: FloatArray
+    load: FloatArray
+    temperature: FloatArray | None
+
+
+def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Settled | None:
+    """Settled samples of one joint against its friction law; None without a model torque or motion."""
+    series = prepared.series
+    if prepared.rigid_nm is None or series.effort is None:
+        return None
+    j = series.column(joint)
+    v = series.velocity_rad_s[:, j]
+    known = prepared.rigid_nm[:, j]
+    if prepared.contact_nm is not None:
+        known = known + prepared.contact_nm[:, j]
+    friction = law.torque(v)
+    left = series.effort[:, j] - known - friction
+    heat = None if series.temperature_c is None else series.temperature_c[:, j]
+    if heat is not None and not np.isfinite(heat).any():
+        heat = None
+    rows = _settled(v, round(_SETTLED_S / series.period_s))
+    rows = rows[np.isfinite(left[rows]) & ~series.edge[rows] & ~series.saturated[rows, j]]
+    if heat is not None:
+        rows = rows[np.isfinite(heat[rows])]
+    if rows.size == 0:
+        return None
+    at = None if heat is None else heat[rows]
+    position = series.position_rad[rows, j]
+    speed, load = np.abs(v[rows]), np.abs(known[rows])
+    rate = np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows])
+    return Settled(series.time_s[rows], position, left[rows], friction[rows], speed, rate, load, at)
+
+
+def _settled(v: FloatArray, margin: int) -> IntArray:
+    """Samples at which the joint has moved one way for a while and will for a while longer."""
+    direction = np.where(np.abs(v) > SLOWEST, np.sign(v), 0.0)
+    change = np.flatnonzero(np.diff(direction, prepend=np.nan) != 0)
+    starts, stops = change, np.append(change[1:], v.size)
+    out = [np.arange(a + margin, b - margin) for a, b in zip(starts, stops, strict=True) if direction[a] != 0]
+    return np.concatenate(out).astype(np.int64) if out else np.empty(0, dtype=np.int64)
+
+
+def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
+    ids, label = np.unique(stretch, return_inverse=True)
+    if ids.size < _MIN_STRETCHES:
+        return None
+    count = np.bincount(label)
+    total = np.bincount(label, weights=friction)
+    mean = float(friction.mean())
+    # ratio estimator of a mean over clusters of unequal size
+    score = total - mean * count
+    se = float(np.sqrt(ids.size / (ids.size - 1) * np.sum(score**2))) / friction.size
+    return FrictionPoint(
+        speed_rad_s=float(speed.mean()),
+        friction_nm=mean,
+        sd_nm=float(np.std(friction, ddof=1)),
+        se_nm=se,
+        source="model",
+        direction=sign,
+        others_moving=True,
+    )

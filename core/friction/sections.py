@@ -1,0 +1,204 @@
+"""Constant-velocity sections: where M·ddq and C·dq vanish and friction can be read off (eq. 12)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.config.schema import SectionsConfig
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.filters import low_pass
+from collaudit.core.numeric.runs import run_bounds
+
+#: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
+_SECTION_BANDWIDTH_HZ = 5.0
+#: Most of a stretch that either end loses to settling, beyond the half of ``settle_s`` that is always taken off.
+_SETTLING_SHARE = 0.125
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A constant-velocity stretch of one joint.
+
+    Attributes:
+        joint: joint name.
+        span: samples on the uniform time base, settling margins already taken off.
+        velocity_rad_s: mean, signed.
+        velocity_sd_rad_s: spread of the velocity.
+        effort: mean effort in the log's unit.
+        effort_sd: its spread.
+        position_rad: lowest and highest position.
+        others_moving: joints that moved meanwhile.
+    """
+
+    joint: str
+    span: Span
+    velocity_rad_s: float
+    velocity_sd_rad_s: float
+    effort: float
+    effort_sd: float
+    position_rad: tuple[float, float]
+    others_moving: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RejectedSection:
+    """A stretch in which a joint moved and which is no section, with the reason."""
+
+    joint: str
+    span: Span
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SectionSet:
+    """Sections and rejected stretches of all joints of a log."""
+
+    sections: tuple[Section, ...]
+    rejected: tuple[RejectedSection, ...]
+
+    def of(self, joint: str) -> tuple[Section, ...]:
+        """Sections of one joint."""
+        return tuple(s for s in self.sections if s.joint == joint)
+
+    def rejection_counts(self, joint: str) -> dict[str, int]:
+        """Reason to number of rejected stretches of one joint, most frequent first."""
+        return dict(Counter(r.reason for r in self.rejected if r.joint == joint).most_common())
+
+
+def find_sections(series: UniformSeries, config: SectionsConfig) -> SectionSet:
+    """Segment every joint's motion into constant-velocity sections.
+
+    A section is a gap-free stretch of one direction in which the speed stays within
+    max(``speed_tolerance`` · speed, ``speed_tolerance_rad_s``) of its median for at least
+    ``min_duration_s`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
+    ``settle_s`` at most and half of it at least.
+
+    Returns:
+        Sections, and every stretch of motion that is none with the reason.
+    """
+    bandwidth = min(_SECTION_BANDWIDTH_HZ, series.bandwidth_hz)
+    smooth = low_pass(series.velocity_rad_s, series.segments, series.period_s, bandwidth)
+    sections: list[Section] = []
+    rejected: list[RejectedSection] = []
+    for j, joint in enumerate(series.joint_names):
+        for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
+            found, lost = _split(smooth[:, j], span, series, j, config)
+            sections += [_measure(series, joint, j, s, config) for s in found]
+            rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
+    return SectionSet(tuple(sections), tuple(rejected))
+
+
+def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> list[Span]:
+    """Stretches of one direction, faster than ``min_speed``, inside one segment."""
+    spans = []
+    for segment in segments:
+        part = v[segment.slice]
+        for mask in (part >= min_speed, part <= -min_speed):
+            starts, stops = run_bounds(mask)
+            spans += [Span(segment.start + int(a), segment.start + int(b)) for a, b in zip(starts, stops, strict=True)]
+    return sorted(spans)
+
+
+def _split(
+    v: FloatArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig
+) -> tuple[list[Span], list[tuple[Span, str]]]:
+    """Sections inside one stretch of motion, and what was rejected of it."""
+    least = ceil(config.min_duration_s / series.period_s)
+    if len(span) < least + 2 * _settling(len(span), series, config):
+        return [], [(span, "too short")]
+    part = v[span.slice]
+    plateaus = _plateaus(part, least, config)
+    if not plateaus:
+        return [], [(span, "speed not constant")]
+    found: list[Span] = []
+    lost: list[tuple[Span, str]] = []
+    for start, stop in plateaus:
+        whole = Span(span.start + start, span.start + stop)
+        settle = _settling(len(whole), series, config)
+        if len(whole) < least + 2 * settle:
+            lost.append((whole, "too short after settling"))
+            continue
+        inner = Span(whole.start + settle, whole.stop - settle)
+        if series.effort is None or not np.isfinite(series.effort[inner.slice, j]).all():
+            lost.append((whole, "effort missing"))
+        elif series.saturated[inner.slice, j].any():
+            lost.append((whole, "effort saturated"))
+        elif not np.isfinite(series.position_rad[inner.slice]).all():
+            lost.append((whole, "position missing"))
+        else:
+            found.append(inner)
+    return found, lost
+
+
+def _settling(length: int, series: UniformSeries, config: SectionsConfig) -> int:
+    """Samples taken off each end: of a short stretch less, since logs of fast motion have no others."""
+    half, whole = (ceil(share * config.settle_s / series.period_s) for share in (0.5, 1.0))
+    return min(whole, max(half, ceil(_SETTLING_SHARE * length)))
+
+
+def _tolerance(speed: float, config: SectionsConfig) -> float:
+    return max(config.speed_tolerance * abs(speed), config.speed_tolerance_rad_s)
+
+
+def _plateaus(part: FloatArray, least: int, config: SectionsConfig) -> list[tuple[int, int]]:
+    """Longest stretches of constant speed: seeded by windows of ``least`` samples, grown about their median."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    top = maximum_filter1d(part, least)
+    bottom = minimum_filter1d(part, least)
+    middle = 0.5 * (top + bottom)
+    allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
+    half = least // 2
+    quiet: BoolArray = top - bottom <= 2.0 * allowed
+    quiet[:half] = False
+    quiet[part.size - half :] = False
+    starts, stops = run_bounds(quiet)
+    found: list[tuple[int, int]] = []
+    free_from = 0
+    for a, b in zip(starts, stops, strict=True):
+        seed = slice(max(int(a) - half, free_from), int(b) + half)
+        if seed.stop - seed.start < least:
+            continue
+        start, stop = _grow(part, seed, config)
+        start = max(start, free_from)
+        if stop - start >= least:
+            found.append((start, stop))
+            free_from = stop
+    return found
+
+
+def _grow(part: FloatArray, seed: slice, config: SectionsConfig) -> tuple[int, int]:
+    """The longest run about the seed's median speed that stays within tolerance of it."""
+    middle = float(np.median(part[seed]))
+    starts, stops = run_bounds(np.abs(part - middle) <= _tolerance(middle, config))
+    overlap: IntArray = np.minimum(stops, seed.stop) - np.maximum(starts, seed.start)
+    if overlap.size == 0 or overlap.max() <= 0:
+        return seed.start, seed.start
+    best = int(np.argmax(overlap))
+    return int(starts[best]), int(stops[best])
+
+
+def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: SectionsConfig) -> Section:
+    assert series.effort is not None  # sections without effort were rejected
+    s = span.slice
+    velocity, effort, position = series.velocity_rad_s[s, j], series.effort[s, j], series.position_rad[s, j]
+    fastest = np.max(np.abs(np.nan_to_num(series.velocity_rad_s[s])), axis=0)
+    others = tuple(
+        name for k, name in enumerate(series.joint_names) if k != j and fastest[k] > config.others_max_speed_rad_s
+    )
+    return Section(
+        joint=joint,
+        span=span,
+        velocity_rad_s=float(np.mean(velocity)),
+        velocity_sd_rad_s=float(np.std(velocity)),
+        effort=float(np.mean(effort)),
+        effort_sd=float(np.std(effort)),
+        position_rad=(float(np.min(position)), float(np.max(position))),
+        others_moving=others,
+    )

@@ -1,0 +1,84 @@
+"""Friction laws at the temperature of the joints, where a friction file knows how friction goes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.data.identification_result import FrictionVariation, Trend
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_variation import trend_words
+from collaudit.core.friction.temperature_model import TemperatureModel
+from collaudit.core.numeric.arrays import FloatArray
+
+_STANDARD_ERRORS = 1.96  # in half of a 95 % interval
+_NEAR_K = 1.0  # beyond the fit's temperatures and not worth a word
+
+
+def laws_at_temperature(
+    laws: Mapping[str, FrictionModel], trends: Mapping[str, FrictionVariation], series: UniformSeries
+) -> tuple[dict[str, FrictionModel], list[Finding]]:
+    """Laws that follow the log's temperatures, and what has to be said of it.
+
+    Args:
+        laws: friction by joint.
+        trends: what the friction file knows; of several logs the trend with the narrowest interval counts.
+        series: the log to be judged.
+    """
+    out = dict(laws)
+    findings: list[Finding] = []
+    unknown: list[str] = []
+    for joint, law in laws.items():
+        trend = _told(trends.get(joint))
+        if trend is None:
+            continue
+        heat = None if series.temperature_c is None else series.temperature_c[:, series.column(joint)]
+        if heat is None or not np.isfinite(heat).any():
+            unknown.append(joint)
+            continue
+        warmth = _warmth(trend)
+        out[joint] = replace(law, warmth=warmth)
+        findings += _said(joint, trend, warmth, heat[np.isfinite(heat)])
+    if unknown:
+        names = ", ".join(f"'{joint}'" for joint in unknown)
+        text = (
+            f"The friction file knows how the friction of {names} goes with temperature, and this log has no "
+            "temperature of it: friction was taken as calibrated."
+        )
+        findings.append(Finding("friction-temperature-missing", "info", text))
+    return out, findings
+
+
+def _told(found: FrictionVariation | None) -> Trend | None:
+    """The best known trend with temperature of one joint; None where none is shown, or its place is not on file."""
+    shown = [t for t in (found.trends if found is not None else ()) if t.against == "temperature" and t.shown and t.fit]
+    return min(shown, key=lambda t: (t.ci95[1] or 0.0) - (t.ci95[0] or 0.0), default=None)
+
+
+def _warmth(trend: Trend) -> TemperatureModel:
+    assert trend.fit is not None
+    half = 0.5 * ((trend.ci95[1] or 0.0) - (trend.ci95[0] or 0.0))
+    at = trend.fit
+    return TemperatureModel(trend.per_unit, half / _STANDARD_ERRORS, at.mean, at.level, (at.lowest, at.highest))
+
+
+def _said(joint: str, trend: Trend, warmth: TemperatureModel, heat: FloatArray) -> list[Finding]:
+    low, high = warmth.range_c
+    here = f"{heat.min():.1f} to {heat.max():.1f} °C"
+    text = (
+        f"The friction of joint '{joint}' is taken at its temperature, {here}: it {trend_words(trend)} in the log "
+        "it was fitted on."
+    )
+    findings = [Finding("friction-temperature-used", "info", text, joint=joint)]
+    beyond = float(np.mean((heat < low - _NEAR_K) | (heat > high + _NEAR_K)))
+    if beyond > 0:
+        text = (
+            f"Joint '{joint}' was at {here}, for {100 * beyond:.0f} % of the log outside the {low:.1f} to "
+            f"{high:.1f} °C at which its friction was fitted: there, friction is that of the nearer end."
+        )
+        findings.append(Finding("friction-temperature-beyond", "warning", text, joint=joint))
+    return findings

@@ -1,0 +1,100 @@
+"""Time offsets: effort against the motion, wrench against the tool's pose, velocity against position."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from collaudit.core.conditioning.velocity_lag import SAMPLES
+from collaudit.core.config.schema import Config
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.prepare.channel_shift import (
+    MOVING,
+    Delay,
+    basis_of,
+    best_shift,
+    effort_shift,
+    left_over,
+    thinned,
+)
+from collaudit.core.prepare.prepared import Prepared
+
+_UNSHARP_S = 0.03
+
+
+def audit_delays(prepared: Prepared, config: Config, effort: Delay | None, wrench: Delay | None) -> list[Finding]:
+    """Findings on channels whose offset is clearly not zero, with the line that would correct it.
+
+    Args:
+        prepared: the log.
+        config: delays that are taken off already.
+        effort, wrench: from :func:`effort_delay` and :func:`wrench_delay`.
+    """
+    findings = []
+    for delay, code, channel, key, on in (
+        (effort, "effort-delay", "effort", "effort_delay_ms", config.log.effort_delay_ms),
+        (wrench, "wrench-delay", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
+    ):
+        if delay is None or any(f.code == code for f in prepared.findings):
+            continue
+        low, high = delay.ci95
+        size, span = f"{1e3 * abs(delay.seconds):.1f} ms", f"95 %: {1e3 * low:.1f} to {1e3 * high:.1f} ms"
+        side = "behind" if delay.seconds > 0 else "ahead of"
+        text = f"The {channel} is {size} {side} the motion ({span})"
+        lag = _velocity_words(prepared.series) if code == "effort-delay" else ""
+        if high - low > _UNSHARP_S:
+            findings.append(Finding(code, "info", f"{text}: too vague to tell an offset.{lag}"))
+        elif not is_significant(delay, prepared.series.period_s):
+            findings.append(Finding(code, "info", f"{text}: no offset beyond one sample is shown.{lag}"))
+        else:
+            mend = f"To correct it: [log] {key} = {on + 1e3 * delay.seconds:.1f}."
+            findings.append(Finding(code, "warning" if delay.seconds > 0 else "info", f"{text}. {mend}{lag}"))
+    return findings
+
+
+def is_significant(delay: Delay, period_s: float) -> bool:
+    """Whether an offset is shown: clearly not zero, and beyond what one sample's stamp leaves open."""
+    low, high = delay.ci95
+    return high - low <= _UNSHARP_S and not low <= 0 <= high and abs(delay.seconds) >= period_s
+
+
+def effort_delay(prepared: Prepared) -> Delay | None:
+    """Delay of effort against the model torque of the motion; None without a model or enough motion."""
+    if prepared.rigid_nm is None:
+        return None
+    joints = [g.joint for g in prepared.gains]
+    return effort_shift(prepared.series, prepared.robot, joints, prepared.contact_nm)
+
+
+def _velocity_words(series: UniformSeries) -> str:
+    late = series.velocity_lag_s
+    if late is None or late < SAMPLES * series.period_s:
+        return ""
+    return f" The logged velocity is {1e3 * late:.1f} ms behind the positions, as one that the drive filters is."
+
+
+def wrench_delay(prepared: Prepared, config: Config) -> Delay | None:
+    """Delay of the wrench's force against the turning of the sensor under gravity; None where it does not turn."""
+    series, frame = prepared.series, config.log.wrench_frame
+    if series.wrench is None or frame is None or prepared.robot.bodies is None:
+        return None
+    gravity = prepared.robot.gravity_in(series.position_rad, frame)
+    force = series.wrench[:, :3]
+    known = np.isfinite(gravity).all(axis=1) & np.isfinite(force).all(axis=1) & ~series.edge
+    known &= np.isfinite(series.acceleration_rad_s2).all(axis=1)
+    if not known.any() or float(np.std(gravity[known], axis=0).max()) < 1.0:
+        return None
+    moving = known & (np.abs(series.velocity_rad_s) > MOVING).any(axis=1)
+    rows = thinned(np.flatnonzero(moving), series, force)
+
+    def costs(pick: IntArray) -> Callable[[int], FloatArray]:
+        # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
+        at = rows[pick]
+        motion = (series.acceleration_rad_s2[at], series.velocity_rad_s[at] ** 2)
+        basis = basis_of(np.column_stack([gravity[at], np.ones(at.size), *motion]))
+        return lambda shift: np.array([left_over(basis, force[at + shift, k]) for k in range(3)])
+
+    return best_shift(rows.size, costs, series.period_s)

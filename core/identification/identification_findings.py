@@ -1,0 +1,37 @@
+"""What has to be said about an identification."""
+
+from __future__ import annotations
+
+from collaudit.core.data.identification_result import Identified
+from collaudit.core.findings import Finding
+
+
+def identified_findings(identified: Identified | None) -> list[Finding]:
+    """Joints that are explained worse on time left out, and bodies that cannot be."""
+    if identified is None:
+        return []
+    findings = []
+    for name, joint in identified.joints.items():
+        if joint.gain is None:
+            text = f"The motion does not show the gain of joint '{name}': its torque stays unknown and is not judged."
+            findings.append(Finding("effort-sign-unknown", "warning", text, joint=name))
+        before, after = joint.held_out_rms_file_nm, joint.held_out_rms_nm
+        if before is not None and after is not None and after > 1.02 * before:
+            text = (
+                f"On time left out the identified model of joint '{name}' leaves {after:.3g} N·m RMS, the robot's "
+                f"description {before:.3g} N·m: the log's motion does not carry what was asked for."
+            )
+            findings.append(Finding("identified-worse", "warning", text, joint=name))
+    if identified.tool is not None and identified.tool.mass_halves_kg is not None:
+        first, second = identified.tool.mass_halves_kg
+        text = (
+            f"The tool weighs {first:.3g} kg by the first half of the motion and {second:.3g} kg by the second: it was "
+            "changed on the way, or something was picked up. Neither the mass in the file nor its interval holds; fit "
+            "each part by itself."
+        )
+        findings.append(Finding("identified-tool-changed", "warning", text))
+    odd = [name for name, body in identified.bodies.items() if not body.consistent]
+    if odd and not identified.consistent:
+        text = f"No rigid body has the inertials identified for: {', '.join(odd)} ({identified.consistency})."
+        findings.append(Finding("identified-not-possible", "warning", text))
+    return findings

@@ -1,0 +1,158 @@
+"""Samples of any motion for identification: filtered alike, thinned, with what the thinning costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.identification.nuisance import drift_columns
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.filters import low_pass
+from collaudit.core.prepare.channel_shift import prompt_motion, steady
+from collaudit.core.prepare.prepared import Prepared
+
+#: Slower than this, friction is not steady and says nothing of the law (rad/s or m/s).
+SLOWEST = 0.02
+_CLUSTER_S = 1.0
+#: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
+_SETTLED_S = 0.05
+_MIN_SAMPLES = 200
+_STRETCH_S = 10.0  # of time held out in one piece, at least
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Samples for identification.
+
+    Attributes:
+        position, velocity, acceleration: (n, j).
+        effort: (n, j) in the log's unit, low-passed as the motion was.
+        contact: (n, j) torque of the meant tool force, zero without a wrench.
+        moving: (n, j) where a joint has moved one way for a while and will, and its effort is known.
+        drift: (n, d) functions of time that an offset may follow.
+        cluster: (n,) stretch of one second that a sample belongs to; errors inside one are alike.
+        block: (n,) block of time to be held out together.
+        rate_hz: samples a second.
+        loss: what the thinning costs, in words.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    effort: FloatArray
+    contact: FloatArray
+    moving: BoolArray
+    drift: FloatArray
+    cluster: IntArray
+    block: IntArray
+    rate_hz: float
+    loss: str
+
+    def take(self, rows: BoolArray) -> Motion:
+        """Only these samples."""
+        return replace(
+            self,
+            position=self.position[rows],
+            velocity=self.velocity[rows],
+            acceleration=self.acceleration[rows],
+            effort=self.effort[rows],
+            contact=self.contact[rows],
+            moving=self.moving[rows],
+            drift=self.drift[rows],
+            cluster=self.cluster[rows],
+            block=self.block[rows],
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return int(self.cluster.size)
+
+
+def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Motion:
+    """Gather valid samples of several logs of one arm.
+
+    Raises:
+        ConfigError: the logs have different joints, or no effort. NotJudgedError: too little motion.
+    """
+    names = {p.series.joint_names for p in prepared}
+    if len(names) > 1:
+        raise ConfigError("logs of different joints cannot be identified together", found=str(sorted(names)))
+    moved = [prompt_motion(p.series) for p in prepared]
+    found = [_valid(p, *motion) for p, motion in zip(prepared, moved, strict=True)]
+    total = sum(rows.size for rows, _ in found)
+    if total < _MIN_SAMPLES:
+        raise NotJudgedError(
+            "there is too little motion to identify anything from",
+            found=f"{total} usable samples",
+            expected=f"at least {_MIN_SAMPLES}",
+        )
+    period = prepared[0].series.period_s
+    bandwidth = prepared[0].series.bandwidth_hz
+    step = max(1, -(-total // max_samples))
+    parts = [
+        _part(p, rows[::step], effort, *motion)
+        for p, (rows, effort), motion in zip(prepared, found, moved, strict=True)
+    ]
+    sizes = [part[0].shape[0] for part in parts]
+    columns = [np.concatenate([part[k] for part in parts]) for k in range(6)]
+    clocks = [p.series.time_s[rows[::step]] for p, (rows, _) in zip(prepared, found, strict=True)]
+    cluster = np.concatenate([np.floor(t / _CLUSTER_S) + 1e7 * k for k, t in enumerate(clocks)])
+    _, cluster = np.unique(cluster, return_inverse=True)
+    order = np.arange(sum(sizes))
+    rate = 1.0 / (step * period)
+    # long logs often move one joint after the other: a block is then made of several stretches of time
+    rounds = int(np.clip(order.size / (rate * _STRETCH_S * blocks), 1, blocks))
+    block = (order * blocks * rounds // max(1, order.size)) % blocks
+    return Motion(
+        columns[0],
+        columns[1],
+        columns[2],
+        columns[3],
+        columns[4],
+        np.asarray(columns[5] > 0),
+        drift_columns(clocks),
+        np.asarray(cluster, dtype=np.int64),
+        np.asarray(block, dtype=np.int64),
+        rate,
+        _loss(step, rate, bandwidth),
+    )
+
+
+def _valid(prepared: Prepared, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Rows at which the whole motion is known and settled, and the low-passed effort (n, j)."""
+    series = prepared.series
+    if series.effort is None:
+        raise ConfigError("nothing can be identified without effort", where=series.source.name)
+    effort = low_pass(series.effort, series.segments, series.period_s, series.bandwidth_hz)
+    known = np.isfinite(series.position_rad + v + a).all(axis=1)
+    if prepared.contact_nm is not None:
+        known &= np.isfinite(prepared.contact_nm).all(axis=1)
+    moves = (np.abs(v) > SLOWEST).any(axis=1)
+    return np.asarray(np.flatnonzero(known & moves & ~series.edge), dtype=np.int64), effort
+
+
+def _part(
+    prepared: Prepared, rows: IntArray, effort: FloatArray, velocity: FloatArray, acceleration: FloatArray
+) -> tuple[FloatArray, ...]:
+    series = prepared.series
+    q, v, a = (x[rows] for x in (series.position_rad, velocity, acceleration))
+    contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
+    use = np.isfinite(effort[rows]) & ~series.saturated[rows]
+    margin = round(_SETTLED_S / series.period_s)
+    for j in range(v.shape[1]):
+        use[:, j] &= steady(velocity[:, j], SLOWEST, margin)[rows]
+    return q, v, a, np.nan_to_num(effort[rows]), contact, use.astype(np.float64)
+
+
+def _loss(step: int, rate: float, bandwidth: float) -> str:
+    if step == 1:
+        return "every sample was used"
+    kept = min(1.0, rate / (2.0 * bandwidth))
+    text = f"one sample in {step} was used ({rate:.3g} a second); the signals are filtered at {bandwidth:.3g} Hz"
+    if kept >= 1.0:
+        return f"{text}, so that nothing is lost"
+    return f"{text}, so that standard errors of what noise limits grow by up to {100 * (kept**-0.5 - 1):.0f} %"

@@ -1,0 +1,249 @@
+"""CSV files to one table of joint signals: several files with the same time column are one log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.errors import LogError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.csv.csv_columns import CURRENT_WORDS, MOTION, QUANTITIES, Assignment, assign, unit_of
+from collaudit.core.logs.csv.csv_table import CsvColumns, read_columns, stamps_ns
+from collaudit.core.logs.csv.csv_text import Dialect, dialect_of
+from collaudit.core.logs.opening import partial
+from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.storage.records import Damage
+from collaudit.core.numeric.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig, LogConfig
+
+#: Joint names and their (n, j) columns.
+Block = tuple[tuple[str, ...], FloatArray]
+#: Two files share their time column when their stamps agree within this.
+SAME_TIME_S = 1e-6
+
+
+@dataclass(slots=True, eq=False)
+class CsvFile:
+    """One file: how it is written, what its columns are, and its numbers once read."""
+
+    path: Path
+    dialect: Dialect
+    assignment: Assignment
+
+
+@dataclass(slots=True, eq=False)
+class CsvTable:
+    """The joint signals of one log.
+
+    Attributes:
+        time_s: (n,) seconds from the first row.
+        start_ns: absolute time of the first row, or None.
+        names: joint names, as the columns name them; ``joint1`` … where they are numbered.
+        numbered: True when the names come from numbers only.
+        columns: quantity to (n, j).
+        wrench: (n, 6) or None.
+        units: quantity to the unit its column names state, where they do.
+        findings: what was guessed.
+        texts: column name to the text of each row, of the columns of labels and of the phase.
+    """
+
+    time_s: FloatArray
+    start_ns: int | None
+    names: tuple[str, ...]
+    numbered: bool
+    columns: dict[str, FloatArray]
+    wrench: FloatArray | None
+    units: dict[str, str]
+    findings: list[Finding]
+    texts: dict[str, tuple[str, ...]]
+
+
+def open_csvs(paths: Sequence[Path], settings: CsvConfig) -> list[CsvFile]:
+    """Find out how each file is written and what its columns are.
+
+    Raises:
+        LogError: a file holds no rows, or lacks columns the configuration names.
+    """
+    out = []
+    for path in paths:
+        dialect = dialect_of(path, settings)
+        try:
+            out.append(CsvFile(path, dialect, assign(dialect.names, settings, header=dialect.header)))
+        except LogError as error:
+            raise LogError(error.message, where=str(path), found=error.found, hint=error.hint) from error
+    return out
+
+
+def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
+    """Read one log from one or several CSV files.
+
+    Args:
+        paths: the files.
+        settings: patterns and units.
+
+    Raises:
+        LogError: no time or position column, files whose time columns differ, or a cell that is no number.
+    """
+    files = open_csvs([*paths, *also_files(paths, settings.csv)], settings.csv)
+    _check_signals(files)
+    time_s: FloatArray | None = None
+    start_ns: int | None = None
+    blocks: dict[str, list[Block]] = {quantity: [] for quantity in QUANTITIES}
+    wrench: FloatArray | None = None
+    findings: list[Finding] = []
+    texts: dict[str, tuple[str, ...]] = {}
+    for file in files:
+        own_time, start, unit, columns_read = _read_one(file, settings)
+        values = columns_read.values
+        texts |= {file.dialect.names[index]: words for index, words in columns_read.texts.items()}
+        findings += _damage(file.path, columns_read.damage)
+        if time_s is None:
+            time_s, start_ns = own_time, start
+            findings += _time_findings(file, unit, settings)
+        else:
+            _check_same_time(files[0].path, time_s, file.path, own_time)
+        wrench = values.pop("wrench", wrench)
+        for quantity, block in values.items():
+            joints = file.assignment.quantities[quantity].joints
+            twice = set(joints) & {name for names, _ in blocks[quantity] for name in names}
+            if twice:
+                raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.path))
+            blocks[quantity].append((joints, block))
+        findings += _guess_findings(file)
+    assert time_s is not None
+    names, columns = _aligned(blocks, time_s.shape[0])
+    numbered = all("{i" in f.pattern or not f.pattern for file in files for f in file.assignment.quantities.values())
+    return CsvTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings, texts)
+
+
+def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
+    """The further files of the configuration, beside the log when relative."""
+    out = []
+    for extra in settings.also:
+        path = extra if extra.is_absolute() or extra.is_file() else paths[0].parent / extra
+        if not path.is_file():
+            raise LogError(f"the file {extra} of [log.csv] also does not exist", where=str(paths[0]))
+        if path.resolve() not in {p.resolve() for p in paths}:
+            out.append(path)
+    return out
+
+
+def _check_signals(files: Sequence[CsvFile]) -> None:
+    where = " + ".join(str(file.path) for file in files)
+    columns = [name for file in files for name in file.dialect.names if name]
+    held = {quantity for file in files for quantity in file.assignment.quantities}
+    hint = 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}"'
+    if "position" not in held:
+        kinds = f" (taken as {' and '.join(sorted(held))})" if held else ""
+        raise LogError(
+            "no columns of joint positions were recognised",
+            where=where,
+            found=f"columns {listed(columns, 40)}{kinds}",
+            expected="a time column and one position column per joint",
+            hint=hint,
+        )
+    timeless = [file for file in files if file.assignment.time is None]
+    if timeless:
+        raise LogError(
+            "no time column was recognised",
+            where=str(timeless[0].path),
+            found=f"columns {listed(timeless[0].dialect.names, 40)}",
+            hint=hint,
+        )
+
+
+def _read_one(file: CsvFile, settings: LogConfig) -> tuple[FloatArray, int | None, str, CsvColumns]:
+    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``)."""
+    assignment = file.assignment
+    groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
+    if assignment.wrench:
+        groups["wrench"] = assignment.wrench
+    texts = [index for index, name in enumerate(file.dialect.names) if name in _asked(settings)]
+    columns = read_columns(file.path, file.dialect, groups, assignment.time, texts)
+    if len(columns.stamps) == 0:
+        raise LogError("the file holds no rows of data", where=str(file.path))
+    time_s, start, unit = stamps_ns(columns.stamps, settings.units.time)
+    return time_s, start, unit, columns
+
+
+def _asked(settings: LogConfig) -> set[str]:
+    """Columns of labels and of the phase."""
+    return {*settings.csv.labels, *([settings.csv.phase] if settings.csv.phase is not None else [])}
+
+
+def _damage(path: Path, damage: str | None) -> list[Finding]:
+    return list(partial([Damage(damage)], path.name)) if damage is not None else []
+
+
+def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:
+    where = f"{first} and {other}"
+    if time_s.shape != own_s.shape:
+        raise LogError(
+            "the files do not share their time column",
+            where=where,
+            found=f"{time_s.shape[0]} and {own_s.shape[0]} rows",
+        )
+    apart = ~(np.abs(time_s - own_s) <= SAME_TIME_S) & ~(np.isnan(time_s) & np.isnan(own_s))
+    if apart.any():
+        row = int(np.flatnonzero(apart)[0])
+        raise LogError(
+            "the files do not share their time column",
+            where=where,
+            found=f"row {row + 1}: {time_s[row]:.9g} s and {own_s[row]:.9g} s after the first row",
+        )
+
+
+def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
+    """One set of joint names for all quantities; a joint without a quantity gets NaN there."""
+    names = tuple(dict.fromkeys(name for quantity in MOTION for joints, _ in blocks[quantity] for name in joints))
+    columns = {}
+    for quantity, parts in blocks.items():
+        if len(parts) == 1 and parts[0][0] == names:
+            columns[quantity] = parts[0][1]
+        elif parts:
+            out = np.full((rows, len(names)), np.nan)
+            for joints, values in parts:
+                known = [k for k, name in enumerate(joints) if name in names]  # a sensor alone makes no joint
+                out[:, [names.index(joints[k]) for k in known]] = values[:, known]
+            columns[quantity] = out
+    return names, columns
+
+
+def _stated_units(files: Sequence[CsvFile]) -> dict[str, str]:
+    out: dict[str, str] = {}
+    for file in files:
+        for quantity, found in file.assignment.quantities.items():
+            stated = {unit_of(file.dialect.names[column]) for column in found.columns}
+            if len(stated) == 1 and (unit := stated.pop()) is not None:
+                out[quantity] = unit
+            elif any(word in found.pattern.lower() for word in CURRENT_WORDS) and quantity == "effort":
+                out.setdefault(quantity, "current")
+    return out
+
+
+def _time_findings(file: CsvFile, unit: str, settings: LogConfig) -> list[Finding]:
+    if settings.units.time == "auto" and unit != "iso":
+        text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
+        return [Finding("log-units-guessed", "info", text, where=file.path.name)]
+    return []
+
+
+def _guess_findings(file: CsvFile) -> list[Finding]:
+    assignment = file.assignment
+    said = []
+    for quantity in assignment.guessed:
+        if quantity == "time":
+            said.append(f"time = {file.dialect.names[assignment.time or 0]!r}")
+        else:
+            found = assignment.quantities[quantity]
+            said.append(f"{quantity} = {found.pattern!r} ({len(found.columns)} columns)")
+    if not any(quantity in assignment.quantities for quantity in assignment.guessed):
+        return []
+    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(said)}."
+    return [Finding("log-columns-guessed", "warning", text, where=file.path.name)]

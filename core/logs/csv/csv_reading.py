@@ -1,0 +1,128 @@
+"""CSV tables to a :class:`JointLog`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
+from collaudit.core.findings import Finding
+from collaudit.core.logs.csv.csv_log import CsvTable, read_csvs
+from collaudit.core.logs.csv.csv_marks import csv_marks
+from collaudit.core.logs.opening import Hashing
+from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
+from collaudit.core.logs.signals.controller_flags import label_findings
+from collaudit.core.logs.signals.joint_naming import map_names, model_name
+from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.numeric.arrays import FloatArray, frozen
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig, UnitsConfig
+
+_DEGREES = ("deg", "degree", "degrees", "°", "grad")
+_NEWTON_METRES = ("nm", "n·m", "n*m", "n m", "n-m", "n.m")
+_AMPERES = ("a", "ampere", "amps", "amp", "current")
+
+
+def read_csv_log(
+    paths: tuple[Path, ...],
+    settings: LogConfig,
+    robot_joints: Sequence[str] | None,
+    prismatic: Sequence[str],
+    hashing: Hashing,
+) -> JointLog:
+    """Read one log from CSV files; arguments and errors as :func:`collaudit.core.logs.read.read_log`."""
+    name = "+".join(path.name for path in paths)
+    table = read_csvs(paths, settings)
+    names, order_findings = _names(table, settings, robot_joints, name)
+    kept = map_names(names, settings.joint_names, robot_joints, name)
+    check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
+    picked = [names.index(log) for log in kept.log]
+    linear = [joint in set(prismatic) for joint in kept.model]
+    units, unit_findings = _units(table, settings.units, name)
+    time_s, breaks = straighten_seconds(table.time_s)
+    labels, phases, said = csv_marks(table.texts, time_s, settings.csv, name)
+    columns = dict(table.columns)
+    table.columns.clear()
+    if picked != list(range(len(names))):
+        columns = {quantity: np.asfortranarray(values[:, picked]) for quantity, values in columns.items()}
+    to_radians(columns.get("position"), units.position, linear)
+    to_radians(columns.get("velocity"), units.velocity or units.position, linear)
+    unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
+    findings = [*table.findings, *order_findings, *unit_findings, *kept.findings]
+    findings += [*set_back_findings(breaks, 0, name), *said, *label_findings(labels)]
+    if "effort" not in columns:
+        findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
+    wrench, wrench_findings = _wrench(table, time_s, settings, name)
+    return JointLog(
+        time_s=frozen(time_s),
+        joint_names=kept.model,
+        position_rad=frozen(columns["position"]),
+        velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
+        effort=frozen(columns["effort"]) if "effort" in columns else None,
+        effort_unit=unit,
+        wrench=wrench,
+        source=LogSource(
+            name=name,
+            digest=hashing,
+            format="csv",
+            start_ns=start_of(table.start_ns) if table.start_ns is not None else None,
+            time_source="column",
+            topic=name,
+        ),
+        findings=(*findings, *wrench_findings),
+        labels=tuple(labels),
+        phases=tuple(phases),
+        temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
+    )
+
+
+def _names(
+    table: CsvTable, settings: LogConfig, robot: Sequence[str] | None, where: str
+) -> tuple[list[str], list[Finding]]:
+    """Joint names of the columns; numbered columns are the robot's joints in its order, and that is said."""
+    names = list(table.names)
+    mapped = {model_name(name, settings.joint_names) for name in names}
+    if not table.numbered or robot is None or mapped & set(robot):
+        return names, []
+    named = [robot[k] if k < len(robot) else name for k, name in enumerate(names)]
+    text = f"Numbered columns were taken as the robot's joints in its order: {', '.join(named)}."
+    return named, [Finding("log-columns-guessed", "info", text, where=where)]
+
+
+def _units(table: CsvTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfig, list[Finding]]:
+    """Units by the configuration, else by the column names, else the defaults, which is said."""
+    given = stated.model_fields_set
+    update: dict[str, object] = {}
+    findings: list[Finding] = []
+    for quantity, per_second in (("position", ""), ("velocity", "/s")):
+        text = table.units.get(quantity, "").lower()
+        if quantity not in given and text:
+            update[quantity] = ("deg" if text.startswith(_DEGREES) else "rad") + per_second
+    effort = table.units.get("effort", "").lower()
+    if "effort" not in given and "effort" in table.columns:
+        if effort in _NEWTON_METRES:
+            update["effort"] = "Nm"
+        elif effort in _AMPERES:
+            stated = with_currents(stated, where)
+            update["effort"] = "A"
+        else:
+            text = "The unit of the effort columns is not stated; it was taken as N·m."
+            findings.append(Finding("log-units-guessed", "warning", text, where=where))
+    return stated.model_copy(update=update), findings
+
+
+def _wrench(
+    table: CsvTable, time_s: FloatArray, settings: LogConfig, where: str
+) -> tuple[WrenchSeries | None, list[Finding]]:
+    if settings.csv.wrench is None:
+        return None, []
+    if table.wrench is None:
+        text = "The wrench columns of [log.csv] wrench are not in the table."
+        return None, [Finding("log-wrench-missing", "warning", text, where=where)]
+    values: FloatArray = frozen(table.wrench)
+    return WrenchSeries(frozen(time_s), values, where), []

@@ -1,0 +1,181 @@
+"""Decompressed text as a stream: bounded, and ending at the last whole line before damage."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import IO, Any, Protocol, cast
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.file_reading import plausible_size
+
+_PIECE = 1 << 18
+_LINES = 256
+#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
+_ZSTD_PIECE = 1 << 11
+
+
+class _Source(Protocol):
+    def read1(self, size: int) -> bytes:
+        """The next bytes that can be had at once; none at the end."""
+
+    def close(self) -> None:
+        """Release the file."""
+
+
+class _Zstd:
+    """Frames of zstd one after the other; unlike the package's reader it tells a cut file from a whole one."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb")
+        self._frame: Any = None
+
+    def read1(self, size: int) -> bytes:
+        import zstandard
+
+        while piece := self._file.read(_ZSTD_PIECE):
+            parts = []
+            while piece:
+                if self._frame is None:
+                    self._frame = zstandard.ZstdDecompressor().decompressobj()
+                parts.append(self._frame.decompress(piece))
+                piece = self._frame.unused_data
+                if self._frame.eof:
+                    self._frame = None
+                else:
+                    break
+            if data := b"".join(parts):
+                return data
+        if self._frame is not None:
+            raise EOFError("the file ended inside a frame")
+        return b""
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class BoundedStream(io.RawIOBase):
+    """A decompressed file that refuses to become implausibly larger than the file is.
+
+    Text is handed on by whole lines: where the file turns out to be damaged, the line before is the last, and
+    :attr:`damage` says so.
+    """
+
+    def __init__(self, path: Path, method: str) -> None:
+        self._path = path
+        self._size = path.stat().st_size
+        self._inner = _decompressor(path, method)
+        self._given = 0
+        self._lines = memoryview(b"")
+        self._rest = b""
+        self._ended = False
+        self.damage: str | None = None
+
+    def readable(self) -> bool:
+        """Always."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill a buffer.
+
+        Raises:
+            LogError: the file decompresses into more than can be trusted.
+        """
+        while not self._lines and not self._ended:
+            self._more()
+        count = min(len(buffer), len(self._lines))
+        buffer[:count] = self._lines[:count]
+        self._lines = self._lines[count:]
+        return count
+
+    def _more(self) -> None:
+        """Decompress a piece and set its whole lines free."""
+        try:
+            data = self._inner.read1(_PIECE)
+        except decompression_errors() as error:
+            if not self._given:
+                raise
+            self.damage = f"it cannot be decompressed beyond {self._given} bytes of text ({error})"
+            self._ended = True
+            return
+        self._given += len(data)
+        if not plausible_size(self._size, self._given):
+            raise LogError(
+                "decompresses into more than its size allows",
+                where=str(self._path),
+                found=f"{self._given} bytes from {self._size}",
+            )
+        whole = len(data) if not data else data.rfind(b"\n") + 1
+        self._ended = not data
+        if whole or self._ended:
+            self._lines, self._rest = memoryview(self._rest + data[:whole]), data[whole:]
+        else:
+            self._rest += data
+
+    def close(self) -> None:
+        """Close it and the file below."""
+        if not self.closed:
+            self._inner.close()
+        super().close()
+
+
+class LineStream(io.RawIOBase):
+    """Some of the lines of another stream, which is closed with it."""
+
+    def __init__(self, lines: Iterator[bytes], of: IO[bytes]) -> None:
+        self._lines = lines
+        self._of = of
+        self._rest = b""
+
+    @property
+    def damage(self) -> str | None:
+        """Where a compressed file below could not be read to its end."""
+        below = getattr(self._of, "raw", None)
+        return below.damage if isinstance(below, BoundedStream) else None
+
+    def readable(self) -> bool:
+        """Always."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill a buffer."""
+        if not self._rest:
+            self._rest = b"".join(islice(self._lines, _LINES))
+        count = min(len(buffer), len(self._rest))
+        buffer[:count] = self._rest[:count]
+        self._rest = self._rest[count:]
+        return count
+
+    def close(self) -> None:
+        """Close it and the stream below."""
+        if not self.closed:
+            self._of.close()
+        super().close()
+
+
+def _decompressor(path: Path, method: str) -> _Source:
+    if method == "gzip":
+        import gzip
+
+        return cast(_Source, gzip.open(path, "rb"))
+    if method == "xz":
+        import lzma
+
+        return cast(_Source, lzma.open(path, "rb"))
+    if method == "bz2":
+        import bz2
+
+        return cast(_Source, bz2.open(path, "rb"))
+    return _Zstd(path)
+
+
+def decompression_errors() -> tuple[type[Exception], ...]:
+    """What the decompressors raise on damaged files."""
+    import lzma
+    import zlib
+
+    import zstandard
+
+    return (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError)

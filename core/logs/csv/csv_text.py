@@ -1,0 +1,229 @@
+"""What a CSV looks like: encoding, comment lines, delimiter, decimal mark, header, by its first lines."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, Literal
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.csv.csv_stream import BoundedStream, decompression_errors
+from collaudit.core.logs.file_kind import compression_of, head_of
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig
+
+HEAD_BYTES = 1 << 18
+_SAMPLE_LINES = 64
+COMMENT = ("#", "%")
+#: What may stand around a number; the blanks of other scripts are no part of one.
+BLANKS = " \t\r\n"
+NULLS = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A", "n/a")
+_NUMBER = re.compile(r"[+-]?(\d+([.]\d*)?|[.]\d+)([eE][+-]?\d+)?|[+-]?(inf|nan|infinity)", re.IGNORECASE | re.ASCII)
+_ISO = re.compile(r"\d{4}-\d{2}-\d{2}([T ]\d{2}:\d{2}(:\d{2}([.,]\d+)?)?\s*(Z|[+-]\d{2}:?\d{2})?)?")
+
+Delimiter = Literal[",", ";", "\t", "|", " "]
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a CSV is written.
+
+    Attributes:
+        names: column names, stripped; of a headerless file "1", "2", …
+        delimiter: one character; a space stands for any run of white space.
+        decimal: "." or ",".
+        header: whether there is a line of names.
+        skip: lines before the first row of data.
+        encoding: of the text.
+        first: cells of the first row of data.
+    """
+
+    names: tuple[str, ...]
+    delimiter: str
+    decimal: str
+    header: bool
+    skip: int
+    encoding: str
+    first: tuple[str, ...]
+
+
+def open_bytes(path: Path) -> IO[bytes]:
+    """Open a file for reading, decompressed when its content says it is compressed.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    method = compression_of(head_of(path, 8))
+    try:
+        return path.open("rb") if method is None else io.BufferedReader(BoundedStream(path, method), 1 << 20)
+    except OSError as error:
+        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
+
+
+def read_head(path: Path, count: int = HEAD_BYTES) -> bytes:
+    """The first bytes of the text, decompressed."""
+    try:
+        with open_bytes(path) as stream:
+            return stream.read(count)
+    except decompression_errors() as error:
+        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
+
+
+def encoding_of(head: bytes) -> str:
+    """The encoding of a text: by its byte order mark, else UTF-8, else Latin-1."""
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    if head[:3] == b"\xef\xbb\xbf":
+        return "utf-8-sig"
+    try:
+        head[: max(len(head) - 4, 0)].decode("utf-8")
+    except UnicodeDecodeError as error:
+        return "utf-8" if error.start > len(head) - 8 else "latin-1"
+    return "utf-8"
+
+
+def is_remark(cells: Sequence[str]) -> bool:
+    """Whether a line is a comment, or nothing but blanks."""
+    return not any(cells) or cells[0].lstrip().startswith(COMMENT) or (len(cells) == 1 and not cells[0].strip())
+
+
+def is_number(cell: str, decimal: str = ".") -> bool:
+    """Whether a cell is a number (or not a number, said so)."""
+    text = cell.strip(BLANKS)
+    if decimal != ".":
+        if "." in text:
+            return False
+        text = text.replace(decimal, ".")
+    return _NUMBER.fullmatch(text) is not None
+
+
+def is_iso(cell: str) -> bool:
+    """Whether a cell is an ISO 8601 time."""
+    return _ISO.fullmatch(cell.strip()) is not None
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """The cells of one line."""
+    if delimiter == " ":
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:  # a cell longer than the module takes: no table that could be quoted
+        return line.split(delimiter)
+
+
+def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
+    """Find out how a CSV is written.
+
+    Args:
+        path: the file.
+        settings: what the configuration states about it.
+
+    Raises:
+        LogError: it has no rows of data.
+    """
+    head = read_head(path)
+    encoding = encoding_of(head)
+    text = head.decode(encoding, errors="replace")
+    lines = list(io.StringIO(text, newline=None))
+    if len(head) == HEAD_BYTES and len(lines) > 1:
+        lines.pop()
+    numbered = [(i, line.rstrip("\n")) for i, line in enumerate(lines)]
+    rows = [(i, line) for i, line in numbered if line.strip() and not line.lstrip().startswith(COMMENT)]
+    if not rows:
+        raise LogError("the file holds no rows of data", where=str(path), found=f"{len(lines)} lines")
+    sample = [line for _, line in rows[:_SAMPLE_LINES]]
+    delimiter = settings.delimiter if settings.delimiter != "auto" else _delimiter(sample)
+    if delimiter == "\\t":
+        delimiter = "\t"
+    decimal = settings.decimal if settings.decimal != "auto" else _decimal(sample, delimiter)
+    first_cells = split(sample[0], delimiter)
+    header = _has_header(first_cells, decimal) if settings.header == "auto" else settings.header
+    if header and len(rows) < 2:
+        raise LogError("the file holds no rows of data", where=str(path), found="only a line of column names")
+    start = rows[1 if header else 0][0]
+    cells = split(rows[1 if header else 0][1], delimiter)
+    names = first_cells if header else _commented_names(numbered[:start], delimiter, len(cells))
+    return Dialect(_clean(names or [str(i + 1) for i in range(len(cells))]), delimiter, decimal,
+                   header or bool(names), start, encoding, tuple(cells))  # fmt: skip
+
+
+def _clean(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name.strip().strip("\"'").lstrip("\ufeff").strip() for name in names)
+
+
+def _commented_names(lines: Sequence[tuple[int, str]], delimiter: str, count: int) -> list[str]:
+    """Column names in the last comment line, as numpy.savetxt writes them."""
+    for _, line in reversed(lines):
+        if line.lstrip().startswith(COMMENT):
+            cells = split(line.lstrip().lstrip("#% "), delimiter)
+            if len(cells) == count and not any(is_number(cell) for cell in cells):
+                return cells
+            return []
+    return []
+
+
+def _has_header(cells: Sequence[str], decimal: str) -> bool:
+    filled = [cell for cell in cells if cell.strip() and cell.strip() not in NULLS]
+    return not any(is_number(cell, decimal) or is_number(cell) or is_iso(cell) for cell in filled)
+
+
+def _delimiter(sample: Sequence[str]) -> str:
+    """The character that cuts all sample lines into the same number of cells, the most of them."""
+    best, score = ",", (0.0, 0)
+    for candidate in (",", ";", "\t", "|", " "):
+        counts = [len(split(line, candidate)) for line in sample]
+        usual = max(set(counts), key=counts.count)
+        share = counts.count(usual) / len(counts)
+        if usual > 1 and (share > 0.5) and _better(candidate, share, usual, sample, score):
+            best, score = candidate, (share, usual)
+    return best
+
+
+def _better(candidate: str, share: float, usual: int, sample: Sequence[str], score: tuple[float, int]) -> bool:
+    """Prefer a semicolon or tab over a comma that may be the decimal mark, and anything over spaces."""
+    if score == (0.0, 0):
+        return True
+    if candidate in (";", "\t", "|"):
+        cells = [cell for line in sample[1:] for cell in split(line, candidate)]
+        numeric = sum(is_number(cell) or is_number(cell, ",") for cell in cells if cell.strip())
+        return share >= score[0] - 0.05 and numeric >= 0.5 * max(sum(bool(c.strip()) for c in cells), 1)
+    return (share, usual) > score and score[1] < 2
+
+
+def _decimal(sample: Sequence[str], delimiter: str) -> str:
+    cells = [cell.strip() for line in sample[-max(len(sample) - 1, 1) :] for cell in split(line, delimiter)]
+    commas = sum(1 for cell in cells if "," in cell and is_number(cell, ","))
+    points = sum(1 for cell in cells if "." in cell and is_number(cell))
+    return "," if commas > points else "."
+
+
+def _refuse_damage(path: Path, raw: IO[bytes]) -> None:
+    """A table between blanks is turned into another text before it is read, where damage would be forgotten."""
+    stream = getattr(raw, "raw", None)
+    if isinstance(stream, BoundedStream) and stream.damage is not None:
+        raise LogError(f"the compressed table is damaged: {stream.damage}", where=str(path))
+
+
+def rows_as_text(path: Path, dialect: Dialect) -> Any:
+    """Iterate (number from 1 of its first line, cells) of the data rows; slow, for error messages and odd files."""
+    with open_bytes(path) as raw, io.TextIOWrapper(raw, dialect.encoding, errors="replace", newline="") as text:
+        if dialect.delimiter == " ":
+            for number, line in enumerate(text, 1):
+                if number > dialect.skip and line.strip() and not line.lstrip().startswith(COMMENT):
+                    yield number, line.split()
+            _refuse_damage(path, raw)
+            return
+        for _ in range(dialect.skip):
+            text.readline()
+        reader = csv.reader(text, delimiter=dialect.delimiter)
+        before = 0  # a quote that is never closed takes the lines below into its cell
+        for cells in reader:
+            if not is_remark(cells):
+                yield dialect.skip + before + 1, cells
+            before = reader.line_num

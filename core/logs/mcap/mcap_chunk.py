@@ -1,0 +1,128 @@
+"""Where the messages of one decompressed MCAP chunk lie: by its message index, proven against the bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.logs.mcap.mcap_run import MESSAGE
+from collaudit.core.logs.mcap.mcap_scan import MESSAGE_HEAD, chunk_records
+from collaudit.core.logs.storage.records import ByteArray, gather
+from collaudit.core.numeric.arrays import IntArray
+
+_HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
+
+Heads = np.ndarray[tuple[int], np.dtype[np.void]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """Messages of a chunk in the order they lie in it.
+
+    Attributes:
+        start, length: (n,) payload offsets and sizes.
+        channel: (n,) channel numbers.
+        log_ns: (n,) log times.
+        publish_ns: (n,) publish times.
+        others: (op, offset, length) of the other records.
+        rest: bytes at the end that are no whole record.
+    """
+
+    start: IntArray
+    length: IntArray
+    channel: IntArray
+    log_ns: IntArray
+    publish_ns: IntArray
+    others: tuple[tuple[int, int, int], ...]
+    rest: int
+
+
+def locate(data: bytes, index_offsets: IntArray) -> Located:
+    """Find every message of a chunk.
+
+    The offsets of the message indexes are used when each is the start of a message; what lies between the
+    messages is walked record by record, so that a message missing from the index is found all the same.
+
+    Args:
+        data: the chunk's records.
+        index_offsets: (m,) offsets from its message indexes, any order; may be empty or wrong.
+    """
+    view = np.frombuffer(data, dtype=np.uint8)
+    offsets = ascending(index_offsets)
+    if offsets.shape[0] and _plausible(view, offsets):
+        heads = heads_of(view, offsets)
+        ends = offsets + 9 + heads["length"].astype(np.int64)
+        if (heads["op"] == MESSAGE).all() and _apart(heads, offsets, ends, len(data)):
+            return _with_gaps(data, view, offsets, ends, heads)
+    return _walked(data, view, [(0, len(data))], np.empty(0, np.int64), None)
+
+
+def _plausible(view: ByteArray, offsets: IntArray) -> bool:
+    return bool(offsets[0] >= 0 and offsets[-1] + MESSAGE_HEAD <= view.shape[0])
+
+
+def heads_of(view: ByteArray, offsets: IntArray) -> Heads:
+    """(n,) heads of the message records at offsets, each wholly inside the bytes."""
+    rows: Heads = gather(view, offsets, MESSAGE_HEAD).view(_HEAD).ravel()
+    return rows
+
+
+def _apart(heads: Heads, offsets: IntArray, ends: IntArray, size: int) -> bool:
+    """Whether the messages are long enough, lie inside the chunk and do not overlap."""
+    sane = bool((heads["length"] >= 22).all() and (heads["length"] <= size).all())
+    return sane and bool(ends[-1] <= size and (ends[:-1] <= offsets[1:]).all())
+
+
+def ascending(offsets: IntArray) -> IntArray:
+    """Offsets in order, each once."""
+    if not (offsets[1:] > offsets[:-1]).all():
+        offsets = np.sort(offsets, kind="stable")  # a few sorted runs, one a channel, are merged
+        fresh = np.concatenate([[True], offsets[1:] != offsets[:-1]])
+        offsets = offsets if fresh.all() else offsets[fresh]
+    return offsets
+
+
+def _with_gaps(data: bytes, view: ByteArray, offsets: IntArray, ends: IntArray, heads: Heads) -> Located:
+    starts = np.concatenate([[0], ends])
+    stops = np.concatenate([offsets, [len(data)]])
+    open_ = np.flatnonzero(starts < stops)
+    gaps = list(zip(starts[open_].tolist(), stops[open_].tolist(), strict=True))
+    return _walked(data, view, gaps, offsets, heads)
+
+
+def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: IntArray, heads: Heads | None) -> Located:
+    """Walk the gaps record by record, and put together what is known and what they hold."""
+    found: list[int] = []
+    others: list[tuple[int, int, int]] = []
+    rest = 0
+    for start, stop in gaps:
+        last = start
+        for op, at, length in chunk_records(data, start, stop):
+            last = at + 9 + length
+            if op == MESSAGE and length >= 22:
+                found.append(at)
+            else:
+                others.append((op, at, length))
+        rest += stop - last
+    offsets = known
+    if found:
+        offsets = np.sort(np.concatenate([known, np.array(found, dtype=np.int64)]))
+    if heads is None or found:
+        heads = heads_of(view, offsets)
+    return located_of(offsets, heads["length"].astype(np.int64), heads, tuple(others), rest)
+
+
+def located_of(
+    offsets: IntArray, sizes: IntArray, heads: Heads, others: tuple[tuple[int, int, int], ...] = (), rest: int = 0
+) -> Located:
+    """Messages by the offsets and body sizes of their records, and their heads."""
+    return Located(
+        start=offsets + MESSAGE_HEAD,
+        length=sizes - 22,
+        channel=heads["channel"].astype(np.int64),
+        log_ns=heads["log"].astype(np.int64),
+        publish_ns=heads["pub"].astype(np.int64),
+        others=others,
+        rest=rest,
+    )

@@ -1,0 +1,159 @@
+"""Reading MCAP files as batches of raw messages."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from collaudit.core.logs.mcap.mcap_chunk import Located, heads_of, locate, located_of
+from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MAX_DAMAGE, SCHEMA, ChunkRef, McapIndex, scan
+from collaudit.core.logs.storage.decompression import unpack
+from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress
+from collaudit.core.numeric.parallel import THREADS, ordered_map
+
+_WINDOW = 1 << 20
+#: Chunks are unpacked ahead of who reads them, as many as fit this and not more than so many.
+_AHEAD_BYTES, _AHEAD = 1 << 24, 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Chunk:
+    """A chunk's decompressed records and where its messages lie; ``problem`` says what was wrong with it."""
+
+    ref: ChunkRef
+    data: bytes
+    located: Located
+    problem: str | None
+
+
+class McapFile:
+    """An MCAP file (see :class:`collaudit.core.logs.records.LogReader`)."""
+
+    def __init__(self, path: Path, index: McapIndex | None = None) -> None:
+        self.file = RandomFile(path)
+        self.index = scan(self.file) if index is None else index
+        self.damage = self.index.damage
+        self._met: dict[int, int] = {}
+        self._summed = any(chunk.crc for chunk in self.index.chunks)
+        if self._hidden_channels():
+            for chunk in ordered_map(self._load, list(self.index.chunks)):
+                self._records(chunk)
+                if not self._hidden_channels(after_all=True):
+                    break
+        found = (self.index.channel(number) for number in sorted(self.index.channels))
+        self.channels: tuple[Channel, ...] = tuple(channel for channel in found if channel is not None)
+        encodings = {channel.encoding for channel in self.channels}
+        known = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
+        self.format = known
+
+    def close(self) -> None:
+        """Release the file."""
+        self.file.close()
+
+    def _hidden_channels(self, *, after_all: bool = False) -> bool:
+        """Whether channels stand only inside chunks."""
+        chunks = self.index.chunks
+        named = {number for chunk in chunks for number, _, _ in chunk.index}
+        blind = any(not chunk.index for chunk in chunks)
+        summarised = bool(self.index.channels) and not after_all
+        return bool(named - set(self.index.channels)) or (blind and not summarised)
+
+    def _load(self, ref: ChunkRef) -> _Chunk:
+        """Read and decompress a chunk, and find its messages; runs in a thread."""
+        raw = self.file.read(ref.data_at, ref.data_size)
+        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw))
+        problem = unpacked.problem
+        data = unpacked.data
+        if problem is None and ref.complete:
+            if len(data) != ref.size:
+                problem = f"it holds {len(data)} bytes and claims {ref.size}"
+            elif ref.crc and zlib.crc32(data) != ref.crc:
+                problem, data = "its check sum is wrong", b""
+        parts = [self.file.read(at, size) for _, at, size in ref.index] if data else []
+        pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
+        offsets = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
+        return _Chunk(ref, data, locate(data, offsets), problem)
+
+    def _records(self, chunk: _Chunk) -> None:
+        for op, at, length in chunk.located.others:
+            if op in (SCHEMA, CHANNEL):
+                self.index.record(op, chunk.data[at + 9 : at + 9 + length])
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
+        wanted = keys if keys is not None else frozenset(self.index.channels)
+        chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
+        self._met = {}
+        largest = max((ref.size for ref in chunks), default=1)
+        for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(THREADS, _AHEAD_BYTES // max(1, largest)))):
+            self._judge(chunk)
+            yield from self._split(np.frombuffer(chunk.data, dtype=np.uint8), chunk.located, wanted)
+            if progress is not None:
+                progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
+        yield from self._loose(wanted, progress)
+        self._compare_counts(wanted)
+
+    def _judge(self, chunk: _Chunk) -> None:
+        located = chunk.located
+        if chunk.problem is not None:
+            kept = f"{located.start.shape[0]} messages before the damage were read"
+            self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
+        elif chunk.ref.complete and not chunk.ref.crc and self._summed:
+            self._note(f"the chunk at byte {chunk.ref.at} has no check sum, unlike the others", lost=False)
+        elif located.rest:
+            self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
+
+    def _note(self, text: str, *, lost: bool = True) -> None:
+        damage = Damage(text, lost)
+        if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
+            self.damage.append(damage)
+
+    def _split(
+        self, data: np.ndarray[tuple[int], np.dtype[np.uint8]], located: Located, wanted: frozenset[int]
+    ) -> Iterator[Batch]:
+        numbers = np.flatnonzero(np.bincount(located.channel)).tolist() if located.channel.size else []
+        for number in numbers:
+            mine = np.flatnonzero(located.channel == number) if len(numbers) > 1 else slice(None)
+            start = located.start[mine]
+            self._met[number] = self._met.get(number, 0) + start.shape[0]
+            if number not in self.index.channels:
+                self._note(f"messages on channel {number}, which it does not define, were left out")
+            if number in wanted:
+                rest = located.length[mine], located.log_ns[mine], located.publish_ns[mine]
+                yield Batch(number, data, start, *rest)
+
+    def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
+        """Messages outside chunks, read in windows of bounded size."""
+        loose = self.index.loose
+        at, size = np.frombuffer(loose.at, np.int64), np.frombuffer(loose.size, np.int64)
+        ends = at + 9 + size
+        first = 0
+        while first < at.shape[0]:
+            stop = max(int(np.searchsorted(ends, at[first] + _WINDOW)), first + 1)
+            base = int(at[first])
+            raw = np.frombuffer(self.file.read(base, int(ends[stop - 1]) - base), dtype=np.uint8)
+            part = slice(first, stop)
+            offsets = at[part] - base
+            if ends[stop - 1] - base > raw.shape[0]:
+                self._note(f"it lost bytes from {base + raw.shape[0]} on while it was read")
+                return
+            yield from self._split(raw, located_of(offsets, size[part], heads_of(raw, offsets)), wanted)
+            if progress is not None:
+                progress(int(ends[stop - 1]), self.file.size)
+            first = stop
+
+    def _compare_counts(self, wanted: frozenset[int]) -> None:
+        for number in sorted(wanted & set(self.index.counts)):
+            claimed, met = self.index.counts[number], self._met.get(number, 0)
+            if claimed != met:
+                topic = self.index.channels[number][1] if number in self.index.channels else number
+                self._note(f"its statistics count {claimed} messages on {topic}, {met} were found")
+
+
+def _may_hold(ref: ChunkRef, wanted: frozenset[int]) -> bool:
+    return not ref.index or any(number in wanted for number, _, _ in ref.index)

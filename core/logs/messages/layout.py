@@ -1,0 +1,177 @@
+"""The layout compiler: where every field of one message lies, and which bytes prove that another has the same layout.
+
+A message's layout depends on its type and on the lengths it holds (of strings and sequences). Two messages
+of one type and equal size have the same layout when all their length words are equal: the first length word
+stands at a fixed place, and each one fixes the place of the next.
+
+CDR (OMG formal/02-06-51, 15.3): a four-byte encapsulation header, whose second byte tells the byte order; each
+primitive is aligned to its size counted from the end of that header; an empty sequence takes no padding;
+strings are counted with their terminating NUL. ROS 1 has no header, no alignment and no NUL.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from collaudit.core.logs.messages.message_schema import Number, Repeated, Struct, Text, WireType, smallest_size
+
+Path = tuple[str | int, ...]
+MAX_LEAVES = 200_000
+
+
+class LayoutError(Exception):
+    """A message does not have the shape of its type; the reason is the message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """``count`` numbers side by side from byte ``offset``; ``code`` is a NumPy type with byte order."""
+
+    offset: int
+    code: str
+    count: int
+
+    @property
+    def size(self) -> int:
+        """Bytes taken."""
+        return self.count * int(self.code[2:])
+
+
+@dataclass(frozen=True, slots=True)
+class Chars:
+    """The ``size`` bytes of a string from ``offset``, its NUL not counted."""
+
+    offset: int
+    size: int
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the fields of a message of ``size`` bytes lie.
+
+    Attributes:
+        size: bytes of the message.
+        numbers: path to numbers; arrays of numbers are one entry.
+        texts: path to the bytes of a string.
+        lengths: path of a sequence to its number of items.
+        guards: (start, stop) of the bytes that must agree for a message to share this layout.
+    """
+
+    size: int
+    numbers: dict[Path, Numbers]
+    texts: dict[Path, Chars]
+    lengths: dict[Path, int]
+    guards: tuple[tuple[int, int], ...]
+
+
+@dataclass(slots=True)
+class _Walk:
+    data: bytes
+    pos: int = 0
+    origin: int = 0
+    order: str = "<"
+    aligned: bool = False
+    numbers: dict[Path, Numbers] = field(default_factory=dict)
+    texts: dict[Path, Chars] = field(default_factory=dict)
+    lengths: dict[Path, int] = field(default_factory=dict)
+    guards: list[tuple[int, int]] = field(default_factory=list)
+    leaves: int = 0
+
+    def encapsulation(self) -> None:
+        """Read the header of CDR: plain CDR of version 1, big (0) or little endian (1)."""
+        if len(self.data) < 4:
+            raise LayoutError("it is too short for an encapsulation header")
+        kind = int.from_bytes(self.data[:2], "big")
+        if kind not in (0, 1):
+            raise LayoutError(f"its CDR encapsulation 0x{kind:04x} is not plain CDR")
+        self.order = "<" if kind & 1 else ">"
+        self.aligned = True
+        self.guards.append((0, 2))
+        self.pos = self.origin = 4
+
+    def align(self, size: int) -> None:
+        if self.aligned:
+            self.pos += -(self.pos - self.origin) % size
+
+    def take(self, count: int) -> int:
+        start = self.pos
+        self.pos += count
+        if self.pos > len(self.data):
+            raise LayoutError(f"it ends at byte {len(self.data)}, inside a field that needs {self.pos}")
+        return start
+
+    def length(self) -> int:
+        self.align(4)
+        start = self.take(4)
+        self.guards.append((start, start + 4))
+        return int.from_bytes(self.data[start : start + 4], "little" if self.order == "<" else "big")
+
+    def value(self, kind: WireType, path: Path) -> None:
+        self.leaves += 1
+        if self.leaves > MAX_LEAVES:
+            raise LayoutError(f"it has more than {MAX_LEAVES} fields")
+        if isinstance(kind, Number):
+            self.run(kind, 1, path)
+        elif isinstance(kind, Text):
+            self.text(path)
+        elif isinstance(kind, Struct):
+            for name, item in kind.fields:
+                self.value(item, (*path, name))
+        else:
+            self.repeated(kind, path)
+
+    def run(self, kind: Number, count: int, path: Path) -> None:
+        size = int(kind.code[1])
+        if count:
+            self.align(size)
+        self.numbers[path] = Numbers(self.take(count * size), self.order + kind.code, count)
+
+    def text(self, path: Path) -> None:
+        size = self.length()
+        start = self.take(size)
+        self.texts[path] = Chars(start, max(size - 1, 0) if self.aligned else size)
+
+    def repeated(self, kind: Repeated, path: Path) -> None:
+        count = kind.count
+        if count is None:
+            count = self.length()
+            least = smallest_size(kind.item)
+            if count * max(least, 1) > len(self.data) - self.pos:
+                raise LayoutError(f"a sequence claims {count} items, more than the message can hold")
+        self.lengths[path] = count
+        if isinstance(kind.item, Number):
+            self.run(kind.item, count, path)
+            return
+        for index in range(count):
+            self.value(kind.item, (*path, index))
+
+
+def walk(kind: Struct, data: bytes, *, cdr: bool) -> Layout:
+    """Locate every field of one message.
+
+    Args:
+        kind: the message's type.
+        data: its bytes.
+        cdr: True for ROS 2's CDR with its encapsulation header, False for ROS 1.
+
+    Raises:
+        LayoutError: the bytes do not have the shape of the type. CDR may end in up to three bytes of padding.
+    """
+    state = _Walk(data)
+    if cdr:
+        state.encapsulation()
+    state.value(kind, ())
+    slack = len(data) - state.pos
+    if slack > (3 if cdr else 0):
+        raise LayoutError(f"it is {slack} bytes longer than its type")
+    return Layout(len(data), state.numbers, state.texts, state.lengths, _joined(state.guards))
+
+
+def _joined(guards: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    out: list[tuple[int, int]] = []
+    for start, stop in guards:
+        if out and out[-1][1] == start:
+            out[-1] = (out[-1][0], stop)
+        else:
+            out.append((start, stop))
+    return tuple(out)

@@ -1,0 +1,205 @@
+"""Recordings of messages (MCAP, ROS bags) to a :class:`JointLog`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.data.joint_log import Annotation, JointLog, LogSource
+from collaudit.core.errors import LogError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.messages.message_tables import QUANTITIES, all_names
+from collaudit.core.logs.messages.topics import Topic, choose_joint_states, companions, decode, topics_of
+from collaudit.core.logs.opening import Hashing, open_messages, partial
+from collaudit.core.logs.signals.annotations import Marks, Times, mark_topics, read_labels, read_phases
+from collaudit.core.logs.signals.clock_checks import compare_clocks
+from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
+from collaudit.core.logs.signals.controller_flags import flags_of, label_findings, labels_of
+from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names, matches
+from collaudit.core.logs.signals.logged_wrench import read_wrench
+from collaudit.core.logs.signals.publisher_conflicts import alternation, disagreement
+from collaudit.core.logs.signals.publishers import Publisher, interpolate, publishers_of, seconds_since
+from collaudit.core.logs.signals.publishing_clock import publish_findings
+from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
+from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.logs.storage.records import LogReader, Progress
+from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+
+def read_message_log(
+    paths: tuple[Path, ...],
+    settings: LogConfig,
+    robot_joints: Sequence[str] | None,
+    prismatic: Sequence[str],
+    hashing: Hashing,
+    progress: Progress | None,
+) -> JointLog:
+    """Read one log of messages; arguments and errors as :func:`collaudit.core.logs.read.read_log`."""
+    name = "+".join(path.name for path in paths)
+    reader = open_messages(paths)
+    try:
+        topics = topics_of(reader, settings)
+        joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
+        wrench = _wrench_topic(topics, settings.wrench)
+        wanted = [joints, *companions(topics, joints)]
+        wanted += [wrench] if wrench is not None and wrench not in wanted else []
+        marks = mark_topics(topics, settings)
+        decode(reader, [*wanted, *marks.topics], progress)
+        findings = [*partial(reader.damage, name), *skipped(joints), *(skipped(wrench) if wrench else ())]
+    finally:
+        reader.close()
+    where = f"{name}, {joints.name}"
+    if not joints.decoded.groups:
+        raise _empty(joints, reader, where)
+    mapping, numbered = _mapping(joints, settings, robot_joints)
+    findings += numbered
+    names = map_names(all_names([joints.decoded]), mapping, robot_joints, where)
+    check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
+    flags = flags_of(joints.decoded, joints.profile)
+    findings += publish_findings(joints)
+    publishers = publishers_of(joints.decoded, frozenset(names.log))
+    base = publishers[0]
+    clock, said = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
+    stamps = _stamps(base, clock)
+    origin = int(stamps[0])
+    as_stamped = None if base.stamp_ns is None else as_recorded(base.stamp_ns, base.stamp_breaks)
+    findings += compare_clocks(as_stamped, as_recorded(base.log_ns, base.log_breaks), joints.name)
+    findings += set_back_findings(base.stamp_breaks if clock == "header" else base.log_breaks, origin, joints.name)
+    times = Times(base, clock, origin)
+    labels, phases, said_of_marks = _marks(marks, times)
+    labels = [*labels_of(flags, clock, origin, joints.name), *labels]
+    findings += [*said_of_marks, *label_findings(labels)]
+    scale = np.pi / 180 if settings.units.position == "deg" else 1.0
+    conflicts = [found for p in publishers for found in disagreement(p, _stamps(p, clock), scale, joints.name)]
+    columns = _columns(publishers, names, clock, origin)
+    findings += [said, *names.findings, *_merged(publishers, joints.name)]
+    series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
+    findings += wrench_findings
+    linear = [joint in set(prismatic) for joint in names.model]
+    to_radians(columns.get("position"), settings.units.position, linear)
+    to_radians(columns.get("velocity"), settings.units.velocity or settings.units.position, linear)
+    units = settings.units
+    if joints.profile is not None and joints.profile.effort_unit == "A" and "effort" in columns:
+        units = with_currents(units, where)
+    unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
+    if "position" not in columns:
+        raise LogError("the joint states hold no positions", where=where)
+    findings += conflicts or alternation(columns, names.model, joints.name)
+    if "effort" not in columns:
+        text = "The joint states hold no efforts."
+        findings.append(Finding("log-effort-missing", "warning", text, where=joints.name))
+    return JointLog(
+        time_s=frozen(seconds_since(stamps, origin)),
+        joint_names=names.model,
+        position_rad=frozen(columns["position"]),
+        velocity_rad_s=frozen(columns["velocity"]) if "velocity" in columns else None,
+        effort=frozen(columns["effort"]) if "effort" in columns else None,
+        effort_unit=unit,
+        wrench=series,
+        source=LogSource(name, hashing, reader.format, start_of(origin), clock, joints.name),
+        findings=tuple(findings),
+        labels=tuple(labels),
+        phases=tuple(phases),
+        temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
+    )
+
+
+def _marks(marks: Marks, times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
+    """Labels and phases of topics of their own, and what is to be said of them."""
+    labels = [label for topic in marks.labels for label in read_labels(topic, times)]
+    findings = [*marks.findings, *(found for topic in marks.topics for found in skipped(topic))]
+    if marks.phase is None:
+        return labels, [], findings
+    phases, said = read_phases(marks.phase, times)
+    return labels, phases, [*findings, *said]
+
+
+def _mapping(topic: Topic, settings: LogConfig, robot: Sequence[str] | None) -> tuple[dict[str, str], list[Finding]]:
+    """Log name to model name; joints that a type only numbers are the robot's in its order, and that is said."""
+    mapping = dict(settings.joint_names)
+    names = all_names([topic.decoded])
+    if topic.profile is None or not topic.profile.fixed_names or robot is None:
+        return mapping, []
+    if matches(names, mapping, robot) or len(names) > len(robot):
+        return mapping, []
+    mapping.update(zip(names, robot, strict=False))
+    text = (
+        f"Its type numbers the joints; they were taken as the robot's in its order: {', '.join(robot[: len(names)])}."
+    )
+    return mapping, [Finding("log-joints-numbered", "warning", text, where=topic.name)]
+
+
+def _wrench_topic(topics: Sequence[Topic], wanted: str | None) -> Topic | None:
+    if wanted is None:
+        return None
+    return next((topic for topic in topics if topic.name.strip("/") == wanted.strip("/")), None)
+
+
+def skipped(topic: Topic) -> tuple[Finding, ...]:
+    """Findings for messages of a topic that were left out."""
+    decoded = topic.decoded
+    if not decoded.skipped:
+        return ()
+    text = f"{decoded.skipped} of {decoded.seen} messages were left out; the first because {decoded.problem}."
+    return (Finding("log-message-skipped", "warning", text, where=topic.name),)
+
+
+def _empty(topic: Topic, reader: LogReader, where: str) -> LogError:
+    if topic.decoded.seen == 0:
+        damage = "; ".join(item.text for item in reader.damage)
+        return LogError("the topic holds no messages", where=where, found=damage or "none recorded")
+    return LogError(
+        "none of its messages can be decoded",
+        where=where,
+        found=f"{topic.decoded.seen} messages; the first is refused because {topic.decoded.problem}",
+    )
+
+
+def _stamps(publisher: Publisher, clock: Clock) -> IntArray:
+    if clock == "header" and publisher.stamp_ns is not None:
+        return publisher.stamp_ns
+    return publisher.log_ns
+
+
+def _columns(publishers: Sequence[Publisher], names: NameMap, clock: Clock, origin: int) -> dict[str, FloatArray]:
+    """Quantity to (n, j) in the robot's order; other publishers are brought to the stamps of the first."""
+    base = publishers[0]
+    if len(publishers) == 1:
+        picked = [base.names.index(log) for log in names.log]
+        if picked == list(range(len(base.names))):
+            return base.columns
+        return {quantity: base.columns.pop(quantity)[:, picked] for quantity in list(base.columns)}
+    at_s = seconds_since(_stamps(base, clock), origin)
+    out: dict[str, FloatArray] = {}
+    for quantity in QUANTITIES:
+        if not any(quantity in publisher.columns for publisher in publishers):
+            continue
+        values = np.full((at_s.shape[0], len(names.log)), np.nan)
+        for publisher in publishers:
+            if quantity not in publisher.columns:
+                continue
+            own = publisher.columns[quantity]
+            if publisher is not base:
+                own = interpolate(at_s, seconds_since(_stamps(publisher, clock), origin), own)
+            for index, log in enumerate(names.log):
+                if log in publisher.names:
+                    values[:, index] = own[:, publisher.names.index(log)]
+        out[quantity] = values
+    return out
+
+
+def _merged(publishers: Sequence[Publisher], topic: str) -> list[Finding]:
+    if len(publishers) < 2:
+        return []
+    parts = "; ".join(
+        f"{listed(p.names)} ({p.log_ns.shape[0]} messages, every {steadiness(p.log_ns).period_s * 1e3:.3g} ms)"
+        for p in publishers
+    )
+    text = f"{len(publishers)} publishers with different joints were merged by name onto the first's stamps: {parts}."
+    return [Finding("log-joints-merged", "info", text, where=topic)]

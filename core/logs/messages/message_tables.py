@@ -1,0 +1,196 @@
+"""Decoded samples of one topic, grouped by what its messages hold, still in the log's own names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+
+#: Rows of room that a column grows by at least.
+_LEAST_ROWS = 4096
+#: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
+_MARGIN, _MOST_FORESEEN = 1.1, 1000
+MOTION = ("position", "velocity", "effort")
+QUANTITIES = (*MOTION, "temperature")
+
+
+@dataclass(frozen=True, slots=True)
+class GroupKey:
+    """Messages that may be stacked: same names in the same order, same quantities present.
+
+    Attributes:
+        names: joint names in message order; empty for a wrench.
+        present: which of the quantities the messages hold, with how many numbers each.
+        stamped: whether they carry a header's stamp.
+    """
+
+    names: tuple[str, ...]
+    present: tuple[tuple[str, int], ...]
+    stamped: bool
+
+
+Column = IntArray | FloatArray
+
+
+class Growing:
+    """An array that grows at its end, with room for all that is to come by the share of the log read so far.
+
+    Memory that is not written to costs nothing, so room is taken generously and once: growing by resizing would write
+    zeros into the new rows first, and in small pages.
+    """
+
+    def __init__(self, first: Column, share: float = 0.0) -> None:
+        self._array = _with_room(first, first.shape[0], share)
+        self._used = first.shape[0]
+
+    def add(self, rows: Column, share: float = 0.0) -> None:
+        """Append rows of the same width.
+
+        Args:
+            rows: (n, …) what is appended.
+            share: how much of the log lies before these rows, 0 … 1; 0 where that is not known.
+        """
+        stop = self._used + rows.shape[0]
+        if stop > self._array.shape[0]:
+            self._array = _with_room(self._array[: self._used], stop, share)
+        self._array[self._used : stop] = rows
+        self._used = stop
+
+    def copy(self) -> Column:
+        """The rows so far."""
+        return self._array[: self._used].copy()
+
+    def finish(self) -> Column:
+        """The rows, without room for more; nothing may be added after."""
+        return self._array[: self._used]
+
+    def __len__(self) -> int:
+        return int(self._used)
+
+
+def _with_room(rows: Column, least: int, share: float) -> Column:
+    """A copy of rows with room for at least ``least``, and for the whole log when a share of it is known."""
+    wanted = 2 * least + _LEAST_ROWS
+    foreseen = int(least * min(_MARGIN / share, _MOST_FORESEEN)) if share > 0 else 0
+    for capacity in (max(wanted, foreseen), wanted):
+        try:
+            out = np.empty((capacity, *rows.shape[1:]), dtype=rows.dtype, order="F")
+            break
+        except MemoryError:
+            if capacity == wanted:
+                raise
+    out[: rows.shape[0]] = rows
+    return out
+
+
+@dataclass(slots=True, eq=False)
+class Group:
+    """Stacked columns of one :class:`GroupKey`.
+
+    Attributes:
+        key: what its messages hold.
+        columns: column name to rows: ``log_ns``, ``stamp_ns``, ``order`` (n,) int64 and the quantities (n, j) float64.
+    """
+
+    key: GroupKey
+    columns: dict[str, Growing] = field(default_factory=dict)
+
+    def add(self, columns: dict[str, IntArray | FloatArray], share: float = 0.0) -> None:
+        """Append rows; every call names the same columns, and how much of the log lies before them."""
+        for name, values in columns.items():
+            if name in self.columns:
+                self.columns[name].add(values, share)
+            else:
+                self.columns[name] = Growing(values, share)
+
+    def take(self, name: str) -> FloatArray | IntArray | None:
+        """The whole column, which the group gives away."""
+        column = self.columns.pop(name, None)
+        return None if column is None else column.finish()
+
+    def look(self, name: str) -> FloatArray | IntArray | None:
+        """A copy of a column that stays in the group."""
+        column = self.columns.get(name)
+        return None if column is None else column.copy()
+
+    @property
+    def rows(self) -> int:
+        """Number of messages; counted on the recording times, which every group has."""
+        return len(self.columns["log_ns"]) if "log_ns" in self.columns else 0
+
+
+@dataclass(slots=True)
+class Latency:
+    """From publishing to recording, ns, over the messages whose container keeps both.
+
+    Attributes:
+        count: messages with both times.
+        least, most, total: of the differences.
+        unset: messages whose time of publishing is zero.
+    """
+
+    count: int = 0
+    least: int = 0
+    most: int = 0
+    total: float = 0.0
+    unset: int = 0
+
+    def add(self, publish_ns: IntArray, log_ns: IntArray) -> None:
+        """Take in some messages; equal times, which most recorders write, cost one comparison."""
+        if np.array_equal(publish_ns, log_ns):
+            self.least, self.most = min(self.least, 0), max(self.most, 0)
+            self.count += log_ns.shape[0]
+            return
+        unset = publish_ns == 0
+        late = (log_ns - publish_ns)[~unset]
+        self.unset += int(unset.sum())
+        if late.shape[0]:
+            low, high = int(late.min()), int(late.max())
+            self.least = low if self.count == 0 else min(self.least, low)
+            self.most = high if self.count == 0 else max(self.most, high)
+            self.count += late.shape[0]
+            self.total += float(late.sum(dtype=np.float64))
+
+
+@dataclass(slots=True, eq=False)
+class Decoded:
+    """Everything decoded of one topic.
+
+    Attributes:
+        groups: by key, in the order met.
+        seen: messages met.
+        skipped: messages left out.
+        problem: why the first of them was left out.
+        slow: messages that went through the generic decoder.
+        latency: how long after publishing messages were recorded.
+        share: how much of the log's bytes has been read, 0 … 1.
+    """
+
+    groups: dict[GroupKey, Group] = field(default_factory=dict)
+    seen: int = 0
+    skipped: int = 0
+    problem: str | None = None
+    slow: int = 0
+    latency: Latency = field(default_factory=lambda: Latency())
+    share: float = 0.0
+
+    def skip(self, count: int, problem: str) -> None:
+        """Count messages that could not be used."""
+        self.skipped += count
+        self.problem = self.problem or problem
+
+    def group(self, key: GroupKey) -> Group:
+        """The group of a key, made when new."""
+        return self.groups.setdefault(key, Group(key))
+
+
+def all_names(tables: Iterable[Decoded]) -> tuple[str, ...]:
+    """Every joint name met, in the order met."""
+    names: dict[str, None] = {}
+    for table in tables:
+        for key in table.groups:
+            names.update(dict.fromkeys(key.names))
+    return tuple(names)

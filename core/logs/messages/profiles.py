@@ -1,0 +1,292 @@
+"""Message profiles: which fields of which types are joint signals or a wrench. Data, not code.
+
+A path names a field of a message, dotted. Further forms:
+
+- ``a|b``: the first of several that the type has (other versions of a type);
+- ``a,b,c``: several fields side by side;
+- ``joints[*].position``: one field of every item of a sequence;
+- ``items[*]{keys:values=effort}``: of every item, the one of ``values`` that stands where ``keys`` says ``effort``;
+- of a label only, ``mode==6,7``: it holds while the number is one of these, else while it is not zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+#: Stands before the name of a label where quantities are named.
+LABEL = "label:"
+#: Name of the profiles that the configuration makes.
+CONFIGURED = "configured"
+Role = Literal["joint_states", "wrench", "label", "phase"]
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """How to read one family of message types.
+
+    Attributes:
+        name: what ``inspect`` calls it.
+        role: ``joint_states``, ``wrench``, or for flags and phases on topics of their own ``label``, ``phase``.
+        types: the message types it reads.
+        stamp: paths of the stamp's seconds and nanoseconds, or None.
+        names: path of the joint names, or None where the type has none.
+        fixed_names: names in the order of the arrays, where the type has none of its own; ``{i}`` counts from 1.
+        position, velocity, effort: paths of (j,) numbers.
+        temperature: path of (j,) numbers, °C, where the type has them.
+        effort_unit: unit of the effort by the type's definition.
+        effort_gravity: whether the effort contains the arm's own weight; None where the type does not say.
+        wrench: path of the six numbers, force then torque.
+        labels: label to path of numbers that are not zero while it holds (a controller's own flags).
+        family: name of a set of types that each hold one quantity on sibling topics; "" for none.
+    """
+
+    name: str
+    role: Role
+    types: tuple[str, ...]
+    stamp: str | None = "header.stamp.sec,header.stamp.nanosec"
+    names: str | None = None
+    fixed_names: tuple[str, ...] = ()
+    position: str | None = None
+    velocity: str | None = None
+    effort: str | None = None
+    effort_unit: Literal["Nm", "A"] = "Nm"
+    effort_gravity: bool | None = None
+    wrench: str | None = None
+    temperature: str | None = None
+    labels: tuple[tuple[str, str], ...] = ()
+    family: str = ""
+
+    def quantities(self) -> dict[str, str]:
+        """Quantity (labels with their mark in front) to field path, of those the profile has."""
+        pairs = (
+            ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
+            ("temperature", self.temperature),
+        )  # fmt: skip
+        flags = {f"{LABEL}{name}": path.split("==")[0] for name, path in self.labels}
+        return {key: path for key, path in pairs if path is not None} | flags
+
+    def raised(self, label: str, values: FloatArray) -> BoolArray:
+        """Where a label holds, by the values of its field."""
+        _, equals, wanted = dict(self.labels)[label].partition("==")
+        if not equals:
+            return np.asarray(np.nan_to_num(values) != 0)
+        return np.asarray(np.isin(values, [float(text) for text in wanted.split(",")]))
+
+    def implied_names(self, count: int) -> tuple[str, ...]:
+        """Joint names of ``count`` values where the message has none."""
+        if len(self.fixed_names) == 1 and "{i}" in self.fixed_names[0]:
+            return tuple(self.fixed_names[0].format(i=index + 1) for index in range(count))
+        return self.fixed_names
+
+
+def _wrench(prefix: str) -> str:
+    return ",".join(f"{prefix}{part}.{axis}" for part in ("force", "torque") for axis in "xyz")
+
+
+def _seven(prefix: str) -> str:
+    return ",".join(f"{prefix}.a{index}" for index in range(1, 8))
+
+
+_FRANKA_STOPS = (
+    ("reflex", "robot_mode==4"),
+    ("user_stop", "robot_mode==5"),
+    ("joint_reflex", "current_errors.joint_reflex"),
+    ("cartesian_reflex", "current_errors.cartesian_reflex"),
+)
+_FRANKA_FLAGS = (("contact", "joint_contact"), ("collision", "joint_collision"), *_FRANKA_STOPS)
+_UR_JOINTS = (
+    "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
+)  # fmt: skip
+_IIWA = ("iiwa_joint_{i}",)
+
+PROFILES: tuple[Profile, ...] = (
+    Profile(
+        name="joint-state",
+        role="joint_states",
+        types=("sensor_msgs/msg/JointState",),
+        names="name",
+        position="position",
+        velocity="velocity",
+        effort="effort",
+    ),
+    Profile(
+        name="wrench-stamped",
+        role="wrench",
+        types=("geometry_msgs/msg/WrenchStamped",),
+        wrench=_wrench("wrench."),
+    ),
+    Profile(name="wrench", role="wrench", types=("geometry_msgs/msg/Wrench",), stamp=None, wrench=_wrench("")),
+    Profile(
+        name="trajectory-controller-state",
+        role="joint_states",
+        types=("control_msgs/msg/JointTrajectoryControllerState",),
+        names="joint_names",
+        position="feedback.positions|actual.positions",
+        velocity="feedback.velocities|actual.velocities",
+        effort="feedback.effort|actual.effort",
+    ),
+    Profile(
+        name="dynamic-joint-state",
+        role="joint_states",
+        types=("control_msgs/msg/DynamicJointState",),
+        names="joint_names",
+        position="interface_values[*]{interface_names:values=position}",
+        velocity="interface_values[*]{interface_names:values=velocity}",
+        effort="interface_values[*]{interface_names:values=effort}",
+        temperature="interface_values[*]{interface_names:values=temperature}",
+    ),
+    Profile(
+        name="franka-state",
+        role="joint_states",
+        types=("franka_msgs/msg/FrankaState",),
+        fixed_names=("panda_joint{i}",),
+        position="q",
+        velocity="dq",
+        effort="tau_J|tau_j",
+        effort_gravity=True,
+        labels=_FRANKA_FLAGS,
+    ),
+    Profile(
+        name="franka-robot-state",
+        role="joint_states",
+        types=("franka_msgs/msg/FrankaRobotState",),
+        names="measured_joint_state.name",
+        position="measured_joint_state.position",
+        velocity="measured_joint_state.velocity",
+        effort="measured_joint_state.effort",
+        effort_gravity=True,
+        labels=(
+            ("contact", "collision_indicators.is_joint_contact"),
+            ("collision", "collision_indicators.is_joint_collision"),
+            *_FRANKA_STOPS,
+        ),
+    ),
+    Profile(
+        name="ur-real-time",
+        role="joint_states",
+        types=("ur_msgs/msg/RobotStateRTMsg",),
+        stamp=None,
+        fixed_names=_UR_JOINTS,
+        position="q_actual",
+        velocity="qd_actual",
+        effort="i_actual",
+        effort_unit="A",
+        effort_gravity=True,
+    ),
+    Profile(
+        name="lbr-state",
+        role="joint_states",
+        types=("lbr_fri_idl/msg/LBRState", "lbr_fri_msgs/msg/LBRState"),
+        stamp="time_stamp_sec,time_stamp_nano_sec",
+        fixed_names=("lbr_A{i}",),
+        position="measured_joint_position",
+        effort="measured_torque",
+        effort_gravity=True,
+    ),
+    Profile(
+        name="iiwa-position",
+        role="joint_states",
+        types=("iiwa_msgs/msg/JointPosition",),
+        fixed_names=_IIWA,
+        position=_seven("position"),
+        family="iiwa",
+    ),
+    Profile(
+        name="iiwa-velocity",
+        role="joint_states",
+        types=("iiwa_msgs/msg/JointVelocity",),
+        fixed_names=_IIWA,
+        velocity=_seven("velocity"),
+        family="iiwa",
+    ),
+    Profile(
+        name="iiwa-torque",
+        role="joint_states",
+        types=("iiwa_msgs/msg/JointTorque",),
+        fixed_names=_IIWA,
+        effort=_seven("torque"),
+        family="iiwa",
+    ),
+    Profile(
+        name="foxglove-joint-states",
+        role="joint_states",
+        types=("foxglove.JointStates", "foxglove_msgs/msg/JointStates"),
+        stamp="timestamp.seconds,timestamp.nanos|timestamp.sec,timestamp.nsec|timestamp.sec,timestamp.nanosec",
+        names="joints[*].name",
+        position="joints[*].position",
+        velocity="joints[*].velocity",
+        effort="joints[*].effort",
+    ),
+    Profile(
+        name="ur-safety-mode",
+        role="label",
+        types=("ur_dashboard_msgs/msg/SafetyMode",),
+        stamp=None,
+        labels=(
+            ("protective_stop", "mode==3"),
+            ("safeguard_stop", "mode==5"),
+            ("emergency_stop", "mode==6,7"),
+            ("violation", "mode==8"),
+            ("fault", "mode==9"),
+        ),
+    ),
+    Profile(
+        name="ur-robot-mode-data",
+        role="label",
+        types=("ur_msgs/msg/RobotModeDataMsg",),
+        stamp=None,
+        labels=(("protective_stop", "is_protective_stopped"), ("emergency_stop", "is_emergency_stopped")),
+    ),
+)
+
+_BY_TYPE = {kind: profile for profile in PROFILES for kind in profile.types}
+
+
+def profile_of(type_name: str) -> Profile | None:
+    """The profile that reads a message type, or None."""
+    return _BY_TYPE.get(type_name)
+
+
+def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | None:
+    """The profile that the configuration itself gives for a topic, if it does.
+
+    Raises:
+        ConfigError: paths are given for a topic that is not named.
+    """
+    fields = settings.fields
+    if fields is None:
+        return None
+    for named, path in (("joint_states", fields.position), ("wrench", fields.wrench)):
+        if path is not None and getattr(settings, named) is None:
+            raise ConfigError(f"[log.fields] says where fields stand on a topic that [log] {named} does not name")
+    if fields.position is not None and _same(topic, settings.joint_states):
+        path = fields.names if isinstance(fields.names, str) else None
+        fixed = tuple(fields.names) if isinstance(fields.names, list) else ("joint{i}",)
+        return Profile(
+            name=CONFIGURED,
+            role="joint_states",
+            types=(type_name,),
+            stamp=fields.stamp,
+            names=path,
+            fixed_names=fixed if path is None else (),
+            position=fields.position,
+            velocity=fields.velocity,
+            effort=fields.effort,
+            temperature=fields.temperature,
+        )
+    if fields.wrench is not None and _same(topic, settings.wrench):
+        return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.wrench_stamp, wrench=fields.wrench)
+    return None
+
+
+def _same(topic: str, named: str | None) -> bool:
+    return named is not None and topic.strip("/") == named.strip("/")

@@ -1,0 +1,82 @@
+"""ROS 2 bag folders: which files hold the data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.file_kind import sniff
+from collaudit.core.logs.storage.records import Damage
+
+_MAX_METADATA = 8 << 20
+
+
+def folder_files(path: Path) -> tuple[tuple[Path, ...], tuple[Damage, ...]]:
+    """The storage files of a bag folder in recording order, and what is wrong with its list of them.
+
+    The list of metadata.yaml is used; when it names no file that is there (a recording that was killed leaves
+    none, renamed files are found under other names), every storage file of the folder is taken in the order of
+    the numbers in the names.
+
+    Raises:
+        LogError: the folder holds no storage file.
+    """
+    named = [path / Path(name).name for name in _named_files(path / "metadata.yaml")]
+    there = tuple(file for file in named if file.is_file())
+    if there:
+        absent = ", ".join(file.name for file in named if not file.is_file())
+        damage = (Damage(f"the bag folder lacks files its metadata.yaml names: {absent}"),) if absent else ()
+        return there, damage
+    found = sorted((file for file in path.iterdir() if file.is_file() and sniff(file) in ("mcap", "db3")), key=_natural)
+    if not found:
+        names = ", ".join(file.name for file in named)
+        raise LogError(
+            "the folder holds no ROS 2 storage file",
+            where=str(path),
+            found=f"metadata.yaml names {names}, which are not there" if names else None,
+            expected="a .db3 or .mcap file",
+        )
+    read = ", ".join(file.name for file in found)
+    return tuple(found), (Damage(f"its metadata.yaml names no file that is there; {read} was read", lost=False),)
+
+
+def _named_files(metadata: Path) -> list[str]:
+    try:
+        if metadata.stat().st_size > _MAX_METADATA:
+            return []
+        text = metadata.read_text("utf-8", errors="replace")
+    except OSError:
+        return []
+    return _relative_paths(text)
+
+
+def _relative_paths(text: str) -> list[str]:
+    """The items under ``relative_file_paths:``, a plain YAML list in every version of rosbag2."""
+    out: list[str] = []
+    inside = False
+    for line in text.splitlines():
+        stripped = line.strip()
+        if stripped.startswith("relative_file_paths:"):
+            inside = True
+            rest = stripped.removeprefix("relative_file_paths:").strip()
+            if rest.startswith("["):
+                return [item.strip().strip("'\"") for item in rest.strip("[]").split(",") if item.strip()]
+        elif inside and stripped.startswith("- "):
+            out.append(stripped[2:].strip().strip("'\""))
+        elif inside and stripped:
+            break
+    return out
+
+
+def _natural(path: Path) -> tuple[tuple[int, str], ...]:
+    parts: list[tuple[int, str]] = []
+    digits = ""
+    for char in path.name + "\0":
+        if char.isdigit():
+            digits += char
+            continue
+        if digits:
+            parts.append((int(digits), ""))
+            digits = ""
+        parts.append((-1, char))
+    return tuple(parts)

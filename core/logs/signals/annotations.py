@@ -1,0 +1,209 @@
+"""Labels and phases on topics of their own: a flag of the controller, a mark of a person, the phase of a task."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.data.joint_log import Annotation
+from collaudit.core.findings import Finding
+from collaudit.core.logs.messages.profiles import LABEL, Profile, Role
+from collaudit.core.logs.messages.sample_order import clocks_of, in_order
+from collaudit.core.logs.messages.topics import Topic, read_by
+from collaudit.core.logs.signals.publishers import Publisher, seconds_since
+from collaudit.core.logs.signals.sample_clock import Clock
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+#: The field of std_msgs types, taken where none is named.
+DEFAULT_FIELD = "data"
+_PHASE = f"{LABEL}phase"
+#: More values of a phase than this are a measurement, not phases.
+MAX_PHASES = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Marks:
+    """The topics that hold labels and the one that holds the phase, and what of the configuration is not there."""
+
+    labels: tuple[Topic, ...]
+    phase: Topic | None
+    findings: tuple[Finding, ...]
+
+    @property
+    def topics(self) -> tuple[Topic, ...]:
+        """All of them."""
+        return self.labels if self.phase is None else (*self.labels, self.phase)
+
+
+def mark_topics(topics: Sequence[Topic], settings: LogConfig) -> Marks:
+    """Which topics hold labels and the phase: those of known types, and those configured."""
+    findings: list[Finding] = []
+    labels = [topic for topic in topics if _is_known(topic)]
+    for entry in settings.label_topics:
+        topic = _configured(topics, entry, "label", findings)
+        if topic is not None:
+            labels = [known for known in labels if ":" in entry or known.name != topic.name] + [topic]
+    phase = None
+    if settings.phase_topic is not None:
+        phase = _configured(topics, settings.phase_topic, "phase", findings)
+    return Marks(tuple(labels), phase, tuple(findings))
+
+
+def _is_known(topic: Topic) -> bool:
+    return topic.profile is not None and topic.profile.role == "label" and bool(topic.decoders)
+
+
+def _configured(topics: Sequence[Topic], entry: str, role: Role, findings: list[Finding]) -> Topic | None:
+    """A topic read for one field; None with a finding when that cannot be."""
+    name, _, path = entry.partition(":")
+    found = next((topic for topic in topics if topic.name.strip("/") == name.strip("/")), None)
+    if found is None:
+        text = f"The topic {name} was configured as a {role}, and the log does not have it."
+        findings.append(Finding("log-label-missing", "warning", text, where=name))
+        return None
+    if role == "label" and not path and _is_known(found):
+        return found
+    label = "phase" if role == "phase" else path or found.name.strip("/").rsplit("/", 1)[-1]
+    path = path or DEFAULT_FIELD
+    profile = Profile(
+        name=f"configured-{role}",
+        role=role,
+        types=tuple(dict.fromkeys(channel.type for channel in found.channels)),
+        names=path if role == "phase" else None,
+        labels=((label, path),),
+    )
+    topic = read_by(found.name, found.channels, profile, found.extra)
+    if topic.decoders:
+        return topic
+    text = f"The topic {name} was configured as a {role} and cannot be read: {topic.problem}."
+    findings.append(Finding("log-label-missing", "warning", text, where=name))
+    return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Times:
+    """From the clocks of a topic to seconds of the joint states.
+
+    Attributes:
+        joints: the joint states.
+        clock: their clock.
+        origin_ns: its time zero.
+    """
+
+    joints: Publisher
+    clock: Clock
+    origin_ns: int
+
+    def seconds(self, log_ns: IntArray, stamp_ns: IntArray | None) -> FloatArray:
+        """(n,) seconds; a time of recording is told by what the joints' header said at that time."""
+        if self.clock == "log" or self.joints.stamp_ns is None:
+            return seconds_since(log_ns, self.origin_ns)
+        if stamp_ns is not None and bool((stamp_ns != 0).all()):
+            return seconds_since(stamp_ns, self.origin_ns)
+        first = int(self.joints.log_ns[0])
+        recorded = seconds_since(self.joints.log_ns, first)
+        stamped = seconds_since(self.joints.stamp_ns, self.origin_ns)
+        asked = seconds_since(log_ns, first)
+        near = np.clip(np.searchsorted(recorded, asked), 0, recorded.shape[0] - 1)
+        return np.asarray(stamped[near] + (asked - recorded[near]))
+
+    @property
+    def end_s(self) -> float:
+        """The last sample of the joint states."""
+        stamps = self.joints.stamp_ns if self.clock == "header" else None
+        return float(seconds_since(stamps if stamps is not None else self.joints.log_ns, self.origin_ns)[-1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Series:
+    time_s: FloatArray
+    columns: dict[str, FloatArray]
+    words: tuple[str, ...]
+    which: IntArray
+
+
+def read_labels(topic: Topic, times: Times) -> list[Annotation]:
+    """The labels of a topic; each holds from the message that raises it to the one that ends it."""
+    series = _series(topic, times)
+    if series is None or topic.profile is None:
+        return []
+    out = []
+    for name, _ in topic.profile.labels:
+        values = series.columns.get(f"{LABEL}{name}")
+        if values is None:
+            continue
+        raised = np.asarray(topic.profile.raised(name, values).any(axis=1))
+        spans = until_changed(series.time_s, raised, times.end_s)
+        if spans:
+            out.append(Annotation(name, topic.name, spans))
+    return out
+
+
+def read_phases(topic: Topic, times: Times) -> tuple[list[Annotation], list[Finding]]:
+    """The phases of a topic: one label a value, holding until another value is said."""
+    series = _series(topic, times)
+    if series is None:
+        why = topic.decoded.problem or "it holds no messages"
+        text = f"The phase topic {topic.name} cannot be read: {why}."
+        return [], [Finding("log-label-missing", "warning", text, where=topic.name)]
+    numbers = series.columns.get(_PHASE)
+    words = np.array(series.words, dtype=object)[series.which]
+    if numbers is not None:
+        counted = np.isfinite(numbers[:, 0])
+        words[counted] = [f"{value:g}" for value in numbers[counted, 0].tolist()]
+    return phases_of(series.time_s, words.tolist(), times.end_s, topic.name)
+
+
+def phases_of(
+    time_s: FloatArray, words: Sequence[str], end_s: float, source: str
+) -> tuple[list[Annotation], list[Finding]]:
+    """Phases from a value at each stamp; refused where there are too many values."""
+    values = list(dict.fromkeys(words))
+    if len(values) > MAX_PHASES:
+        text = f"{source} was configured as the phase and has {len(values)} values; it was left out."
+        return [], [Finding("log-label-missing", "warning", text, where=source)]
+    number = {value: index for index, value in enumerate(values)}
+    which = np.array([number[word] for word in words], dtype=np.int64)
+    return [
+        Annotation(value, source, until_changed(time_s, which == index, end_s))
+        for index, value in enumerate(values)
+        if value
+    ], []
+
+
+def until_changed(time_s: FloatArray, holds: BoolArray, end_s: float) -> tuple[tuple[float, float], ...]:
+    """(start, end) of each run of True, up to the stamp that ends it; the last lasts to the end of the log."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
+    ends = np.append(time_s, max(end_s, float(time_s[-1])))
+    return tuple((float(time_s[a]), float(ends[b])) for a, b in edges.reshape(-1, 2).tolist())
+
+
+def _series(topic: Topic, times: Times) -> _Series | None:
+    """All groups of a topic in one, in time order."""
+    groups = list(topic.decoded.groups.values())
+    if not groups:
+        return None
+    rows = [group.rows for group in groups]
+    words = tuple(dict.fromkeys(group.key.names[0] if group.key.names else "" for group in groups))
+    which = np.repeat([words.index(group.key.names[0] if group.key.names else "") for group in groups], rows)
+    names = dict.fromkeys(name for group in groups for name, _ in group.key.present)
+    columns = {}
+    for name in names:
+        width = max(dict(group.key.present).get(name, 0) for group in groups)
+        out = np.full((sum(rows), width), np.nan)
+        for group, stop in zip(groups, np.cumsum(rows).tolist(), strict=True):
+            values = group.take(name)
+            if values is not None:
+                out[stop - group.rows : stop, : values.shape[1]] = values
+        columns[name] = out
+    its = in_order(*clocks_of(groups), times.joints.log_breaks, times.joints.stamp_breaks)
+    time_s = times.seconds(its.log_ns, its.stamp_ns)
+    by_time = np.argsort(time_s, kind="stable")
+    sort = by_time if its.sort is None else its.sort[by_time]
+    return _Series(time_s[by_time], {name: values[sort] for name, values in columns.items()}, words, which[sort])

@@ -1,0 +1,74 @@
+"""The wrist force/torque sensor of a recording of messages."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.data.joint_log import WrenchSeries
+from collaudit.core.findings import Finding
+from collaudit.core.logs.messages.sample_order import clocks_of, in_order
+from collaudit.core.logs.messages.topics import Topic
+from collaudit.core.logs.signals.publishers import Publisher, seconds_since
+from collaudit.core.logs.signals.sample_clock import Clock, steadiness
+from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+
+def read_wrench(
+    topic: Topic | None, settings: LogConfig, clock: Clock, origin_ns: int, joints: Publisher
+) -> tuple[WrenchSeries | None, list[Finding]]:
+    """The wrench as recorded, on the clock of the joint states.
+
+    Args:
+        topic: the configured topic, decoded; None when the log does not have it.
+        settings: the configuration.
+        clock: the clock of the joint states.
+        origin_ns: its time zero.
+        joints: the joint states; where their clocks were set back, the wrench's were too.
+
+    Returns:
+        The series, or None with a finding when a wrench was configured and cannot be had.
+    """
+    if settings.wrench is None:
+        return None, []
+    problem = _problem(topic)
+    if problem is not None or topic is None:
+        text = f"The wrench topic {settings.wrench} was configured, and {problem}."
+        return None, [Finding("log-wrench-missing", "warning", text, where=settings.wrench)]
+    log_ns, stamp_ns, wrench, followed = _stacked(topic, joints)
+    findings = []
+    if not followed:
+        text = "The clock was set back in the joint states and not alike in the wrench, which was left out."
+        return None, [Finding("log-wrench-missing", "warning", text, where=topic.name)]
+    stamps = log_ns
+    if clock == "header":
+        if stamp_ns is not None and steadiness(stamp_ns).usable:
+            stamps = stamp_ns
+        else:
+            text = "The wrench carries no usable header stamps; its log time was used beside the joints' stamps."
+            findings.append(Finding("log-time-source", "warning", text, where=topic.name))
+    return WrenchSeries(frozen(seconds_since(stamps, origin_ns)), frozen(wrench), topic.name), findings
+
+
+def _problem(topic: Topic | None) -> str | None:
+    if topic is None:
+        return "the log does not have it"
+    if topic.profile is None or topic.profile.role != "wrench" or not topic.decoders:
+        return topic.problem or f"its type {topic.type} is no wrench"
+    if not topic.decoded.groups:
+        return "it holds no messages" if not topic.decoded.seen else f"none can be decoded: {topic.decoded.problem}"
+    return None
+
+
+def _stacked(topic: Topic, joints: Publisher) -> tuple[IntArray, IntArray | None, FloatArray, bool]:
+    """Log times, stamps and values of all groups in order of recording, and whether their clocks follow the joints'."""
+    groups = list(topic.decoded.groups.values())
+    parts = [np.asarray(group.take("wrench"), dtype=np.float64) for group in groups]
+    wrench = parts[0] if len(parts) == 1 else np.concatenate(parts)
+    its = in_order(*clocks_of(groups), joints.log_breaks, joints.stamp_breaks)
+    topic.decoded.groups.clear()
+    return its.log_ns, its.stamp_ns, wrench if its.sort is None else wrench[its.sort], its.followed

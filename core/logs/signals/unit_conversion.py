@@ -1,0 +1,116 @@
+"""Units and signs: from the log's to SI, in place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import pi
+from typing import TYPE_CHECKING
+
+from collaudit.core.data.joint_log import EffortUnit
+from collaudit.core.errors import ConfigError
+from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.numeric.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import UnitsConfig
+
+
+def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:
+    """Refuse torque constants and signs for joints that nobody has.
+
+    Args:
+        settings: the units.
+        known: joints of the robot and of the log, by either name.
+
+    Raises:
+        ConfigError: a key names no joint, or torque constants are given for efforts that are not currents.
+    """
+    for key, table in (
+        ("torque_constant_nm_per_a", settings.torque_constant_nm_per_a),
+        ("effort_sign", settings.effort_sign),
+    ):
+        for name in table:
+            if name not in known:
+                raise ConfigError(
+                    f"[log.units] {key} names the joint {name!r}, which neither the log nor the robot has",
+                    expected=f"one of {listed(known)}",
+                )
+    if settings.torque_constant_nm_per_a and settings.effort == "Nm" and "effort" in settings.model_fields_set:
+        raise ConfigError(
+            "[log.units] torque_constant_nm_per_a is given, and effort is stated to be in N·m",
+            hint='set effort = "A" when the log holds currents, or take the constants out',
+        )
+
+
+def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
+    """Units for efforts that are currents by what the log says of them, where the configuration says nothing.
+
+    Raises:
+        ConfigError: there are no torque constants.
+    """
+    if "effort" in settings.model_fields_set:
+        return settings
+    if not settings.torque_constant_nm_per_a:
+        raise ConfigError(
+            "the efforts are currents by their names, and their unit is not stated",
+            where=where,
+            expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
+            hint='effort = "raw" fits friction in the log\'s own unit',
+        )
+    return settings.model_copy(update={"effort": "A"})
+
+
+def _for(table: Mapping[str, float], model: str, log: str) -> float | None:
+    return table.get(model, table.get(log))
+
+
+def angle_factor(unit: str) -> float:
+    """Factor to radians."""
+    return pi / 180.0 if unit.startswith("deg") else 1.0
+
+
+def to_radians(values: FloatArray | None, unit: str, linear: Sequence[bool]) -> None:
+    """Scale revolute columns to rad or rad/s in place.
+
+    Args:
+        values: (n, j), or None.
+        unit: ``rad``, ``deg``, ``rad/s`` or ``deg/s``.
+        linear: True for prismatic columns, which are in metres already.
+    """
+    factor = angle_factor(unit)
+    if values is not None and factor != 1.0:
+        values *= [1.0 if prismatic else factor for prismatic in linear]
+
+
+def scale_effort(
+    effort: FloatArray | None, model: Sequence[str], log: Sequence[str], settings: UnitsConfig, where: str
+) -> EffortUnit:
+    """Apply torque constants and signs in place, and tell the unit that results.
+
+    Args:
+        effort: (n, j), or None.
+        model: j names in the robot model.
+        log: j names in the log.
+        settings: the units.
+        where: file and topic, for messages.
+
+    Raises:
+        ConfigError: efforts are currents and a joint has no torque constant.
+    """
+    factors = []
+    for name, alias in zip(model, log, strict=True):
+        factor = float(_for(settings.effort_sign, name, alias) or 1)
+        if settings.effort == "A" and effort is not None:
+            constant = _for(settings.torque_constant_nm_per_a, name, alias)
+            if constant is None:
+                raise ConfigError(
+                    f"effort is in A, and the joint {name!r} has no torque constant",
+                    where=where,
+                    expected="[log.units] torque_constant_nm_per_a = { " + f'"{name}" = … ' + "}",
+                    hint='without one, set effort = "raw": friction can then be fitted in the log\'s own unit',
+                )
+            factor *= constant
+        factors.append(factor)
+    if effort is not None and any(factor != 1.0 for factor in factors):
+        effort *= factors
+    return "raw" if settings.effort == "raw" else "Nm"

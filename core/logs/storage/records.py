@@ -1,0 +1,118 @@
+"""What a container reader hands on: channels, and batches of raw messages located in a byte buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.numeric.arrays import IntArray
+
+ByteArray = NDArray[np.uint8]
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One stream of messages of one type by one publisher.
+
+    Attributes:
+        key: number that batches refer to, unique in its reader.
+        topic: topic name.
+        type: message type; ROS names in the three-part form ``sensor_msgs/msg/JointState``.
+        encoding: how messages are encoded: ``cdr``, ``ros1``, ``protobuf``, ``json`` …
+        schema_encoding: how the schema is written: ``ros2msg``, ``ros1msg``, ``ros2idl``, ``protobuf`` …, or "".
+        schema: the schema's bytes; empty when the file does not hold it.
+    """
+
+    key: int
+    topic: str
+    type: str
+    encoding: str
+    schema_encoding: str
+    schema: bytes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Batch:
+    """Messages of one channel inside one buffer, in the order of the file.
+
+    Attributes:
+        key: the channel.
+        data: (b,) bytes the messages lie in.
+        start: (n,) offset of each message's payload in ``data``.
+        length: (n,) bytes of each payload; ``start + length <= b`` holds.
+        log_ns: (n,) time of recording, ns.
+        publish_ns: (n,) time of publishing, ns, where the container keeps one.
+    """
+
+    key: int
+    data: ByteArray
+    start: IntArray
+    length: IntArray
+    log_ns: IntArray
+    publish_ns: IntArray | None = None
+
+    def payload(self, index: int) -> bytes:
+        """One message's bytes."""
+        start = int(self.start[index])
+        return self.data[start : start + int(self.length[index])].tobytes()
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """A place where a file could not be read as it should be.
+
+    Attributes:
+        text: what is wrong, and where, in one sentence.
+        lost: True when messages were, or may have been, lost.
+    """
+
+    text: str
+    lost: bool = True
+
+
+class LogReader(Protocol):
+    """A container of messages. Damage is collected, never raised, once the file is open."""
+
+    format: str
+    channels: tuple[Channel, ...]
+
+    @property
+    def damage(self) -> list[Damage]:
+        """What was wrong so far."""
+
+    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
+        """Raw messages of the channels named (all when None), chunk by chunk."""
+
+    def close(self) -> None:
+        """Release the file."""
+
+
+def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:
+    """Copy ``width`` bytes from each offset into the rows of a matrix.
+
+    Args:
+        data: (b,) bytes.
+        start: (n,) offsets, each with ``0 <= start`` and ``start + width <= b``.
+        width: bytes per row, at least 1.
+
+    Returns:
+        (n, width) bytes.
+    """
+    count = start.shape[0]
+    if count == 0 or width == 0:
+        return np.empty((count, width), dtype=np.uint8)
+    windows = np.ndarray(
+        shape=(data.shape[0] - width + 1,), dtype=np.dtype(f"V{width}"), buffer=data.data, strides=(1,)
+    )
+    return windows[start].view(np.uint8).reshape(count, width)
+
+
+def ros_type(name: str) -> str:
+    """The three-part form of a ROS message type (``a/B`` and ``a/msg/B`` → ``a/msg/B``)."""
+    parts = name.split("/")
+    return f"{parts[0]}/msg/{parts[1]}" if len(parts) == 2 else name

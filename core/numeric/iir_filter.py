@@ -1,0 +1,137 @@
+"""Recursive filters over long, narrow signals: by blocks of time, forward or both ways, column groups in threads.
+
+A filter's state is carried from block to block, so that nothing as large as the signal is needed but the result:
+fresh memory costs more time than the arithmetic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.parallel import THREADS, ordered_map
+
+#: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
+_BLOCK = 65536
+
+
+def filtered(
+    b: FloatArray,
+    a: FloatArray,
+    x: FloatArray,
+    segments: Sequence[Span],
+    *,
+    both_ways: bool,
+    pad: int = 0,
+    out: FloatArray | None = None,
+) -> tuple[FloatArray, BoolArray | None]:
+    """Run a recursive filter over each stretch, starting settled.
+
+    Args:
+        b, a: numerator and denominator of a filter in z.
+        x: (n, j); values that are not finite inside a stretch are bridged by straight lines.
+        segments: gap-free stretches.
+        both_ways: forward and then backward, without delay; else forward only.
+        pad: samples by which each stretch is continued by its point reflection at both ends (at most its length
+            less one); 0 starts at the first value as if it had lasted for ever.
+        out: (n, j) memory for the result, none of it that of ``x``; fresh memory without.
+
+    Returns:
+        (n, j) result, NaN outside the stretches; and (n, j) where values were bridged, None when nowhere.
+    """
+    from scipy.signal import lfilter_zi
+
+    out = blank(x, segments, out)
+    settled = lfilter_zi(b, a)
+    bridged: BoolArray | None = None
+    for span in segments:
+        if len(span) == 0:
+            continue
+        part, missing = _bridged(x[span.slice])
+        if missing is not None:
+            bridged = np.zeros(x.shape, dtype=bool) if bridged is None else bridged
+            bridged[span.slice] = missing
+        groups = _groups(x.shape[1], len(span))
+        work = [_Stretch(b, a, settled, part[:, g], out[span.slice, g], min(pad, len(span) - 1)) for g in groups]
+        for _ in ordered_map(lambda stretch: stretch.run(both_ways=both_ways), work):
+            pass
+    return out, bridged
+
+
+def blank(like: FloatArray, segments: Sequence[Span], out: FloatArray | None = None) -> FloatArray:
+    """An array of the same shape, NaN outside the stretches and not yet written inside them."""
+    out = np.empty(like.shape, order="F") if out is None else out
+    before = 0
+    for span in segments:
+        out[before : span.start] = np.nan
+        before = span.stop
+    out[before:] = np.nan
+    return out
+
+
+class _Stretch:
+    """One stretch of a group of columns on its way through the filter."""
+
+    def __init__(
+        self, b: FloatArray, a: FloatArray, settled: FloatArray, x: FloatArray, out: FloatArray, pad: int
+    ) -> None:
+        self.b, self.a, self.settled = b, a, settled
+        self.x, self.out, self.pad = x, out, pad
+
+    def run(self, *, both_ways: bool) -> None:
+        """Fill ``out``."""
+        x, pad = self.x, self.pad
+        head, tail = 2.0 * x[0] - x[pad:0:-1], 2.0 * x[-1] - x[-2 : -pad - 2 : -1]
+        state = self._start(head[0] if pad else x[0])
+        state = self._step(head, state)[1]
+        for block in _blocks(x):
+            self.out[block], state = self._step(x[block], state)
+        if both_ways:
+            after, _ = self._step(tail, state)
+            state = self._start(after[-1] if pad else self.out[-1])
+            state = self._step(after[::-1], state)[1]
+            for block in reversed(list(_blocks(x))):
+                back, state = self._step(self.out[block][::-1], state)
+                self.out[block] = back[::-1]
+
+    def _start(self, first: FloatArray) -> FloatArray:
+        """(j, order) state as if a value had lasted for ever."""
+        return np.asarray(first[:, None] * self.settled)
+
+    def _step(self, rows: FloatArray, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Filter rows (m, j) from a state; the (m, j) result and the state after them."""
+        from scipy.signal import lfilter
+
+        if rows.shape[0] == 0:
+            return rows, state
+        columns = np.ascontiguousarray(rows.T)  # filters run several times faster along the contiguous axis
+        result, state = lfilter(self.b, self.a, columns, axis=-1, zi=state)
+        return result.T, state
+
+
+def _blocks(x: FloatArray) -> Iterator[slice]:
+    """Blocks of the rows of a (m, j) group."""
+    count, step = x.shape[0], max(1, _BLOCK // max(1, x.shape[1]))
+    return (slice(start, min(start + step, count)) for start in range(0, count, step))
+
+
+def _groups(columns: int, samples: int) -> list[slice]:
+    """The columns in as many parts as there are threads; short stretches in one."""
+    parts = min(THREADS, columns) if samples * columns > 2 * _BLOCK else 1
+    edges = np.linspace(0, columns, parts + 1).round().astype(int).tolist()
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def _bridged(part: FloatArray) -> tuple[FloatArray, BoolArray | None]:
+    """A stretch (m, j) with missing values filled by straight lines, and where they were, None when nowhere."""
+    if np.isfinite(part.sum()):
+        return part, None
+    missing: BoolArray = ~np.isfinite(part)
+    filled, k = part.copy(), np.arange(part.shape[0])
+    for column in np.flatnonzero(missing.any(axis=0)):
+        hole = missing[:, column]
+        filled[hole, column] = 0.0 if hole.all() else np.interp(k[hole], k[~hole], part[~hole, column])
+    return filled, missing

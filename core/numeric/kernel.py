@@ -1,0 +1,176 @@
+"""Linear smoothing kernels G(s) with unit gain: exact discretisation, delay, noise gain, use over stretches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.iir_filter import filtered
+from collaudit.core.numeric.runs import run_bounds
+
+#: A sample more than this share of whose kernel weight is missing is missing itself.
+_MISSING_SHARE = 0.05
+#: Two passes of a double pole at w are down by 3 dB at this share of w: (1 + x²)² = sqrt(2).
+BOTH_WAYS = math.sqrt(2.0**0.25 - 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """A low-pass G(s) = numerator / denominator with G(0) = 1, or the identity.
+
+    Attributes:
+        numerator, denominator: coefficients in falling powers of s; ``(1,), (1,)`` is the identity.
+        causal: run forward only, with its delay; else forward and backward, without one.
+    """
+
+    numerator: tuple[float, ...]
+    denominator: tuple[float, ...]
+    causal: bool
+
+    @property
+    def identity(self) -> bool:
+        """Whether the kernel changes nothing."""
+        return len(self.denominator) == 1
+
+    @property
+    def delay_s(self) -> float:
+        """Group delay at zero frequency, s: d1/d0 - n1/n0 of the polynomials; 0 when run both ways."""
+        if self.identity or not self.causal:
+            return 0.0
+        num = self.numerator[-2] / self.numerator[-1] if len(self.numerator) > 1 else 0.0
+        return self.denominator[-2] / self.denominator[-1] - num
+
+    @property
+    def settle_s(self) -> float:
+        """Time after which the start of a stretch weighs less than about 5 %, s."""
+        if self.identity:
+            return 0.0
+        return 3.0 * self.denominator[-2] / self.denominator[-1]
+
+    def noise_gain(self, period_s: float) -> float:
+        """Standard deviation of the output for white noise of one at the input, sampled every ``period_s``."""
+        if self.identity:
+            return 1.0
+        length = max(16, math.ceil(8.0 * self.settle_s / period_s))
+        pulse = np.zeros((2 * length + 1, 1))
+        pulse[length] = 1.0
+        out = self.apply(pulse, [Span(0, len(pulse))], period_s)
+        return float(np.sqrt(np.sum(out**2)))
+
+    def share_of_push(self, samples: int, period_s: float) -> float:
+        """The largest share of a rectangular push of so many samples that passes."""
+        if self.identity:
+            return 1.0
+        around = max(16, math.ceil(4.0 * self.settle_s / period_s))
+        push = np.zeros((samples + 2 * around, 1))
+        push[around : around + samples] = 1.0
+        return float(self.apply(push, [Span(0, len(push))], period_s).max())
+
+    def apply(
+        self, x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None
+    ) -> FloatArray:
+        """Smooth each stretch, starting settled at its first value.
+
+        Args:
+            x: (n, j); NaN inside a stretch is bridged, and is NaN where it weighs more than 5 %.
+            segments: gap-free stretches; outside them the result is NaN.
+            period_s: sample period, s.
+            out: (n, j) memory for the result, other than that of ``x``.
+        """
+        if not self.identity:
+            return self._filtered(self.numerator, x, segments, period_s, out)
+        if out is None:
+            return x
+        out[...] = x
+        return out
+
+    def slope(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
+        """The smoothed time derivative s·G(s) x without differentiating: what needs no acceleration.
+
+        Raises:
+            ValueError: the kernel is the identity or not causal, where this is not a filter of its own.
+        """
+        if self.identity or not self.causal:
+            raise ValueError("a smoothed derivative needs a causal kernel that smooths")
+        return self._filtered((*self.numerator, 0.0), x, segments, period_s)
+
+    def _filtered(
+        self,
+        numerator: tuple[float, ...],
+        x: FloatArray,
+        segments: Sequence[Span],
+        period_s: float,
+        out: FloatArray | None = None,
+    ) -> FloatArray:
+        out, bridged = self._run(self._coefficients(numerator, period_s), x, segments, out)
+        if bridged is not None:
+            out[self.reach(~np.isfinite(x), segments, period_s)] = np.nan
+        return out
+
+    def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:
+        """(n, j) samples in whose kernel the marked samples weigh more than 5 %."""
+        if self.identity or not mask.any():
+            return mask
+        weight, _ = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
+        return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
+
+    def near(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> tuple[IntArray, list[Span]]:
+        """Rows that are enough to smooth what is at the marked rows (n,), and the stretches that they form together.
+
+        Rows further away than eight times :attr:`settle_s` weigh less than 1e-9 where the marked ones weigh anything;
+        so do neighbouring stretches on each other when what is in between is left out.
+        """
+        margin = math.ceil(8.0 * self.settle_s / period_s)
+        rows, stretches, count = [], [], 0
+        for span in segments:
+            starts, stops = run_bounds(mask[span.slice])
+            wanted = np.zeros(len(span) + 1, dtype=np.int64)
+            np.add.at(wanted, np.maximum(starts - margin, 0), 1)
+            np.add.at(wanted, np.minimum(stops + margin, len(span)), -1)
+            its = span.start + np.flatnonzero(np.cumsum(wanted[:-1]))
+            if its.size:
+                rows.append(its)
+                stretches.append(Span(count, count + its.size))
+                count += its.size
+        return np.concatenate(rows) if rows else np.empty(0, dtype=np.int64), stretches
+
+    def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:
+        """Exact for inputs that are straight between samples (first-order hold)."""
+        from scipy.signal import cont2discrete
+
+        system = (np.array(numerator), np.array(self.denominator))
+        b, a, _ = cont2discrete(system, period_s, method="foh")
+        return np.atleast_2d(b)[0], np.asarray(a, dtype=np.float64)
+
+    def _run(
+        self,
+        coefficients: tuple[FloatArray, FloatArray],
+        x: FloatArray,
+        segments: Sequence[Span],
+        out: FloatArray | None = None,
+    ) -> tuple[FloatArray, BoolArray | None]:
+        return filtered(*coefficients, x, segments, both_ways=not self.causal, out=out)
+
+
+def identity(causal: bool) -> Kernel:
+    """The kernel that changes nothing."""
+    return Kernel((1.0,), (1.0,), causal)
+
+
+def first_order(gain_per_s: float, causal: bool) -> Kernel:
+    """K / (s + K)."""
+    return Kernel((gain_per_s,), (1.0, gain_per_s), causal)
+
+
+def butterworth(omega_per_s: float, causal: bool) -> Kernel:
+    """w² / (s² + sqrt(2) w s + w²)."""
+    return Kernel((omega_per_s**2,), (1.0, math.sqrt(2.0) * omega_per_s, omega_per_s**2), causal)
+
+
+def double_pole(omega_per_s: float, causal: bool) -> Kernel:
+    """w² / (s + w)²."""
+    return Kernel((omega_per_s**2,), (1.0, 2.0 * omega_per_s, omega_per_s**2), causal)

@@ -1,0 +1,172 @@
+"""By how much a channel is stamped late: the shift at which it follows the motion best, block of time by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.conditioning.velocity_lag import SAMPLES
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.robot.robot_model import RobotModel
+
+_REACH_S = (-0.2, 0.7)
+_COARSE_S = 0.01
+_STEADY_S = 0.1
+_BLOCKS = 10
+_MAX_ROWS = 12_000
+MOVING = 0.02
+
+#: Of some samples (their numbers): the sums of squares (k,) at a shift in samples of the grid.
+Costs = Callable[[IntArray], Callable[[int], FloatArray]]
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """How much later than the motion a channel is, s, with the interval from blocks of time."""
+
+    seconds: float
+    ci95: tuple[float, float]
+
+
+def effort_shift(
+    series: UniformSeries, robot: RobotModel, joints: Sequence[str], contact: FloatArray | None
+) -> Delay | None:
+    """Delay of effort against the model torque of the motion; None without enough motion.
+
+    At each shift effort is regressed on model torque, sgn(v), v and a constant; the joints' sums of squares, each
+    in units of its smallest, are added. Velocity and acceleration are those of the positions: a logged velocity that
+    the drive filters is itself late.
+
+    Args:
+        series: the log, with effort.
+        robot: with inertials.
+        joints: whose efforts count.
+        contact: (n, j) torque of the meant tool force, or None.
+    """
+    if series.effort is None or not joints:
+        return None
+    effort, loaded = series.effort, [series.column(j) for j in joints]
+    loaded = [j for j in loaded if np.nanstd(effort[:, j]) > 0]
+    if not loaded:
+        return None
+    v, a = position_motion(series)
+    known = np.isfinite(series.position_rad + v + a).all(axis=1) & ~series.edge
+    if contact is not None:
+        known &= np.isfinite(contact).all(axis=1)
+    slides = {j: steady(v[:, j], MOVING, round(_STEADY_S / series.period_s)) for j in loaded}
+    rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, effort[:, loaded])
+    if rows.size == 0:
+        return None
+    rigid = robot.inverse_dynamics(*(np.ascontiguousarray(x[rows]) for x in (series.position_rad, v, a)))
+    if contact is not None:
+        rigid = rigid + contact[rows]
+
+    def costs(pick: IntArray) -> Callable[[int], FloatArray]:
+        parts = []
+        for j in loaded:
+            use = pick[slides[j][rows[pick]]]
+            speed = v[rows[use], j]
+            columns = np.column_stack([rigid[use, j], np.sign(speed), speed, np.ones(use.size)])
+            parts.append((rows[use], basis_of(columns), np.ascontiguousarray(effort[:, j])))
+        return lambda shift: np.array([left_over(basis, y[at + shift]) for at, basis, y in parts])
+
+    return best_shift(rows.size, costs, series.period_s)
+
+
+def position_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
+    """(n, j) velocity and acceleration from the positions alone, filtered as the logged ones are."""
+    raw = differentiate(series.position_rad, series.segments, series.period_s)
+    v = low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)
+    return v, differentiate(v, series.segments, series.period_s)
+
+
+def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
+    """(n, j) velocity and acceleration: the logged ones, or those of the positions where the logged velocity lags.
+
+    A velocity that is a few milliseconds late makes inertia look like friction, and drive gains wrong by per cents.
+    """
+    late = series.velocity_lag_s
+    if late is None or late < SAMPLES * series.period_s:
+        return series.velocity_rad_s, series.acceleration_rad_s2
+    return position_motion(series)
+
+
+def thinned(rows: IntArray, series: UniformSeries, channel: FloatArray) -> IntArray:
+    """At most ``_MAX_ROWS`` of the rows, none without the channel (n, k) within reach of the shifts."""
+    back, ahead = _reach(series.period_s)
+    holes = np.concatenate([[0], np.cumsum(~np.isfinite(channel).all(axis=1))])
+    rows = rows[(rows + back >= 0) & (rows + ahead < channel.shape[0])]
+    rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
+    return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
+
+
+def best_shift(count: int, costs: Costs, period_s: float) -> Delay | None:
+    """Best shift by a parabola through the smallest cost, in each block of time; mean and t interval over blocks.
+
+    Args:
+        count: number of samples, in order of time.
+        costs: sums of squares to be made small.
+        period_s: of the grid.
+    """
+    if count < 40 * _BLOCKS:
+        return None
+    every = np.arange(count)
+    back, ahead = _reach(period_s)
+    step = max(1, round(_COARSE_S / period_s))
+    coarse = np.arange(back, ahead + 1, step)
+    thin = costs(every[::3])
+    total = np.array([thin(int(k)) for k in coarse])
+    weights = np.maximum(total.min(axis=0), 1e-30)
+    near = int(coarse[int(np.argmin((total / weights).sum(axis=1)))])
+    shifts = np.arange(max(back, near - 2 * step - 2), min(ahead, near + 2 * step + 2) + 1)
+    best = []
+    for part in np.array_split(every, _BLOCKS):
+        cost = costs(part)
+        sums = np.array([(cost(int(k)) / weights).sum() for k in shifts])
+        k = int(np.clip(np.argmin(sums), 1, shifts.size - 2))
+        bend = sums[k - 1] - 2 * sums[k] + sums[k + 1]
+        move = 0.5 * (sums[k - 1] - sums[k + 1]) / bend if bend > 0 else 0.0
+        best.append((shifts[k] + float(np.clip(move, -1, 1))) * period_s)
+    from scipy.stats import t
+
+    values = np.array(best)
+    middle = float(np.median(values))
+    spread = 1.4826 * float(np.median(np.abs(values - middle)))
+    # a block without acceleration says nothing of time: medians, and the efficiency of a median
+    half = float(t.ppf(0.975, _BLOCKS - 1)) * 1.2533 * max(spread, 0.02 * period_s) / float(np.sqrt(_BLOCKS))
+    return Delay(middle, (middle - half, middle + half))
+
+
+def basis_of(columns: FloatArray) -> FloatArray:
+    """(n, k) orthonormal basis of what columns can explain; of columns all zero or alike, what is left of them."""
+    if columns.shape[0] <= columns.shape[1]:
+        return np.zeros((columns.shape[0], 0))
+    size = np.linalg.norm(columns, axis=0)
+    u, s, _ = np.linalg.svd(columns / np.where(size > 0, size, 1.0), full_matrices=False)
+    return np.asarray(u[:, s > 1e-9 * s[0]])
+
+
+def left_over(basis: FloatArray, target: FloatArray) -> float:
+    """Sum of squares of a target (n,) that a basis leaves; 0 for too few samples."""
+    if basis.shape[1] == 0:
+        return 0.0
+    return max(0.0, float(target @ target) - float(np.sum((target @ basis) ** 2)))
+
+
+def _reach(period_s: float) -> tuple[int, int]:
+    back, ahead = (round(x / period_s) for x in _REACH_S)
+    return min(back, -3), max(ahead, 3)
+
+
+def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:
+    """(n,) around which a joint moves one way for ``margin`` samples, faster than ``slowest``: friction slides."""
+    out = np.zeros(v.size, dtype=bool)
+    for mask in (v > slowest, v < -slowest):
+        for start, stop in zip(*run_bounds(mask), strict=True):
+            out[start + margin : max(start + margin, stop - margin)] = True
+    return out

@@ -1,0 +1,242 @@
+"""The meant tool force: from the wrist sensor to joint torques J(q)^T F (eq. 2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.identification_result import SensorFacts
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.phases import PHASES, contact_mask
+from collaudit.core.prepare.usual_force import meant_share
+from collaudit.core.robot.robot_model import RobotModel, SensorReading
+
+_BIAS_S = 1.0
+#: Stated phases are no sharper than this: the force takes a moment to come and to go.
+_RELEASE_S = 0.25
+
+
+def contact_torque(
+    series: UniformSeries,
+    robot: RobotModel,
+    phases: NDArray[np.int8],
+    config: Config,
+    sensor: SensorFacts | None = None,
+) -> tuple[FloatArray | None, list[Finding]]:
+    """Joint torque of the force that the tool is meant to exert, eq. (2).
+
+    Where phases are known, a force outside contact is not meant (eq. 1) and stays in the residual.
+
+    Returns:
+        (n, j) N·m, or None without a wrench; and findings on how its offset was found.
+
+    Raises:
+        ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
+    """
+    force, findings = tool_force(series, robot, phases, config, sensor)
+    if force is None:
+        return None, findings
+    frame, carried = _frame(robot, config), _carried(robot, sensor)
+    if carried is None or not robot.has_inertials:
+        torque = robot.wrench_torque(series.position_rad, force, frame)
+    else:
+        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+        torque = robot.contact_torque(*motion, force, frame, carried)
+    size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
+    return _meant_torque(torque, size, series, phases, config, findings)
+
+
+def model_torques(
+    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
+) -> tuple[FloatArray, FloatArray | None, list[Finding]]:
+    """Rigid-body torque (n, j) of the motion, and :func:`contact_torque`; in one go where that gives the same.
+
+    Raises:
+        NotJudgedError: the robot has no inertials. ConfigError, RobotError: as :func:`contact_torque`.
+    """
+    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+    carried, weighed = _carried(robot, None), _weighed(config)
+    frame, signals = config.log.wrench_frame, (series.wrench, *motion[1:])
+    whole = all(x is not None and all(np.isfinite(x[s.slice].sum()) for s in series.segments) for x in signals)
+    if not whole or frame is None or weighed != (carried is not None):  # a row with anything unknown is unknown in both
+        return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
+    if carried is not None and not robot.same_link(frame, carried[0]):
+        return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
+    assert series.wrench is not None
+    bias, findings = _bias(series, robot, frame, phases, config)
+    reading = SensorReading(series.wrench, frame, float(config.log.wrench_sign), bias, carried)
+    rigid, torque, size = robot.torques(*motion, reading)
+    return rigid, *_meant_torque(torque, size, series, phases, config, findings)
+
+
+def _meant_torque(
+    torque: FloatArray,
+    size: FloatArray,
+    series: UniformSeries,
+    phases: NDArray[np.int8],
+    config: Config,
+    findings: list[Finding],
+) -> tuple[FloatArray, list[Finding]]:
+    """What of the torque (n, j), which is changed, and of a force of that size (n,) is meant; and what to say of it."""
+    share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
+    if not (share == 1.0).all():
+        torque *= share[:, None]
+    findings = [*findings, *unusual]
+    if np.any(phases != PHASES.index("free")):
+        torque[~_meant(phases, series.period_s)] = 0.0  # eq. (1): outside contact no force is meant
+    else:
+        findings = [*findings, _always_meant()]
+    return torque, findings
+
+
+def _carried(robot: RobotModel, sensor: SensorFacts | None) -> tuple[str, float, FloatArray] | None:
+    """Frame, mass and centre of the tool that the sensor carries; None when none is known."""
+    if sensor is not None:
+        centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+        return (sensor.frame, sensor.mass_kg, centre) if sensor.mass_kg > 0 else None
+    return None if robot.tool is None else (robot.tool.frame, robot.tool.mass_kg, np.array(robot.tool.com_m))
+
+
+def tool_force(
+    series: UniformSeries,
+    robot: RobotModel,
+    phases: NDArray[np.int8],
+    config: Config,
+    sensor: SensorFacts | None = None,
+) -> tuple[FloatArray | None, list[Finding]]:
+    """What the tool does to the environment, in the sensor's frame.
+
+    The sensor reads ``sign · (F - W) + bias`` with F what the robot does to the environment, W the
+    tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``. Bias and weight are
+    those of ``sensor`` where it is given.
+
+    Returns:
+        (n, 6) N and N·m, or None without a wrench; and findings on how its offset was found.
+
+    Raises:
+        ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
+    """
+    if series.wrench is None:
+        return None, _expected_a_wrench(config)
+    frame = _frame(robot, config)
+    sign = float(config.log.wrench_sign)
+    if sensor is not None:
+        centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+        own = robot.weight_in(series.position_rad, sensor.frame, sensor.mass_kg, centre)
+        return _without(series.wrench, sign, np.array(sensor.offset), own), [_calibrated(sensor)]
+    weight = robot.tool_wrench(series.position_rad, frame) if _weighed(config) else None
+    bias, findings = _bias(series, robot, frame, phases, config)
+    return _without(series.wrench, sign, bias, weight), findings
+
+
+def _weighed(config: Config) -> bool:
+    """Whether the weight of the tool is known, and taken out of what the sensor reads."""
+    return config.robot.tool.mass_kg not in (0.0, "estimate")
+
+
+def _without(reading: FloatArray, sign: float, bias: FloatArray, weight: FloatArray | None) -> FloatArray:
+    """``sign · (reading - bias) + weight`` with one fresh array."""
+    force = np.asarray(reading - bias)
+    if sign != 1.0:
+        force *= sign
+    if weight is not None:
+        force += weight
+    return force
+
+
+def _calibrated(sensor: SensorFacts) -> Finding:
+    text = (
+        f"The wrist sensor's offset and its tool ({sensor.mass_kg:.3g} kg) are those that the friction file holds, "
+        f"from {sensor.poses} poses at rest."
+    )
+    return Finding("log-wrench-bias", "info", text)
+
+
+def _meant(phases: NDArray[np.int8], period_s: float) -> BoolArray:
+    """Samples in which a tool force is meant: contact, and the moment in which it builds up and is let go."""
+    contact = np.asarray(phases == PHASES.index("contact"))
+    reach = round(_RELEASE_S / period_s)
+    starts, stops = run_bounds(contact)
+    meant = contact.copy()
+    for a, b in zip(starts, stops, strict=True):
+        meant[max(0, a - reach) : b + reach] = True
+    return meant
+
+
+def _always_meant() -> Finding:
+    return Finding(
+        "phases-unknown",
+        "warning",
+        "There is a wrench and no phases: every force that the sensor sees is taken as meant, so a collision of the "
+        "tool cannot be seen. [phases] says when contact was meant.",
+    )
+
+
+def _frame(robot: RobotModel, config: Config) -> str:
+    frame = config.log.wrench_frame
+    if frame is None:
+        raise ConfigError(
+            "the log has a wrench, but its frame is not configured",
+            where="[log] wrench_frame",
+            expected="a frame of the model, such as " + ", ".join(robot.frame_names[-3:]),
+        )
+    return frame
+
+
+def _expected_a_wrench(config: Config) -> list[Finding]:
+    if config.phases.contact and config.log.wrench is None and config.log.csv.wrench is None:
+        return [
+            Finding(
+                "log-wrench-missing",
+                "warning",
+                "A contact phase is configured but no wrench: the meant tool force stays in the residual.",
+            )
+        ]
+    return []
+
+
+def _bias(
+    series: UniformSeries, robot: RobotModel, frame: str, phases: NDArray[np.int8], config: Config
+) -> tuple[FloatArray, list[Finding]]:
+    """Zero offset of the sensor, (6,): configured, or the median before contact."""
+    assert series.wrench is not None
+    if not isinstance(config.log.wrench_bias, str):
+        return np.asarray(config.log.wrench_bias, dtype=np.float64), []
+    free, where = _free_samples(series, phases)
+    readings = series.wrench[free]
+    if _weighed(config):
+        readings = readings + float(config.log.wrench_sign) * robot.tool_wrench(series.position_rad[free], frame)
+    readings = readings[np.isfinite(readings).all(axis=1)]
+    if readings.shape[0] < 10:
+        return np.zeros(6), [
+            Finding(
+                "log-wrench-bias",
+                "warning",
+                f"The zero offset of the wrench sensor could not be taken from {where}; it was taken as zero.",
+            )
+        ]
+    bias = np.median(readings, axis=0)
+    scatter = np.std(readings, axis=0)
+    text = ", ".join(f"{b:.3g}" for b in bias)
+    return bias, [
+        Finding(
+            "log-wrench-bias",
+            "info" if "approach" in where else "warning",
+            f"Zero offset of the wrench sensor taken from {where}: [{text}] (N, N·m), scatter up to "
+            f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. Wrong if the tool touched something then.",
+        )
+    ]
+
+
+def _free_samples(series: UniformSeries, phases: NDArray[np.int8]) -> tuple[BoolArray, str]:
+    """Samples believed to be without contact, and how they were chosen."""
+    approach = phases == PHASES.index("approach")
+    if np.count_nonzero(approach) >= 10:
+        return np.asarray(approach), "the approach phase"
+    start = series.time_s - series.time_s[0] < _BIAS_S
+    return np.asarray(start), f"the first {_BIAS_S:g} s of the log, no approach phase being configured"

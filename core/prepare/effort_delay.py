@@ -1,0 +1,67 @@
+"""An effort that seems inverted because it is late: the delay is said, and no sign is advised."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.conditioning.stated_delays import moved
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.channel_shift import Delay, effort_shift
+from collaudit.core.prepare.effort_gain import EffortGain, effort_gain_findings, effort_gains
+from collaudit.core.robot.robot_model import RobotModel
+
+_LATE_S = 0.02
+
+
+def effort_findings(
+    series: UniformSeries,
+    robot: RobotModel,
+    rigid: FloatArray,
+    contact: FloatArray | None,
+    gains: tuple[EffortGain, ...],
+    judged: tuple[str, ...],
+    taken_off_ms: float,
+) -> list[Finding]:
+    """What the gains say of the effort; a delay in place of signs that it explains.
+
+    Args:
+        series: the log.
+        robot: with inertials.
+        rigid: (n, j) rigid-body torque.
+        contact: (n, j) torque of the meant tool force, or None.
+        gains: effort against both together.
+        judged: joints to speak of.
+        taken_off_ms: delay that the configuration takes off already.
+    """
+    said = effort_gain_findings(gains, judged, series.effort_unit)
+    inverted = {g.joint for g in gains if g.inverted}
+    if not inverted:
+        return said
+    delay = effort_shift(series, robot, [g.joint for g in gains], contact)
+    if delay is None or delay.ci95[0] < _LATE_S:
+        return said
+    undone = {g.joint for g in gains_at(series, rigid, delay, contact) if not g.inverted} & inverted
+    if not undone:
+        return said
+    low, high = (1e3 * x for x in delay.ci95)
+    text = (
+        f"The effort is {1e3 * delay.seconds:.0f} ms behind the motion (95 %: {low:.0f} to {high:.0f} ms). As stamped "
+        f"it seems to run against the model's torque on {', '.join(sorted(undone))}; with the delay taken off it does "
+        f"not: no sign is inverted there. To correct it: [log] effort_delay_ms = "
+        f"{taken_off_ms + 1e3 * delay.seconds:.0f}. Nothing was changed."
+    )
+    kept = [f for f in said if not (f.code == "effort-sign-inverted" and f.joint in undone)]
+    return [Finding("effort-delay", "error", text), *(f for f in kept if f.code != "effort-gain")]
+
+
+def gains_at(
+    series: UniformSeries, expected: FloatArray, delay: Delay, contact: FloatArray | None = None
+) -> tuple[EffortGain, ...]:
+    """Gains of the effort with a delay taken off."""
+    assert series.effort is not None
+    shifted = replace(series, effort=moved(series.effort, series, delay.seconds))
+    return effort_gains(shifted, np.asarray(expected), contact)

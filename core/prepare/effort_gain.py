@@ -1,0 +1,158 @@
+"""Does the effort behave like a joint torque? Its gain and sign against the model's torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.parallel import ordered_map
+
+_MOVING = 0.02  # rad/s
+_CLUSTER_S = 1.0
+_MIN_CLUSTERS = 8
+_MAX_SAMPLES = 50_000
+_MIN_EXPLAINED = 0.2
+_PLAUSIBLE_GAIN = (0.5, 2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class EffortGain:
+    """Effort regressed on the model's torque, with friction and offset beside it.
+
+    Attributes:
+        joint: joint name.
+        gain: effort per N·m of model torque; 1 for a torque in N·m, negative when inverted.
+        ci95: interval, from the scatter between stretches of one second.
+        explained: share of the effort's variance, after friction and offset, that the model torque explains.
+    """
+
+    joint: str
+    gain: float
+    ci95: tuple[float, float]
+    explained: float
+
+    @property
+    def inverted(self) -> bool:
+        """Whether the effort clearly runs against the model's torque."""
+        return self.ci95[1] < 0 and self.explained >= _MIN_EXPLAINED
+
+    @property
+    def known(self) -> bool:
+        """Whether the motion loaded the joint enough to tell the sign."""
+        return (self.ci95[0] > 0 or self.ci95[1] < 0) and self.explained >= _MIN_EXPLAINED
+
+
+def effort_gains(
+    series: UniformSeries, model_torque: FloatArray, contact_nm: FloatArray | None = None
+) -> tuple[EffortGain, ...]:
+    """Least squares of effort = gain·tau_model + c·sgn(v) + d·v + offset per joint, over moving samples.
+
+    The interval is cluster-robust (one-second clusters; Liang and Zeger, Biometrika 73, 1986), since
+    residuals of neighbouring samples are alike.
+
+    Args:
+        series: the log on its uniform time base.
+        model_torque: (n, j) rigid-body torque, N·m.
+        contact_nm: (n, j) torque of the meant tool force, which adds to it where it is known.
+
+    Returns:
+        One entry for each joint with enough motion.
+    """
+    if series.effort is None:
+        return ()
+    effort, velocity, names = series.effort, series.velocity_rad_s, series.joint_names
+
+    def one(j: int) -> EffortGain | None:
+        use = _samples(effort[:, j], model_torque[:, j], velocity[:, j])
+        model = model_torque[use, j]
+        if contact_nm is not None:
+            model = model + np.nan_to_num(contact_nm[use, j])
+        cluster: IntArray = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
+        return _gain(names[j], effort[use, j], model, velocity[use, j], cluster)
+
+    return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
+
+
+def _samples(effort: FloatArray, model: FloatArray, velocity: FloatArray) -> IntArray:
+    """At most twice :data:`_MAX_SAMPLES` at which the joint moves and all is known, spread over the log.
+
+    Of a long log every so many-th is looked at first, and all only when that finds too few.
+    """
+    found: IntArray = np.empty(0, dtype=np.int64)
+    for step in sorted({max(1, effort.size // (4 * _MAX_SAMPLES)), 1}, reverse=True):
+        x, tau, v = effort[::step], model[::step], velocity[::step]
+        found = step * np.flatnonzero(np.isfinite(x) & np.isfinite(tau) & (np.abs(v) > _MOVING))
+        if found.size >= _MAX_SAMPLES:
+            break
+    return found[:: max(1, found.size // _MAX_SAMPLES)]
+
+
+def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArray) -> EffortGain | None:
+    if y.size < 2 * _MIN_CLUSTERS:
+        return None
+    ids, label = np.unique(group, return_inverse=True)
+    if ids.size < _MIN_CLUSTERS or np.std(x) == 0:
+        return None
+    nuisance = np.column_stack([np.sign(v), v, np.ones_like(v)])
+    basis, _ = np.linalg.qr(nuisance)
+    x_free = x - basis @ (basis.T @ x)
+    y_free = y - basis @ (basis.T @ y)
+    power = float(x_free @ x_free)
+    if power <= 1e-9 * x.size:
+        return None
+    gain = float(x_free @ y_free) / power
+    score = np.bincount(label, weights=x_free * (y_free - gain * x_free))
+    small_sample = ids.size / (ids.size - 1)
+    se = float(np.sqrt(small_sample * np.sum(score**2))) / power
+    half = 1.96 * (1.0 + 2.0 / ids.size) * se
+    spread = float(y_free @ y_free)
+    explained = gain**2 * power / spread if spread > 0 else 0.0
+    return EffortGain(joint, gain, (gain - half, gain + half), min(1.0, explained))
+
+
+def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str) -> list[Finding]:
+    """What the gains say: inverted, out of scale, or not to be told. Nothing is ever changed by it."""
+    findings = []
+    by_joint = {g.joint: g for g in gains}
+    unknown = [j for j in joints if j not in by_joint or not by_joint[j].known]
+    for gain in gains:
+        numbers = f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
+        if gain.inverted:
+            findings.append(
+                Finding(
+                    "effort-sign-inverted",
+                    "error",
+                    f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: "
+                    f"{numbers}. If it is inverted, say so in [log.units]: "
+                    f'effort_sign = {{ "{gain.joint}" = -1 }}. Nothing was changed.',
+                    joint=gain.joint,
+                )
+            )
+        elif unit == "Nm" and gain.known and not _overlaps(gain.ci95, _PLAUSIBLE_GAIN):
+            findings.append(
+                Finding(
+                    "effort-gain",
+                    "warning",
+                    f"The effort of joint '{gain.joint}' is {numbers}: it may not be a torque in N·m, or the model "
+                    "lacks a payload.",
+                    joint=gain.joint,
+                )
+            )
+    if unknown:
+        findings.append(
+            Finding(
+                "effort-sign-unknown",
+                "info",
+                f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
+                "the model's torque varies too little against friction and noise.",
+            )
+        )
+    return findings
+
+
+def _overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:
+    return a[0] <= b[1] and b[0] <= a[1]

@@ -1,0 +1,140 @@
+"""What friction can be: a value while a joint slides, an interval while it rests or its bristles still turn over.
+
+After a reversal friction runs from one breakaway value towards its steady one as the joint travels. How far that
+takes differs between arms and is not in a log, so the friction after a travel d is only known to lie between a
+stiff joint's (steady at once) and a soft one's (eq. (7) integrated over the travel: an exponential in d).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
+
+#: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
+_TRAVEL_CONSTANTS = 5.0
+#: Friction is trusted this far below the slowest speed it was measured at: what a section's speed may vary by.
+_BELOW_RANGE = 0.95
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionBounds:
+    """Friction of one joint over time, N·m.
+
+    Attributes:
+        sliding_nm: (n,) steady friction at the velocity.
+        steady: (n,) the joint has slid far enough since it rested, reversed or came into view.
+        loose: (k,) the samples that are not steady, in order.
+        loose_nm: (2, k) lower and upper bound there.
+        level_sd: standard error that a trend with temperature leaves in the level, as a share.
+    """
+
+    sliding_nm: FloatArray
+    steady: BoolArray
+    loose: IntArray
+    loose_nm: FloatArray
+    level_sd: float = 0.0
+
+    @property
+    def low_nm(self) -> FloatArray:
+        """(n,) lower bound; ``sliding_nm`` where it is steady."""
+        return self.bounds()[0]
+
+    @property
+    def high_nm(self) -> FloatArray:
+        """(n,) upper bound."""
+        return self.bounds()[1]
+
+    def bounds(self, rows: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bound, everywhere or at the given samples."""
+        low = self.sliding_nm.copy() if rows is None else self.sliding_nm[rows]
+        high = low.copy()
+        if rows is None:
+            low[self.loose], high[self.loose] = self.loose_nm
+        else:
+            at = np.flatnonzero(~self.steady[rows])
+            low[at], high[at] = self.loose_nm[:, np.searchsorted(self.loose, rows[at])]
+        return low, high
+
+
+def friction_bounds(
+    series: UniformSeries, j: int, velocity: FloatArray, law: FrictionModel, slow: float | None, travel_rad: float
+) -> FrictionBounds:
+    """Bounds of one joint's friction.
+
+    Args:
+        series: where the joint was.
+        j: its column.
+        velocity: (n,) at which friction is taken.
+        law: the fitted law.
+        slow: below this speed the joint is taken to rest; just below the slowest fitted speed when None.
+        travel_rad: travel after which friction is steady.
+    """
+    sliding = law.torque(velocity)
+    slowest = slow or _BELOW_RANGE * law.speed_range[0]
+    steady, travel = _settled(series, j, velocity, slowest, travel_rad)
+    if not np.isfinite(sliding.sum()):
+        steady &= np.isfinite(sliding)
+    k = np.flatnonzero(~steady)
+    resting, forward, size = np.abs(velocity[k]) < slowest, velocity[k] >= 0, np.abs(sliding[k])
+    hold = np.maximum(law.hold, size)
+    left = np.exp(-_TRAVEL_CONSTANTS * travel[k] / travel_rad) if travel_rad > 0 else np.zeros_like(size)
+    along_low = np.where(resting, -hold, size - (size + hold) * left)
+    along_high = np.where(resting, hold, size + (hold - size) * left)
+    loose = np.where(forward, (along_low, along_high), (-along_high, -along_low))
+    heat = None if law.warmth is None or series.temperature_c is None else series.temperature_c[:, j]
+    if law.warmth is None or heat is None:
+        return FrictionBounds(sliding, steady, k, loose)
+    share = law.warmth.share(heat)
+    return FrictionBounds(share * sliding, steady, k, share[k] * loose, law.warmth.doubt(heat))
+
+
+def _settled(
+    series: UniformSeries, j: int, velocity: FloatArray, slowest: float, travel_rad: float
+) -> tuple[BoolArray, FloatArray]:
+    """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
+
+    Both also count from the start of a stretch.
+    """
+    steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
+    for segment in series.segments:
+        if len(segment) == 0:
+            continue
+        position, v, way = series.position_rad[segment.slice, j], velocity[segment.slice], travel[segment.slice]
+        resting = _resting(v, slowest)
+        v = _last_known(v)  # an unknown velocity is no reversal, and hides none
+        forward, backward = v > 0, v < 0
+        anew = resting.copy()
+        anew[0] = True
+        anew[1:] |= (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
+        np.subtract(position[1:], position[:-1], out=way[1:])
+        np.abs(way, out=way)
+        if not np.isfinite(way.sum()):
+            way[~np.isfinite(way)] = 0.0
+        way[...] = np.cumsum(way)
+        starts = np.flatnonzero(anew)
+        way -= np.repeat(way[starts], np.diff(starts, append=way.size))
+        np.greater_equal(way, travel_rad, out=steady[segment.slice])
+        steady[segment.slice] &= ~resting
+    return steady, travel
+
+
+def _resting(velocity: FloatArray, slowest: float) -> BoolArray:
+    """(n,) |velocity| < slowest; not where it is unknown."""
+    out = np.empty(velocity.shape, dtype=np.bool_)
+    for block in blocks(velocity.size):
+        np.less(np.abs(velocity[block]), slowest, out=out[block])
+    return out
+
+
+def _last_known(x: FloatArray) -> FloatArray:
+    """(n,) values with what is unknown replaced by the last known value before it."""
+    if np.isfinite(x.sum()):
+        return x
+    known = np.isfinite(x)
+    return np.asarray(x[np.maximum.accumulate(np.where(known, np.arange(x.size), 0))])

@@ -1,0 +1,107 @@
+"""The level of friction against its calibration, followed slowly, with what remains uncertain about it.
+
+Friction falls by 10-15 % as a gear warms up and varies from day to day; at speed that alone is a torque above
+common thresholds. The level (1 + d) is the value that explains most of the residual in the sense of least absolute
+deviations over a window of a minute: a push, which lasts seconds and does not follow the velocity's sign, cannot
+move it. What is left is a standard error, which the threshold carries.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+
+#: Levels considered, as deviations from the calibration.
+LARGEST = 0.3
+_GRID = np.linspace(-LARGEST, LARGEST, 61)
+_BLOCK_S, _WINDOW_S, _SAMPLE_S = 1.0, 30.0, 0.02
+#: Residuals closer than this in time are the same error of the model.
+_CORRELATION_S = 0.2
+#: A residual this small is as good as the sensor can be.
+_FLOOR_NM = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionLevel:
+    """Attributes: deviation: (n,) d, friction is (1 + d) times its calibration. sd: (n,) its standard error."""
+
+    deviation: FloatArray
+    sd: FloatArray
+
+
+def fixed_level(n: int, prior_sd: float) -> FrictionLevel:
+    """The calibration as it is, with its stated uncertainty."""
+    return FrictionLevel(np.broadcast_to(0.0, n), np.broadcast_to(prior_sd, n))
+
+
+def follow_level(
+    excess: FloatArray, friction: FloatArray, usable: BoolArray, period_s: float, prior_sd: float, causal: bool
+) -> FrictionLevel:
+    """Follow one joint's friction level.
+
+    Minimises, over a window weighted exp(-|age| / 30 s), the sum of |excess - d·friction| / (scale · samples that
+    are one error) + d² / (2 prior_sd²).
+
+    Args:
+        excess: (n,) residual with friction as calibrated, N·m.
+        friction: (n,) calibrated friction, N·m.
+        usable: (n,) samples at which friction is steady and everything is known.
+        period_s: sample period, s.
+        prior_sd: standard deviation of d before any data.
+        causal: use the past only.
+    """
+    n = excess.size
+    step = max(1, round(_SAMPLE_S / period_s))
+    block = max(1, round(_BLOCK_S / (step * period_s)))
+    pick = np.arange(0, n, step)
+    use = usable[pick] & np.isfinite(excess[pick]) & np.isfinite(friction[pick])
+    e, f = np.where(use, excess[pick], 0.0), np.where(use, friction[pick], 0.0)
+    starts = np.arange(0, pick.size, block)
+    cost = np.empty((starts.size, _GRID.size))
+    for k, d in enumerate(_GRID):
+        cost[:, k] = np.add.reduceat(np.abs(e - d * f), starts)
+    information = np.add.reduceat(f**2, starts)
+    count = np.add.reduceat(use.astype(np.float64), starts)
+    decay = float(np.exp(-block * step * period_s / _WINDOW_S))
+    cost, information, count = (_windowed(x, decay, causal) for x in (cost, information, count))
+    together = max(1.0, _CORRELATION_S / (step * period_s))
+    scale = np.maximum(cost.min(axis=1) / np.maximum(count, 1.0), _FLOOR_NM)
+    total = cost / (scale * together)[:, None] + _GRID**2 / (2.0 * prior_sd**2)
+    sd = 1.0 / np.sqrt(information / (scale**2 * together) + 1.0 / prior_sd**2)
+    deviation = _minimum(total)
+    return FrictionLevel(*(_over_time(x, starts, block, step, n, causal) for x in (deviation, sd)))
+
+
+def _windowed(x: FloatArray, decay: float, causal: bool) -> FloatArray:
+    """Sums over blocks with exponential forgetting: of the past only, or of both sides."""
+    past = np.zeros_like(x)
+    for k in range(1, x.shape[0]):
+        past[k] = decay * (past[k - 1] + x[k - 1])
+    if causal:
+        return past
+    ahead = np.zeros_like(x)
+    for k in range(x.shape[0] - 2, -1, -1):
+        ahead[k] = decay * (ahead[k + 1] + x[k + 1])
+    return np.asarray(past + x + ahead)
+
+
+def _minimum(cost: FloatArray) -> FloatArray:
+    """(blocks,) grid minimum, refined by the parabola through its neighbours."""
+    best = np.clip(np.argmin(cost, axis=1), 1, _GRID.size - 2)
+    rows = np.arange(cost.shape[0])
+    left, middle, right = (cost[rows, best + k] for k in (-1, 0, 1))
+    bend = left - 2.0 * middle + right
+    shift = np.where(bend > 0, 0.5 * (left - right) / np.where(bend > 0, bend, 1.0), 0.0)
+    step = _GRID[1] - _GRID[0]
+    return np.asarray(np.clip(_GRID[best] + np.clip(shift, -1.0, 1.0) * step, -LARGEST, LARGEST))
+
+
+def _over_time(blocks: FloatArray, starts: np.ndarray, block: int, step: int, n: int, causal: bool) -> FloatArray:
+    """Block values at every sample: held when causal, straight between block centres otherwise."""
+    samples = np.arange(n)
+    if causal:
+        return np.asarray(blocks[np.minimum(samples // (block * step), blocks.size - 1)])
+    return np.asarray(np.interp(samples, (starts + 0.5 * block) * step, blocks))

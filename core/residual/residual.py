@@ -1,0 +1,202 @@
+"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the meant tool force."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.blocks import blocks, exceeds
+from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.residual.balance import Balance
+from collaudit.core.residual.friction_bounds import FrictionBounds, friction_bounds
+from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
+
+#: Friction is trusted this far beyond the fastest speed it was measured at.
+_BEYOND_RANGE = 1.05
+#: Standard errors of the friction level that the threshold carries: 95 %.
+SIGMAS = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Residual:
+    """Estimate of external joint torque.
+
+    Attributes:
+        torque_nm: (n, j) residual; in state FRICTION_INTERVAL only what no friction within its interval
+            explains; NaN where unknown.
+        effort_nm: (n, j) measured torque that the model was compared with; None when nothing was compared.
+        state: (n, j) codes of :class:`State`.
+        uncertainty_nm: (n, j) what the friction level may be wrong by (95 %); the threshold is raised by it.
+        levels: friction level by joint, where there is a law and a model.
+    """
+
+    torque_nm: FloatArray
+    effort_nm: FloatArray | None
+    state: NDArray[np.int8]
+    uncertainty_nm: FloatArray
+    levels: dict[str, FrictionLevel]
+
+    @property
+    def model_nm(self) -> FloatArray:
+        """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
+        if self.effort_nm is None:
+            return np.full_like(self.torque_nm, np.nan)
+        return np.asarray(self.effort_nm - self.torque_nm)
+
+
+def compute_residual(
+    series: UniformSeries,
+    balance: Balance,
+    friction: Mapping[str, FrictionModel],
+    contradicted: frozenset[str],
+    config: DetectConfig,
+) -> Residual:
+    """Take friction off an engine's torque balance: eq. (5) per joint.
+
+    While a joint rests, or has travelled less than ``reversal_travel_rad`` since it rested or reversed, its
+    friction is only known as an interval (:mod:`friction_bounds`). There the residual is the distance of the
+    unexplained torque from that interval: nonzero is evidence, zero is not a clean bill. The interval passes
+    the engine's kernel like every other torque.
+
+    Args:
+        series: the judged joints on their uniform time base.
+        balance: their torque balance before friction.
+        friction: fitted laws by joint.
+        contradicted: joints whose effort contradicts the model (inverted): not judged.
+        config: speed and travel below which friction is an interval; whether its level is followed.
+    """
+    n, count = series.position_rad.shape
+    state = np.full((n, count), State.JUDGED, dtype=np.int8, order="F")
+    usable = balance.total_nm is not None
+    known = [j for j, joint in enumerate(series.joint_names) if usable and joint in friction]
+    missing = [j for j in range(count) if j not in known]
+    state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
+    torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
+    torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
+    names = series.joint_names
+
+    def one(j: int) -> FrictionLevel:
+        """Fill one joint's columns; only its level is handed on."""
+        out = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
+        return _one_joint(series, j, balance, friction[names[j]], config, out)
+
+    levels = {names[j]: level for j, level in zip(known, ordered_map(one, known), strict=True)}
+    for joint in contradicted & set(names):
+        state[:, names.index(joint)] = State.NO_MODEL
+    _mark(state, torque, series, balance)
+    return Residual(torque, series.effort if known else None, state, uncertainty, levels)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Columns:
+    """One joint's columns of a :class:`Residual`, to be filled."""
+
+    torque_nm: FloatArray
+    state: NDArray[np.int8]
+    uncertainty_nm: FloatArray
+
+
+def _one_joint(
+    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig, out: _Columns
+) -> FrictionLevel:
+    """Residual, state and uncertainty of one joint with a friction law, and its friction level."""
+    assert balance.total_nm is not None
+    velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
+    band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
+    around = _Around.of(balance, series, ~band.steady)
+    undecided = around.reached(~band.steady)
+    too_fast = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
+    sliding = out.uncertainty_nm  # in the memory of what is made of it last
+    balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s, sliding[:, None])
+    sd = float(np.hypot(config.friction_level_sd, band.level_sd))
+    if config.friction_level == "fixed":
+        level = fixed_level(total.size, sd)
+    else:
+        usable = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
+        level = follow_level(total - sliding, sliding, usable, series.period_s, sd, config.causal)
+    for block in blocks(total.size):
+        its = sliding[block]
+        np.subtract(total[block], (1.0 + level.deviation[block]) * its, out=out.torque_nm[block])
+        np.abs(its, out=its)
+        its *= SIGMAS * level.sd[block]
+        if not np.isfinite(its.sum()):
+            its[~np.isfinite(its)] = 0.0
+    out.uncertainty_nm[undecided] = 0.0
+    out.torque_nm[undecided] = _beyond(total, band, level, around, undecided)
+    out.state[undecided] = State.FRICTION_INTERVAL
+    out.state[too_fast] = State.TOO_FAST
+    return level
+
+
+def _beyond(
+    total: FloatArray, band: FrictionBounds, level: FrictionLevel, around: _Around, undecided: BoolArray
+) -> FloatArray:
+    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty.
+
+    Only at the undecided samples, (k,).
+    """
+    rows = around.rows
+    scale = 1.0 + level.deviation[rows]
+    low, high = band.bounds(rows)
+    slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
+    low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
+    its = total[rows]
+    return np.asarray(np.maximum(its - high, 0.0) + np.minimum(its - low, 0.0))[undecided[rows]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Around:
+    """The rows around a joint's reversals and rests, one after the other: smoothing them is enough there.
+
+    Attributes:
+        rows: (k,) sample numbers.
+        stretches: of rows that follow each other within a segment, or nearly: what lies between does not matter.
+        kernel: with which they are smoothed.
+        series: the whole.
+    """
+
+    rows: IntArray
+    stretches: list[Span]
+    kernel: Kernel
+    series: UniformSeries
+
+    @classmethod
+    def of(cls, balance: Balance, series: UniformSeries, mask: BoolArray) -> _Around:
+        """Around the marked samples (n,)."""
+        return cls(*balance.kernel.near(mask, series.segments, series.period_s), balance.kernel, series)
+
+    def smoothed(self, x: FloatArray) -> FloatArray:
+        """(k,) values at the rows through the kernel."""
+        return self.kernel.apply(x[:, None], self.stretches, self.series.period_s)[:, 0]
+
+    def reached(self, mask: BoolArray) -> BoolArray:
+        """(n,) recorded samples in whose kernel the marked samples weigh something."""
+        out = np.zeros_like(mask)
+        out[self.rows] = self.kernel.reach(mask[self.rows][:, None], self.stretches, self.series.period_s)[:, 0]
+        return out
+
+
+def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
+    """Put the reasons that hold for any joint on top of the others (the larger code wins)."""
+    recorded = np.zeros(state.shape[0], dtype=bool)
+    for segment in series.segments:
+        recorded[segment.slice] = True
+
+    def raise_to(where: BoolArray, code: State) -> None:
+        np.maximum(state, where.view(np.int8) * np.int8(code), out=state)
+
+    raise_to((series.edge | balance.unsettled)[:, None], State.EDGE)
+    if balance.total_nm is not None:
+        has_law = state < State.NO_FRICTION
+        raise_to(~np.isfinite(torque) & has_law, State.NOT_A_NUMBER)
+    raise_to(balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s), State.SATURATED)
+    raise_to(~recorded[:, None], State.GAP)

@@ -1,0 +1,179 @@
+"""From a configuration to a RobotModel: description, locked joints, tool, rotor inertia, findings."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence, Set
+from pathlib import Path
+
+import numpy as np
+
+from collaudit.core.config.schema import RobotConfig
+from collaudit.core.data.joint_log import JointType
+from collaudit.core.errors import RobotError
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, frozen
+from collaudit.core.robot.inertial_checks import inertial_findings, locked_findings
+from collaudit.core.robot.rigid_bodies import RigidBodies, dh_model, urdf_model
+from collaudit.core.robot.robot_description import Description, JointFacts, describe_robot, dh_names
+from collaudit.core.robot.robot_model import RobotModel, Tool
+from collaudit.core.robot.unknown_names import unknown_name
+
+
+def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> RobotModel:
+    """See :func:`collaudit.core.robot.robot_building`."""
+    description = describe_robot(config, base_dir)
+    if description is None:
+        return _bare_model(config, joints)
+    known = description.movable
+    for where, names in (("robot.joints", config.joints or ()), ("joints of the log", joints)):
+        for name in names:
+            if name not in known:
+                raise unknown_name("the robot has no such joint", where, name, known)
+    if not joints:
+        raise RobotError("no joint of the log is a joint of the robot", where=description.where)
+    kept = tuple(joint for joint in description.joints if joint.name in joints)
+    return _model(config, description, kept)
+
+
+def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts, ...]) -> RobotModel:
+    names = tuple(joint.name for joint in kept)
+    whole = _whole(description)
+    follow = [joint for joint in description.joints if joint.leader in names]
+    moving = {*names, *(joint.name for joint in follow)}
+    _check_parked(config, description, moving)
+    locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
+    bodies = whole.locked(locked)
+    expansion, offset = _expansion(bodies.joint_names, names, follow)
+    gravity = np.array(config.gravity_m_s2)
+    base_gravity = rotation_rpy(config.base_rpy_deg).T @ gravity
+    bodies.set_gravity(base_gravity)
+    armature = _armature(config, description, names)
+    bodies.set_armature(np.array([armature.get(name, 0.0) for name in bodies.joint_names]))
+    has_inertials, findings = inertial_findings(description, bodies)
+    if locked:
+        findings = (*findings, *locked_findings(description, locked, tuple(config.parked), names, whole))
+    tool, tool_findings = _add_tool(config, bodies, kept[-1].link)
+    return RobotModel(
+        joint_names=names,
+        joint_types=tuple(joint.kind for joint in kept),
+        effort_limit_nm=frozen(np.array([joint.effort_limit for joint in kept])),
+        position_limits=frozen(np.array([[joint.lower, joint.upper] for joint in kept])),
+        has_inertials=has_inertials,
+        sha256=_sha256(config, description.content_sha256),
+        findings=(*findings, *tool_findings),
+        gravity_m_s2=frozen(gravity),
+        gravity_base_m_s2=frozen(base_gravity),
+        tool=tool,
+        bodies=bodies,
+        expansion=frozen(expansion),
+        offset=frozen(offset),
+    )
+
+
+def _check_parked(config: RobotConfig, description: Description, moving: Set[str]) -> None:
+    for name in config.parked:
+        if name not in description.movable:
+            raise unknown_name("the robot has no such joint", "robot.parked", name, description.movable)
+        if name in moving:
+            raise RobotError("a parked joint is in the log", where="robot.parked", found=name)
+
+
+def _whole(description: Description) -> RigidBodies:
+    if description.urdf_xml is not None:
+        return urdf_model(description.urdf_xml, description.where)
+    return dh_model(description.rows, dh_names(description.rows), description.convention or "standard")
+
+
+def _expansion(
+    model_names: Sequence[str], names: Sequence[str], follow: Sequence[JointFacts]
+) -> tuple[FloatArray, FloatArray]:
+    """Model joints from the log's joints: order restored, mimicking joints following their leaders."""
+    expansion, offset = np.zeros((len(model_names), len(names))), np.zeros(len(model_names))
+    for column, name in enumerate(names):
+        expansion[model_names.index(name), column] = 1.0
+    for joint in follow:
+        row = model_names.index(joint.name)
+        expansion[row, names.index(joint.leader or "")] = joint.multiplier
+        offset[row] = joint.offset
+    return expansion, offset
+
+
+def _armature(config: RobotConfig, description: Description, names: Sequence[str]) -> dict[str, float]:
+    given = config.armature_kg_m2
+    if given is None:
+        return {}
+    if isinstance(given, dict):
+        for name in given:
+            if name not in description.movable:
+                raise unknown_name("the robot has no such joint", "robot.armature_kg_m2", name, description.movable)
+        return dict(given)
+    orders = [config.joints] if config.joints else [description.movable, names]
+    for order in orders:
+        if len(order) == len(given):
+            return dict(zip(order, given, strict=True))
+    raise RobotError(
+        "the list of rotor inertias does not fit the joints",
+        where="robot.armature_kg_m2",
+        found=f"{len(given)} values",
+        expected=f"{len(orders[0])}, in the order {', '.join(orders[0])}",
+        hint="a table by joint name is safer: armature_kg_m2 = { joint1 = 0.1 }",
+    )
+
+
+def _add_tool(config: RobotConfig, bodies: RigidBodies, last_link: str) -> tuple[Tool | None, tuple[Finding, ...]]:
+    settings = config.tool
+    frame = settings.frame or last_link
+    if frame not in bodies.frame_names:
+        raise unknown_name("the robot has no such frame", "robot.tool.frame", frame, bodies.frame_names)
+    if settings.mass_kg == "estimate":
+        text = (
+            "The tool's mass is to be estimated: collaudit fit puts it into the friction file; without such a file the "
+            "tool is left out of the model."
+        )
+        return None, (Finding("model-approximate", "warning", text, where="robot.tool.mass_kg"),)
+    if not settings.mass_kg:
+        return None, ()
+    bodies.add_body(frame, settings.mass_kg, settings.com_m)
+    return Tool(frame, settings.mass_kg, settings.com_m), ()
+
+
+def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
+    text = "No robot description is configured: friction can be fitted from pairs, but no model torque computed."
+    names, nothing = tuple(joints), np.full(len(joints), math.nan)
+    kinds: tuple[JointType, ...] = tuple("revolute" for _ in names)
+    gravity = frozen(np.array(config.gravity_m_s2))
+    return RobotModel(
+        joint_names=names,
+        joint_types=kinds,
+        effort_limit_nm=frozen(nothing),
+        position_limits=frozen(np.column_stack([nothing, nothing])),
+        has_inertials=False,
+        sha256=_sha256(config, None),
+        findings=(Finding("model-no-inertials", "warning", text, where="robot"),),
+        gravity_m_s2=gravity,
+        gravity_base_m_s2=frozen(rotation_rpy(config.base_rpy_deg).T @ gravity),
+        tool=None,
+        bodies=None,
+        expansion=frozen(np.eye(len(names))),
+        offset=frozen(np.zeros(len(names))),
+    )
+
+
+def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
+    """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll), angles in degrees: base axes in the world."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(np.radians(rpy_deg)), np.cos(np.radians(rpy_deg))
+    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    out: FloatArray = about_z @ about_y @ about_x
+    return out
+
+
+def _sha256(config: RobotConfig, content: str | None) -> str:
+    """Hash of everything that changes the model and of nothing else: no paths."""
+    settings = config.model_dump(mode="json", exclude={"urdf", "dh", "dh_convention"})
+    text = json.dumps([content, settings], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()

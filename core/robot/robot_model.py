@@ -1,0 +1,311 @@
+"""The robot model the rest of the program sees: torques from motion, in the log's joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.data.joint_log import JointType
+from collaudit.core.errors import NotJudgedError, RobotError
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.rigid_bodies import RigidBodies
+from collaudit.core.robot.sample_batches import Batched, Part, Signal, evaluate
+from collaudit.core.robot.unknown_names import unknown_name
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """What the arm carries: a point mass at ``com_m`` (m) of ``frame``."""
+
+    frame: str
+    mass_kg: float
+    com_m: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorReading:
+    """What a wrist sensor reads, and how that is turned into the force on the environment.
+
+    Attributes:
+        values: (n, 6) N and N·m in the frame's axes.
+        frame: the sensor's.
+        sign, bias: the reading counts as sign · (values - bias).
+        carried: frame, kg and (3,) m there of the point mass between the sensor and the environment, on the sensor's
+            link; None for none.
+    """
+
+    values: FloatArray
+    frame: str
+    sign: float
+    bias: FloatArray
+    carried: tuple[str, float, FloatArray] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotModel:
+    """A rigid-body model in the joints of a log.
+
+    Attributes:
+        joint_names: j joints in model order.
+        joint_types: their kinds.
+        effort_limit_nm: (j,) N·m, or N for prismatic joints; NaN = none.
+        position_limits: (j, 2) rad or m; NaN = none.
+        has_inertials: whether torques can be computed.
+        sha256: hash of the description and of the settings that change it, free of paths.
+        findings: what building the model showed.
+        gravity_m_s2: (3,) in the world.
+        gravity_base_m_s2: (3,) the same in the base's axes.
+        tool: the tool that is part of the model, or None.
+        bodies: the rigid bodies, None without a description.
+        expansion: (k, j) model joint positions = expansion @ positions + offset (order, mimicking joints).
+        offset: (k,) rad or m.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_types: tuple[JointType, ...]
+    effort_limit_nm: FloatArray
+    position_limits: FloatArray
+    has_inertials: bool
+    sha256: str
+    findings: tuple[Finding, ...]
+    gravity_m_s2: FloatArray
+    gravity_base_m_s2: FloatArray
+    tool: Tool | None
+    bodies: RigidBodies | None
+    expansion: FloatArray
+    offset: FloatArray
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Frames a wrench or a tool can be given in."""
+        return self.bodies.frame_names if self.bodies else ()
+
+    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Torque M(q) a + C(q, v) v + G(q) of eq. (4), with rotor inertia and tool.
+
+        Args:
+            q, v, a: (n, j) rad, rad/s, rad/s² (m … for prismatic joints); NaN where unknown.
+
+        Returns:
+            (n, j) N·m (N); NaN in rows with any NaN.
+
+        Raises:
+            NotJudgedError: the model has no inertials.
+        """
+        return evaluate(self._with_inertials().inverse_dynamics(), self._signals(q, v, a), [self._torques()])[0]
+
+    def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Momentum M(q) v, and C(q, v)^T v - G(q), with rotor inertia and tool.
+
+        Args:
+            q, v: as for :meth:`inverse_dynamics`.
+
+        Returns:
+            two (n, j): N·m·s and N·m (N·s and N); NaN in rows with any NaN.
+
+        Raises:
+            NotJudgedError: the model has no inertials.
+        """
+        momentum, rest = evaluate(self._with_inertials().momentum(), self._signals(q, v), 2 * [self._torques()])
+        return momentum, rest
+
+    def torques(
+        self, q: FloatArray, v: FloatArray, a: FloatArray, reading: SensorReading
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """:meth:`inverse_dynamics` and :meth:`contact_torque` in one go, in two thirds of their time.
+
+        Args:
+            q, v, a: (n, j) motion.
+            reading: what the wrist sensor reads; the weight of what it carries is taken out too.
+
+        Returns:
+            two (n, j) N·m (N), and (n,) size of the force on the environment, N; NaN in rows with any NaN.
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: the model has no inertials.
+        """
+        self._check(reading.values, 6, "reading")
+        program = self._with_inertials().torques(reading.frame, reading.carried)
+        sensor = Signal(reading.values, None, -reading.bias if reading.bias.any() else None, reading.sign)
+        parts = (self._torques(), self._torques(), Part(1))
+        rigid, contact, square = evaluate(program, [*self._signals(q, v, a), sensor], parts)
+        return rigid, contact, np.sqrt(square[:, 0])
+
+    def _torques(self) -> Part:
+        return Part(self.expansion.shape[0], self._back)
+
+    def _signals(self, *motion: FloatArray) -> list[Signal]:
+        """Position, velocity, acceleration (as many as there are) of every joint of the model."""
+        for name, array in zip("qva", motion, strict=False):
+            self._check(array, len(self.joint_names), name)
+        offset = self.offset if self.offset.any() else None
+        return [Signal(x, self._back, None if k else offset) for k, x in enumerate(motion)]
+
+    @property
+    def _back(self) -> FloatArray | None:
+        """:attr:`expansion`, None where it changes nothing."""
+        return None if np.array_equal(self.expansion, np.eye(*self.expansion.shape)) else self.expansion
+
+    def gravity_torque(self, q: FloatArray) -> FloatArray:
+        """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
+        still = np.zeros_like(q)
+        return self.inverse_dynamics(q, still, still)
+
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Derivative of the joint torques by the inertial parameters of :attr:`inertial_parameters`.
+
+        Args:
+            q, v, a: (n, j) without NaN.
+
+        Returns:
+            (n, j, p): torque = regressor @ parameters + rotor inertia * a.
+
+        Raises:
+            NotJudgedError: the model has no inertials.
+        """
+        bodies = self._with_inertials()
+        full = bodies.torque_regressor(self._expand(q), v @ self.expansion.T, a @ self.expansion.T)
+        return np.asarray(np.einsum("kj,nkp->njp", self.expansion, full))
+
+    @property
+    def inertial_parameters(self) -> FloatArray:
+        """(p,) ten for each moving body: mass, first moments, inertia about the joint's origin."""
+        return self._with_inertials().inertial_parameters()
+
+    @property
+    def armature(self) -> FloatArray:
+        """(k,) rotor inertia of every joint of the model, kg·m² or kg."""
+        return self._with_inertials().armature
+
+    def with_inertials(self, parameters: FloatArray, armature: FloatArray) -> RobotModel:
+        """The same arm with other inertial parameters (p,) and rotor inertias (k,)."""
+        return replace(self, bodies=self._with_inertials().with_parameters(parameters, armature))
+
+    def wrench_torque(self, q: FloatArray, wrench: FloatArray, frame: str) -> FloatArray:
+        """Joint torque J(q)^T F of a wrench, eq. (2).
+
+        Args:
+            q: (n, j) positions.
+            wrench: (n, 6) force N and torque N·m at the frame's origin in the frame's axes.
+            frame: a frame of the model.
+
+        Returns:
+            (n, j) N·m; NaN in rows with any NaN.
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: there is no robot description.
+        """
+        return self._force(self._with_frame(frame).force(frame), wrench, q)
+
+    def contact_torque(
+        self,
+        q: FloatArray,
+        v: FloatArray,
+        a: FloatArray,
+        wrench: FloatArray,
+        frame: str,
+        carried: tuple[str, float, FloatArray],
+    ) -> FloatArray:
+        """:meth:`wrench_torque` less what it takes to accelerate a body between the sensor and what it touches.
+
+        A wrist sensor feels that, and it is no force on the environment.
+
+        Args:
+            q, v, a: (n, j) motion.
+            wrench, frame: as for :meth:`wrench_torque`, the body's weight taken out.
+            carried: the body as a point mass: frame, kg, (3,) m of that frame.
+        """
+        for name in (frame, carried[0]):
+            bodies = self._with_frame(name)
+        return self._force(bodies.force(frame, carried), wrench, q, v, a)
+
+    def _force(self, program: Batched, wrench: FloatArray, *motion: FloatArray) -> FloatArray:
+        self._check(wrench, 6, "wrench")
+        signals = [*self._signals(*motion), Signal(wrench)]
+        return evaluate(program, signals, [self._torques()])[0]
+
+    def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
+        """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
+
+        Args:
+            q: (n, j) positions.
+            frame: the sensor's frame; no joint may lie between it and the tool's frame.
+
+        Returns:
+            (n, 6) N and N·m in the frame's axes; zero when the model has no tool.
+
+        Raises:
+            RobotError: no such frame, or the tool moves against it.
+        """
+        bodies = self._with_frame(frame)
+        if self.tool is None:
+            return np.zeros((q.shape[0], 6))
+        pose = bodies.frame_offset(self.tool.frame, frame)
+        if pose is None:
+            raise RobotError(
+                "the tool's weight cannot be felt in this frame: a joint lies between them",
+                where="log.wrench_frame",
+                found=f"sensor {frame}, tool {self.tool.frame}",
+                hint="give both in frames of the same link",
+            )
+        return self.weight_in(q, frame, self.tool.mass_kg, pose[0] @ np.array(self.tool.com_m) + pose[1])
+
+    def weight_in(self, q: FloatArray, frame: str, mass_kg: float, com_m: FloatArray) -> FloatArray:
+        """(n, 6) N and N·m: weight of a point mass at ``com_m`` (3,) of a frame, there, at positions (n, j)."""
+        program = self._with_frame(frame).weight(frame, mass_kg, com_m, self.gravity_base_m_s2)
+        return evaluate(program, self._signals(q))[0]
+
+    def same_link(self, frame: str, other: str) -> bool:
+        """Whether two frames are fixed to each other.
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: there is no robot description.
+        """
+        return self._with_frame(frame).frame_joint(frame) == self._with_frame(other).frame_joint(other)
+
+    def link_of(self, joint: str) -> str | None:
+        """A frame of the link that a joint moves, or None without a description."""
+        if self.bodies is None:
+            return None
+        frames = [f for f in self.bodies.frame_names if f != joint and self.bodies.frame_joint(f) == joint]
+        return frames[0] if frames else None
+
+    def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
+        """(3, 3) axes of a frame in the base at one position (j,).
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: there is no robot description.
+        """
+        return self._with_frame(frame).rotation(self._expand(q), frame)
+
+    def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
+        """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""
+        return np.ascontiguousarray(self.weight_in(q, frame, 1.0, np.zeros(3))[:, :3])
+
+    def _with_frame(self, frame: str) -> RigidBodies:
+        if self.bodies is None:
+            raise NotJudgedError(
+                "forces at the tool cannot be turned into joint torques without a robot description",
+                hint="give [robot] urdf or dh rows",
+            )
+        if frame not in self.bodies.frame_names:
+            raise unknown_name("the robot has no such frame", "log.wrench_frame", frame, self.bodies.frame_names)
+        return self.bodies
+
+    def _with_inertials(self) -> RigidBodies:
+        if self.bodies is None or not self.has_inertials:
+            raise NotJudgedError(
+                "no model torque can be computed: the robot has no inertials",
+                hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
+            )
+        return self.bodies
+
+    def _expand(self, q: FloatArray) -> FloatArray:
+        """(…, k) positions of every joint of the model."""
+        return np.asarray(q @ self.expansion.T + self.offset)
+
+    def _check(self, array: FloatArray, columns: int, name: str) -> None:
+        if array.ndim != 2 or array.shape[1] != columns:
+            raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")

@@ -1,0 +1,187 @@
+"""Known events against what was found: recall, precision, false alarms an hour, delays, ROC."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.detection_result import Score
+from collaudit.core.data.signals import State
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+
+#: An alarm this long after an event ended still belongs to it (the arm swings back), and this long before it.
+AFTER_S, BEFORE_S = 0.5, 0.05
+#: Stretches of clean motion that count as one chance for a false alarm in the ROC.
+WINDOW_S = 1.0
+#: An event is not observable on a joint that rested or was not judged for more than this share of it.
+_UNSEEN_SHARE = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class TrueEvent:
+    """A contact that did happen.
+
+    Attributes:
+        onset_s, end_s: when.
+        required: joints that have to alarm, with the time their true torque crosses gamma (None: not known, the
+            onset stands in). Empty: the event must not count as a false alarm, but need not be found.
+        whole_arm: it is not known which joints it loads: any of ``required`` will do, and no single joint is
+            scored by it.
+    """
+
+    onset_s: float
+    end_s: float
+    required: Mapping[str, float | None]
+    whole_arm: bool = False
+
+    def counts_for(self, joint: str | None) -> bool:
+        """Whether a joint, or all combined (None), have to find it."""
+        return bool(self.required) if joint is None else joint in self.required and not self.whole_arm
+
+    def covers(self, time_s: float) -> bool:
+        """Whether an alarm at this time belongs to the event."""
+        return self.onset_s - BEFORE_S <= time_s <= self.end_s + AFTER_S
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """An alarm to be scored."""
+
+    joint: str
+    onset_s: float
+    detected_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What was judged: time (n,), residual over threshold (n, j), states (n, j), joint names, n of rule (6)."""
+
+    time_s: FloatArray
+    ratio: FloatArray
+    state: np.ndarray
+    joint_names: tuple[str, ...]
+    n: int
+
+
+def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Evidence) -> list[Score]:
+    """Score all joints combined first, then each joint.
+
+    Args:
+        events: what happened.
+        alarms: what was found.
+        evidence: residuals and states.
+    """
+    out = [_score(None, events, alarms, evidence)]
+    for joint in evidence.joint_names:
+        out.append(_score(joint, events, [a for a in alarms if a.joint == joint], evidence))
+    return out
+
+
+def _score(joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Evidence) -> Score:
+    needed = [e for e in events if e.counts_for(joint)]
+    found, hidden, delays = 0, 0, []
+    for event in needed:
+        wanted = event.required if joint is None else {joint: event.required[joint]}
+        its = [a for a in alarms if a.joint in wanted and event.covers(a.onset_s)]
+        if joint is None and not its:  # on another joint than those that had to: found all the same
+            its = [a for a in alarms if event.covers(a.onset_s)]
+        if its:
+            first = min(its, key=lambda a: a.detected_s)
+            crossing = wanted.get(first.joint)
+            found += 1
+            delays.append(first.detected_s - (event.onset_s if crossing is None else crossing))
+        elif all(_unseen(event, name, evidence) for name in wanted):
+            hidden += 1
+    false = sum(not any(e.covers(a.onset_s) for e in events) for a in alarms)
+    hours = _judged_hours(joint, evidence)
+    roc, auc = _roc(joint, events, evidence)
+    seen = len(needed) - hidden
+    return Score(
+        joint=joint,
+        events=len(needed),
+        found=found,
+        not_observable=hidden,
+        alarms=len(alarms),
+        false_alarms=false,
+        judged_h=hours,
+        recall=found / seen if seen else None,
+        precision=(len(alarms) - false) / len(alarms) if alarms else None,
+        false_alarms_per_hour=false / hours if hours > 0 else None,
+        delay_s=tuple(sorted(delays)),
+        auc=auc,
+        roc=roc,
+    )
+
+
+def _unseen(event: TrueEvent, joint: str, evidence: Evidence) -> bool:
+    if joint not in evidence.joint_names:
+        return True
+    a, b = (int(k) for k in np.searchsorted(evidence.time_s, [event.onset_s, event.end_s]))
+    state = evidence.state[a : max(b, a + 1), evidence.joint_names.index(joint)]
+    return bool(np.mean(state != State.JUDGED) > _UNSEEN_SHARE) if state.size else True
+
+
+def _judged_hours(joint: str | None, evidence: Evidence) -> float:
+    if evidence.time_s.size < 2:
+        return 0.0
+    period = float(evidence.time_s[1] - evidence.time_s[0])
+    judged = evidence.state == State.JUDGED
+    column = judged.any(axis=1) if joint is None else judged[:, evidence.joint_names.index(joint)]
+    return float(np.count_nonzero(column)) * period / 3600.0
+
+
+def _roc(
+    joint: str | None, events: Sequence[TrueEvent], evidence: Evidence
+) -> tuple[tuple[tuple[float, float], ...], float | None]:
+    """ROC over the level that lasts n samples, per event and per clean window; threshold-free."""
+    level = _lasting(joint, evidence)
+    positive, taken = [], np.zeros(level.size, dtype=bool)
+    for event in events:
+        a, b = (int(k) for k in np.searchsorted(evidence.time_s, [event.onset_s - BEFORE_S, event.end_s + AFTER_S]))
+        taken[a:b] = True
+        if event.counts_for(joint):
+            stop = int(np.searchsorted(evidence.time_s, event.end_s + BEFORE_S))
+            positive.append(float(level[a:stop].max(initial=0.0)))
+    negative = _clean_windows(level, taken, evidence)
+    if not positive or negative.size == 0:
+        return (), None
+    return _curve(np.array(positive), negative)
+
+
+def _lasting(joint: str | None, evidence: Evidence) -> FloatArray:
+    """(n,) largest residual over threshold that lasts n samples around each sample; 0 where nothing is judged."""
+    from scipy.ndimage import minimum_filter1d
+
+    known = evidence.state <= State.FRICTION_INTERVAL
+    ratio = np.where(known, np.abs(np.nan_to_num(evidence.ratio)), 0.0)
+    lasting = minimum_filter1d(ratio, evidence.n, axis=0, mode="constant")
+    out: FloatArray = lasting.max(axis=1) if joint is None else lasting[:, evidence.joint_names.index(joint)]
+    return out
+
+
+def _clean_windows(level: FloatArray, taken: BoolArray, evidence: Evidence) -> FloatArray:
+    """Largest lasting level of each whole second that touches no event."""
+    if evidence.time_s.size < 2:
+        return np.zeros(0)
+    width = max(1, round(WINDOW_S / float(evidence.time_s[1] - evidence.time_s[0])))
+    count = level.size // width
+    free = ~taken[: count * width].reshape(count, width).any(axis=1)
+    out: FloatArray = level[: count * width].reshape(count, width).max(axis=1)[free]
+    return out
+
+
+def _curve(positive: FloatArray, negative: FloatArray) -> tuple[tuple[tuple[float, float], ...], float]:
+    """Corners of the staircase of shares at or above falling levels, and the area under it."""
+    up, down = np.sort(positive), np.sort(negative)
+    levels = np.unique(np.concatenate([up, down]))[::-1]
+    true = 1.0 - np.searchsorted(up, levels) / up.size
+    false = 1.0 - np.searchsorted(down, levels) / down.size
+    below = np.searchsorted(down, up, side="left")
+    equal = np.searchsorted(down, up, side="right") - below
+    area = float((below + 0.5 * equal).sum()) / (up.size * down.size)
+    x, y = np.concatenate(([0.0], false)), np.concatenate(([0.0], true))
+    straight = (np.diff(x[:-1]) == 0) & (np.diff(x[1:]) == 0) | (np.diff(y[:-1]) == 0) & (np.diff(y[1:]) == 0)
+    keep = np.concatenate(([True], ~straight, [True]))
+    return tuple((float(a), float(b)) for a, b in zip(x[keep], y[keep], strict=True)), area

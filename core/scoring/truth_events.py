@@ -1,0 +1,103 @@
+"""True events of a labelled log: a truth file of a simulated log, or a CSV table of labels."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from collaudit.core.errors import LogError
+from collaudit.core.scoring.detection_score import TrueEvent
+
+_COLUMNS = "onset_s,end_s and optionally joint"
+
+
+def read_events(path: Path, joints: Sequence[str], factor: float = 1.0, lasting_s: float = 0.0) -> list[TrueEvent]:
+    """Events of a truth file (``.json``) or of a label table (``.csv`` with columns onset_s, end_s, joint).
+
+    Args:
+        path: the file.
+        joints: judged joints; a label without a joint is required of any of them.
+        factor, lasting_s: of a truth file, the joints required are those whose true torque exceeds ``factor``
+            times gamma for at least ``lasting_s``; with the defaults those marked as collisions.
+
+    Raises:
+        LogError: the file cannot be read or is neither.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise LogError("the true events cannot be read", where=str(path), found=str(error)) from error
+    if path.suffix.lower() == ".csv":
+        return _labels(text, path, joints)
+    try:
+        return events_of_truth(json.loads(text), factor, lasting_s)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LogError(
+            "the true events cannot be understood",
+            where=str(path),
+            found=f"{type(error).__name__}: {error}",
+            expected=f"a truth file of collaudit simulate, or a .csv with columns {_COLUMNS}",
+        ) from error
+
+
+def events_of_truth(truth: Mapping[str, Any], factor: float = 1.0, lasting_s: float = 0.0) -> list[TrueEvent]:
+    """Events of a simulated log's truth; see :func:`read_events`."""
+    gamma = float(truth["rule"]["gamma_nm"])
+    out = []
+    for kind in ("collisions", "near_misses", "below_threshold"):
+        for push in truth[kind]:
+            required = {
+                joint: facts["crosses_gamma_s"]
+                for joint, facts in push["joints"].items()
+                if facts["kind"] == "collision"
+                and (factor <= 1.0 or above_s(push["duration_s"], facts, gamma, factor) >= lasting_s)
+            }
+            out.append(TrueEvent(push["onset_s"], push["onset_s"] + push["duration_s"], required))
+    return sorted(out, key=lambda e: e.onset_s)
+
+
+def above_s(duration_s: float, facts: Mapping[str, Any], gamma_nm: float, factor: float) -> float:
+    """Seconds a push of raised-cosine edges keeps a joint above ``factor`` times gamma.
+
+    The length of its edges follows from its peak and the time it is above gamma itself.
+    """
+    peak = abs(float(facts["peak_nm"]))
+    if peak <= factor * gamma_nm:
+        return 0.0
+    edge = (duration_s - float(facts["above_gamma_s"])) * math.pi / (2.0 * math.acos(1.0 - 2.0 * gamma_nm / peak))
+    return max(0.0, duration_s - 2.0 * edge * math.acos(1.0 - 2.0 * factor * gamma_nm / peak) / math.pi)
+
+
+def _labels(text: str, path: Path, joints: Sequence[str]) -> list[TrueEvent]:
+    rows = csv.DictReader(text.splitlines())
+    if rows.fieldnames is None or not {"onset_s", "end_s"} <= set(rows.fieldnames):
+        raise LogError(
+            "the label table lacks a column",
+            where=str(path),
+            found=", ".join(rows.fieldnames or ()),
+            expected=_COLUMNS,
+        )
+    out = []
+    for number, row in enumerate(rows, start=2):
+        try:
+            onset, end = float(row["onset_s"]), float(row["end_s"])
+        except (TypeError, ValueError) as error:
+            raise LogError("a label is not a time", where=f"{path}, line {number}", found=str(error)) from error
+        joint = (row.get("joint") or "").strip()
+        if joint and joint not in joints:
+            raise LogError(
+                "a label names a joint that is not judged",
+                where=f"{path}, line {number}",
+                found=joint,
+                expected="one of " + ", ".join(joints),
+            )
+        if not (math.isfinite(onset) and math.isfinite(end) and onset <= end):
+            raise LogError(
+                "a label does not run forward", where=f"{path}, line {number}", found=f"{onset:g} to {end:g}"
+            )
+        out.append(TrueEvent(onset, end, dict.fromkeys([joint] if joint else joints, None), whole_arm=not joint))
+    return sorted(out, key=lambda e: e.onset_s)

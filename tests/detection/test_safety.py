@@ -1,0 +1,98 @@
+"""What must not pass in silence: a blow inside meant contact, a stalled logger, a joint nobody recorded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.conditioning.stalled_logger import without_stalls
+from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, RobotConfig
+from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.errors import RobotError
+from collaudit.core.prepare.usual_force import meant_share
+from collaudit.core.robot import load_robot
+from collaudit.fixtures.robots import robot_named
+
+T = 0.002
+
+
+def moving(n: int = 5000, noise: float = 1e-6) -> JointLog:
+    t = T * np.arange(n)
+    rng = np.random.default_rng(0)
+    q = np.stack([np.sin(t), np.cos(t)], axis=1) + rng.normal(0, noise, (n, 2))
+    v = np.stack([np.cos(t), -np.sin(t)], axis=1)
+    source = LogSource("x", "0", "csv", None, "column", "x")
+    return JointLog(t, ("a", "b"), q, v, 3.0 * v + rng.normal(0, 0.1, (n, 2)), "Nm", None, source)
+
+
+def with_stall(log: JointLog, start: int, stop: int) -> JointLog:
+    q, v, effort = (np.array(x) for x in (log.position_rad, log.velocity_rad_s, log.effort))
+    for column in (q, v, effort):
+        column[start:stop] = column[start]
+    return replace(log, position_rad=q, velocity_rad_s=v, effort=effort)
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+def test_a_stalled_logger_leaves_a_gap_that_is_said(velocity: bool) -> None:
+    log = with_stall(moving(), 2000, 2100)
+    series = condition(log if velocity else replace(log, velocity_rad_s=None), ConditioningConfig())
+    (said,) = [f for f in series.findings if f.code == "log-stalled"]
+    assert (said.start_s, said.end_s) == (pytest.approx(4.0), pytest.approx(4.2))
+    assert len(series.segments) == 2
+    assert float(np.nanmax(np.abs(series.acceleration_rad_s2[~series.edge]))) < 3.0, "no jump is differentiated"
+
+
+def test_standing_still_and_slow_sources_are_no_stall() -> None:
+    still = moving()
+    still = replace(still, velocity_rad_s=np.zeros_like(still.position_rad))
+    held = replace(still, position_rad=np.ones_like(still.position_rad), effort=np.ones_like(still.position_rad))
+    assert without_stalls(held) is held
+    log = moving()
+    slow = 10 * (np.arange(log.time_s.size) // 10)  # every value ten times: a source of 50 Hz logged at 500
+    assert log.velocity_rad_s is not None and log.effort is not None
+    repeated = replace(
+        log, position_rad=log.position_rad[slow], velocity_rad_s=log.velocity_rad_s[slow], effort=log.effort[slow]
+    )
+    assert without_stalls(repeated) is repeated
+
+
+def test_a_blow_in_contact_is_meant_up_to_what_is_usual() -> None:
+    t = T * np.arange(10_000)
+    contact = (t > 5) & (t < 15)
+    force = np.where(contact, 28.0 + 5.0 * np.sin(t), 0.1)
+    share, findings = meant_share(t, force, contact, PhasesConfig())
+    assert (share == 1.0).all()
+    assert findings == []
+    force[(t > 8) & (t < 8.2)] = 150.0
+    share, (found,) = meant_share(t, force, contact, PhasesConfig())
+    assert found.code == "tool-force-unusual"
+    assert (found.start_s, found.end_s) == (pytest.approx(8.0, abs=0.01), pytest.approx(8.2, abs=0.01))
+    blow = (t > 8) & (t < 8.2)
+    assert (share[~blow] == 1.0).all()
+    assert 50.0 < float((share * force)[blow].max()) < 60.0
+    share, _ = meant_share(t, force, contact, PhasesConfig(force_limit_n=40.0))
+    assert float((share * force)[blow].max()) == pytest.approx(40.0)
+
+
+def test_a_joint_missing_between_others_makes_all_torques_unknown() -> None:
+    arm = robot_named("paper6")
+    config = RobotConfig.model_validate(arm.describe(lambda: 0.0).keys)
+    config = config.model_copy(update={"armature_kg_m2": None})
+    here = [name for name in arm.joints if name != "joint3"]
+    folder = Path()
+    codes = [f.code for f in load_robot(config, folder, here).findings]
+    assert "model-joint-between" in codes
+    outer = [f.code for f in load_robot(config, folder, arm.joints[:4]).findings]
+    assert "model-joint-between" not in outer
+    parked = load_robot(config.model_copy(update={"parked": {"joint3": 0.3}}), folder, here)
+    assert "model-joint-between" not in [f.code for f in parked.findings]
+    whole = load_robot(config, folder, arm.joints)
+    q = np.array([[0.1, 0.4, 0.3, 0.2, -0.5, 0.6]])
+    expected = np.delete(whole.gravity_torque(q), 2, axis=1)
+    np.testing.assert_allclose(parked.gravity_torque(np.delete(q, 2, axis=1)), expected, atol=1e-9)
+    with pytest.raises(RobotError, match="parked"):
+        load_robot(config.model_copy(update={"parked": {"joint1": 0.3}}), folder, here)

@@ -1,0 +1,214 @@
+"""Friction identification against known curves: values, intervals, and what cannot be known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from synthetic import PERIOD, lugre, make_log, strokes
+
+from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.config.schema import ConditioningConfig, FrictionConfig, SectionsConfig
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.friction.friction_fitting import fit_friction
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_points import friction_points
+from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.sections import find_sections
+
+UNITS = FrictionUnits.of("revolute", "Nm")
+SPEEDS = np.geomspace(0.02, 1.2, 30)
+KEYS = ("A_nm", "B_nm", "C_s_per_rad", "D_nm_s_per_rad")
+BLOCKS = 12
+
+
+def noisy_points(truth, speeds, sd, seed) -> list[FrictionPoint]:  # type: ignore[no-untyped-def]
+    """Points as sections give them: a standard error estimated from 12 blocks, not known."""
+    rng = np.random.default_rng(seed)
+    true_se = sd * rng.uniform(0.5, 2.0, speeds.size)
+    friction = lugre(speeds, *truth) + true_se * rng.standard_normal(speeds.size)
+    seen_se = true_se * np.sqrt(rng.chisquare(BLOCKS - 1, speeds.size) / (BLOCKS - 1))
+    return [
+        FrictionPoint(float(v), float(f), float(s * BLOCKS**0.5), float(s), "pair", 0, False)
+        for v, f, s in zip(speeds, friction, seen_se, strict=True)
+    ]
+
+
+def fit_noisy(truth, sd=0.05, seed=0, speeds=SPEEDS, model="auto") -> FrictionFit:  # type: ignore[no-untyped-def]
+    return fit_friction(noisy_points(truth, speeds, sd, seed), UNITS, model)
+
+
+@pytest.mark.parametrize("truth", [(7.0, 2.5, 5.0, 3.0), (7.0, 2.5, 15.0, 3.0)])
+def test_the_stated_intervals_hold_as_often_as_they_say(truth: tuple[float, ...]) -> None:
+    runs = 120
+    hits = np.zeros(4)
+    for seed in range(runs):
+        fit = fit_noisy(truth, seed=seed)
+        assert fit.identifiable
+        for k, key in enumerate(KEYS):
+            low, high = fit.ci95[key]
+            hits[k] += low <= truth[k] <= high
+    # 95 % of 120, within three binomial standard deviations
+    assert np.all(hits >= 120 * 0.95 - 3 * np.sqrt(120 * 0.95 * 0.05))
+    assert np.sum(hits) < 4 * runs, "intervals that never miss are too wide"
+
+
+def test_a_sharply_determined_c_does_not_fool_the_intervals() -> None:
+    """Errors that grow with speed, as sections give them: C is known to a percent, far finer than any coarse grid."""
+    truth = (6.0, 2.0, 8.0, 4.0)
+    speeds = np.geomspace(0.02, 1.2, 16)
+    se = 1.3e-3 * np.sqrt(speeds / speeds[0])
+    hits = np.zeros(4)
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        friction = lugre(speeds, *truth) + se * rng.standard_normal(speeds.size)
+        points = [
+            FrictionPoint(float(v), float(f), float(s * BLOCKS**0.5), float(s), "pair", 0, False)
+            for v, f, s in zip(speeds, friction, se, strict=True)
+        ]
+        fit = fit_friction(points, UNITS)
+        for k, key in enumerate(KEYS):
+            low, high = fit.ci95[key]
+            hits[k] += low <= truth[k] <= high
+    assert np.all(hits >= 60 * 0.95 - 3 * np.sqrt(60 * 0.95 * 0.05))
+
+
+def test_without_noise_the_curve_is_found_exactly() -> None:
+    truth = (7.0, 2.5, 8.0, 3.0)
+    fit = fit_noisy(truth, sd=1e-7)
+    assert list(fit.parameters.values()) == pytest.approx(truth, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("truth", "speeds"),
+    [
+        ((5.8073, 5.8073, 0.0, 0.2148), np.linspace(2, 60, 30)),  # PAPER.md Table 2, joint 3 (deg/s)
+        ((-0.1277, 7.2228, 0.0054, 0.6137), np.linspace(2, 60, 30)),  # joint 2
+    ],
+)
+def test_table_2_with_a_vanishing_exponential_is_recognised(truth: tuple[float, ...], speeds: np.ndarray) -> None:
+    wrong = 0
+    for seed in range(20):
+        fit = fit_noisy(truth, sd=0.1, seed=seed, speeds=speeds)
+        if fit.model != "coulomb-viscous":
+            wrong += 1
+            continue
+        assert not fit.identifiable
+        assert all(whole in k.name for whole, k in zip(("A + B", "D - B·C"), fit.known, strict=True))
+        a, b, c, d = truth
+        low, high = fit.known[0].ci95
+        assert low - 0.3 < a + b < high + 0.3  # the curvature that cannot be seen biases the level a little
+        assert any("B and C are not determined" in text for text in fit.not_identifiable)
+        assert fit.known[1].value == pytest.approx(d - b * c, abs=0.02)
+    assert wrong <= 1  # the F test's level is 1 %
+
+
+def test_an_exponential_gone_at_the_slowest_speed_is_recognised() -> None:
+    fit = fit_noisy((7.0, 2.5, 400.0, 3.0))
+    assert fit.model == "coulomb-viscous"
+    assert any("slower motion" in text for text in fit.not_identifiable)
+    assert fit.parameters["A_nm"] == pytest.approx(7.0, abs=0.1)
+    assert fit.parameters["D_nm_s_per_rad"] == pytest.approx(3.0, abs=0.15)
+
+
+def test_insisting_on_static_lugre_leaves_open_intervals_open() -> None:
+    fit = fit_noisy((5.8, 5.8, 0.0, 12.0), model="static-lugre")
+    assert fit.model == "static-lugre"
+    assert not fit.identifiable
+    assert fit.ci95["C_s_per_rad"][0] is None
+    assert fit.ci95["A_nm"] is None
+    assert fit.covariance is None
+
+
+def test_too_little_data_gives_no_model_and_a_reason() -> None:
+    assert fit_friction([], UNITS).model is None
+    one_speed = fit_noisy((7.0, 2.5, 5.0, 3.0), speeds=np.array([0.5, 0.5, 0.5]))
+    assert one_speed.model is None
+    assert "factor 1.5" in (one_speed.reason or "")
+
+
+def test_scatter_beyond_the_stated_errors_widens_the_intervals() -> None:
+    rng = np.random.default_rng(5)
+    points = noisy_points((7.0, 0.0, 0.0, 3.0), SPEEDS, 1e-3, 0)
+    loose = [
+        FrictionPoint(p.speed_rad_s, p.friction_nm + e, p.sd_nm, p.se_nm, "pair", 0, False)
+        for p, e in zip(points, rng.normal(0, 0.2, len(points)), strict=True)
+    ]
+    low, high = fit_friction(loose, UNITS, "coulomb-viscous").ci95["A_nm"]
+    # ordinary least squares with errors of 0.2 N·m: half width t * 0.2 * sqrt of (X'X)^-1
+    x = np.column_stack([np.ones_like(SPEEDS), SPEEDS])
+    expected = 2.05 * 0.2 * np.sqrt(np.linalg.inv(x.T @ x)[0, 0])
+    assert (high - low) / 2 == pytest.approx(expected, rel=0.35)
+
+
+def test_gravity_cancels_in_pairs_without_any_model() -> None:
+    truth = (6.0, 2.0, 10.0, 4.0)
+    q, v = strokes(np.geomspace(0.03, 0.9, 14))
+    rng = np.random.default_rng(7)
+    gravity = 25.0 * np.cos(q)
+    effort = lugre(v, *truth) + gravity + rng.normal(0, 0.2, q.size)
+    log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
+    series = condition(log, ConditioningConfig())
+    sections = find_sections(series, SectionsConfig())
+    points = friction_points(series, sections.of("joint1"), None, FrictionConfig())
+    assert len(points) == 14
+    assert {p.source for p in points} == {"pair"}
+    speeds = np.array([p.speed_rad_s for p in points])
+    error = np.array([p.friction_nm for p in points]) - lugre(speeds, *truth)
+    assert np.max(np.abs(error) / np.array([p.se_nm for p in points])) < 5
+    fit = fit_friction(points, UNITS)
+    curve = FrictionModel.of(fit)
+    assert curve is not None
+    measured = np.linspace(speeds.min(), speeds.max(), 200)
+    off = curve.torque(measured) - lugre(measured, *truth)
+    assert np.sqrt(np.mean(off**2)) / np.sqrt(np.mean(lugre(measured, *truth) ** 2)) < 0.01
+
+
+def test_one_way_motion_needs_a_model_and_is_marked() -> None:
+    q, v = strokes((0.1, 0.3, 0.6))
+    keep = np.flatnonzero(v >= 0)
+    series = condition(
+        make_log(PERIOD * np.arange(keep.size), q[keep, None], v[keep, None], (5 + 2 * v + 10 * np.cos(q))[keep, None]),
+        ConditioningConfig(),
+    )
+    sections = find_sections(series, SectionsConfig()).of("joint1")
+    assert friction_points(series, sections, None, FrictionConfig()) == ()
+    model = 10 * np.cos(series.position_rad)
+    points = friction_points(series, sections, model, FrictionConfig())
+    assert {(p.source, p.direction) for p in points} == {("model", 1)}
+    for p in points:
+        assert p.friction_nm == pytest.approx(5 + 2 * p.speed_rad_s, abs=0.05)
+
+
+def test_an_offset_between_directions_does_not_bias_model_points() -> None:
+    truth = (5.0, 0.0, 0.0, 3.0)
+    speeds = np.repeat(np.linspace(0.1, 1.0, 8), 2)
+    signs = np.tile([1, -1], 8)
+    points = [
+        FrictionPoint(float(v), float(5 + 3 * v + 0.8 * s), 0.02, 0.02, "model", int(s), False)
+        for v, s in zip(speeds, signs, strict=True)
+    ]
+    fit = fit_friction(points, UNITS, "coulomb-viscous")
+    assert fit.parameters["A_nm"] == pytest.approx(truth[0], abs=1e-6)
+    assert fit.parameters["D_nm_s_per_rad"] == pytest.approx(truth[3], abs=1e-6)
+
+
+def test_parameter_names_say_their_unit() -> None:
+    raw = FrictionUnits.of("revolute", "raw")
+    assert [raw.key(p) for p in "ABCD"] == ["A_raw", "B_raw", "C_s_per_rad", "D_raw_s_per_rad"]
+    lift = FrictionUnits.of("prismatic", "Nm")
+    assert [lift.key(p) for p in "ABCD"] == ["A_n", "B_n", "C_s_per_m", "D_n_s_per_m"]
+
+
+def test_slow_sampling_gives_points_or_none_but_never_breaks() -> None:
+    period = 1 / 30
+    for travel in (0.02, 0.05, 0.1, 0.4):
+        for speed in (0.05, 0.2, 0.6):
+            cruise = np.full(max(6, round(2 * travel / speed / period)), speed)
+            v = np.concatenate([np.zeros(12), cruise, np.zeros(12), -cruise, np.zeros(12)])
+            q = np.cumsum(v) * period
+            effort = lugre(v, 5.0, 0.0, 0.0, 2.0) + 10 * np.cos(q)
+            log = make_log(period * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
+            series = condition(log, ConditioningConfig())
+            sections = find_sections(series, SectionsConfig())
+            for point in friction_points(series, sections.of("joint1"), None, FrictionConfig()):
+                assert np.isfinite([point.friction_nm, point.se_nm, point.speed_rad_s]).all()

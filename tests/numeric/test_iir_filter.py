@@ -1,0 +1,55 @@
+"""Filters by blocks of time against SciPy's over the whole signal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import butter, filtfilt, lfilter, lfilter_zi
+
+from collaudit.core.numeric import iir_filter
+from collaudit.core.numeric.arrays import Span
+from collaudit.core.numeric.iir_filter import blank, filtered
+
+B, A = butter(2, 0.08)
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(iir_filter, "_BLOCK", 64)
+
+
+@pytest.mark.parametrize("length", [2, 63, 64, 65, 1000])
+@pytest.mark.parametrize("columns", [1, 2, 7])
+def test_both_ways_is_filtfilt(length: int, columns: int) -> None:
+    x = np.random.default_rng(1).normal(size=(length, columns))
+    pad = min(50, length - 1)
+    out, bridged = filtered(B, A, x, [Span(0, length)], both_ways=True, pad=50)
+    assert bridged is None
+    np.testing.assert_allclose(out, filtfilt(B, A, x, axis=0, padtype="odd", padlen=pad), atol=1e-12)
+
+
+@pytest.mark.parametrize("length", [1, 64, 1000])
+def test_forward_starts_settled(length: int) -> None:
+    x = np.random.default_rng(2).normal(size=(length, 3))
+    out, _ = filtered(B, A, x, [Span(0, length)], both_ways=False)
+    zi = lfilter_zi(B, A)[:, None] * x[:1]
+    np.testing.assert_allclose(out, lfilter(B, A, x, axis=0, zi=zi)[0], atol=1e-12)
+
+
+def test_stretches_do_not_see_each_other_and_holes_are_told() -> None:
+    x = np.random.default_rng(3).normal(size=(400, 2))
+    x[150, 1] = np.nan
+    spans = [Span(10, 120), Span(130, 390)]
+    out, bridged = filtered(B, A, x, spans, both_ways=True, pad=20)
+    assert np.isnan(out[:10]).all() and np.isnan(out[120:130]).all() and np.isnan(out[390:]).all()
+    alone, _ = filtered(B, A, x[10:120], [Span(0, 110)], both_ways=True, pad=20)
+    np.testing.assert_array_equal(out[10:120], alone)
+    assert bridged is not None and np.argwhere(bridged).tolist() == [[150, 1]]
+    straight = x.copy()
+    straight[150, 1] = 0.5 * (x[149, 1] + x[151, 1])
+    np.testing.assert_allclose(out, filtered(B, A, straight, spans, both_ways=True, pad=20)[0], atol=1e-12)
+
+
+def test_blank_is_nan_outside_the_stretches() -> None:
+    out = blank(np.zeros((10, 2)), [Span(2, 4), Span(6, 6)])
+    assert np.isnan(out[[0, 1, 4, 5, 6, 9]]).all()

@@ -1,0 +1,163 @@
+"""Friction as an interval and as a level: against the full bristle model of eqs. (7)-(9), and against truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from collaudit.core.data.joint_log import LogSource
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import Span
+from collaudit.core.residual.friction_bounds import friction_bounds
+from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
+
+T = 0.002
+A, B, C, D = 7.1, 2.5, 26.3, 17.0
+
+
+def law() -> FrictionModel:
+    from collaudit.core.data.friction_result import FrictionFit
+
+    fit = FrictionFit(
+        model="static-lugre",
+        parameters={"A_nm": A, "B_nm": B, "C_s_per_rad": C, "D_nm_s_per_rad": D},
+        ci95={},
+        covariance=None,
+        identifiable=True,
+        not_identifiable=(),
+        known=(),
+        n_points=30,
+        n_pairs=30,
+        speed_range_rad_s=(0.02, 1.2),
+        rmse_nm=0.0,
+        effort_unit="N·m",
+        points=(),
+    )
+    made = FrictionModel.of(fit)
+    assert made is not None
+    return made
+
+
+def bristles(v: np.ndarray, presliding_rad: float) -> np.ndarray:
+    """Eqs. (7)-(9) with delta = 1, integrated at 50 steps a sample, implicitly in z."""
+    s0 = (A + B) / presliding_rad
+    z, h, out = 0.0, T / 50, np.zeros(v.size)
+    for k in range(v.size):
+        x = v[k]
+        g = A + B * np.exp(-C * abs(x))
+        for _ in range(50):
+            z = (z + h * x) / (1.0 + h * s0 * abs(x) / g)
+        out[k] = s0 * z + D * x
+    return out
+
+
+def motion(v: np.ndarray) -> UniformSeries:
+    n = v.size
+    q = np.cumsum(v) * T
+    zero = np.zeros((n, 1))
+    return UniformSeries(
+        T * np.arange(n), T, ("joint1",), q[:, None], v[:, None], zero, zero, "Nm", None, (Span(0, n),),
+        np.zeros(n, bool), np.zeros((n, 1), bool), 20.0, LogSource("x", "0" * 64, "t", None, "column", "/t"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("presliding_rad", [1.5e-4, 7.5e-4], ids=["stiff", "five times softer"])
+def test_the_bristle_friction_lies_within_its_bounds_through_reversals(presliding_rad: float) -> None:
+    t = T * np.arange(6000)
+    v = 0.35 * np.sin(2.2 * t) + 0.2 * np.sin(5.1 * t + 1.0)
+    true = bristles(v, presliding_rad)
+    band = friction_bounds(motion(v), 0, v, law(), None, 0.01)
+    slack = 0.65  # the Stribeck curve lags behind soft bristles near its foot; a sixth of the paper's gamma
+    assert np.all(true <= band.high_nm + slack)
+    assert np.all(true >= band.low_nm - slack)
+    assert 0.5 < np.mean(band.steady) < 0.95
+    assert np.max(np.abs(true - band.sliding_nm)[~band.steady]) > 5.0, "the steady law alone is far off there"
+    assert np.max(np.abs(true - band.sliding_nm)[band.steady]) < 0.65
+
+
+def test_at_rest_anything_up_to_breakaway_is_consistent() -> None:
+    v = np.zeros(500)
+    band = friction_bounds(motion(v), 0, v, law(), None, 0.01)
+    assert not band.steady.any()
+    assert band.high_nm == pytest.approx(np.full(500, A + B))
+    assert band.low_nm == pytest.approx(np.full(500, -A - B))
+
+
+def test_a_reversal_between_two_samples_is_a_reversal() -> None:
+    v = np.r_[np.full(400, 0.3), np.full(400, -0.3)]
+    band = friction_bounds(motion(v), 0, v, law(), None, 0.01)
+    assert not band.steady[400]
+    assert band.high_nm[400] > A
+
+
+def noisy(seconds: float, level: np.ndarray | float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Friction over a random motion and the excess over its calibration, with ripple and noise."""
+    rng = np.random.default_rng(seed)
+    t = T * np.arange(round(seconds / T))
+    v = 0.8 * np.sin(0.9 * t) + 0.3 * np.sin(2.3 * t)
+    friction = law().torque(v)
+    excess = (np.asarray(level) - 1.0) * friction + rng.normal(0, 0.5, t.size) + 0.8 * np.sin(40 * np.cumsum(v) * T)
+    return friction, excess
+
+
+@pytest.mark.parametrize("level", [0.85, 1.0, 1.1])
+@pytest.mark.parametrize("causal", [False, True])
+def test_the_level_is_found_within_its_error(level: float, causal: bool) -> None:
+    friction, excess = noisy(60.0, level)
+    found = follow_level(excess, friction, np.abs(friction) > 0, T, 0.1, causal)
+    late = slice(round(20 / T), None)
+    assert np.max(np.abs(1 + found.deviation[late] - level)) < 0.02
+    assert found.sd[late].max() < 0.03
+    if causal:
+        assert found.deviation[0] == 0.0
+        assert found.sd[0] == pytest.approx(0.1)
+
+
+def test_pushes_do_not_move_the_level() -> None:
+    friction, excess = noisy(60.0, 1.0)
+    t = T * np.arange(excess.size)
+    pushed = excess + 15.0 * (np.mod(t, 5.0) < 0.5)
+    calm = follow_level(excess, friction, np.abs(friction) > 0, T, 0.1, False)
+    found = follow_level(pushed, friction, np.abs(friction) > 0, T, 0.1, False)
+    assert np.max(np.abs(found.deviation - calm.deviation)) < 0.02
+
+
+def test_warming_up_is_followed() -> None:
+    t = T * np.arange(round(600 / T))
+    true = 1.0 - 0.15 * (1 - np.exp(-t / 200.0))
+    friction, excess = noisy(600.0, true)
+    found = follow_level(excess, friction, np.abs(friction) > 0, T, 0.1, False)
+    assert np.max(np.abs(1 + found.deviation - true)) < 0.02
+
+
+def test_without_data_the_calibration_and_its_stated_uncertainty_stand() -> None:
+    friction, excess = noisy(10.0, 0.85)
+    found = follow_level(excess, friction, np.zeros(excess.size, bool), T, 0.1, False)
+    assert np.allclose(found.deviation, 0.0)
+    assert np.allclose(found.sd, 0.1)
+    assert np.allclose(fixed_level(5, 0.1).sd, 0.1)
+
+
+def test_a_level_beyond_belief_is_held_at_the_limit() -> None:
+    friction, excess = noisy(60.0, 1.8)
+    found = follow_level(excess, friction, np.abs(friction) > 0, T, 0.1, False)
+    assert found.deviation.max() == pytest.approx(LARGEST)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_an_unknown_velocity_is_no_reversal_in_either_direction(direction: float) -> None:
+    v = np.full(500, 0.2 * direction)
+    series = motion(v)
+    v[300] = np.nan
+    band = friction_bounds(series, 0, v, law(), None, 0.01)
+    known = np.arange(500) != 300
+    assert np.array_equal(
+        band.steady[known], friction_bounds(series, 0, np.where(known, v, v[0]), law(), None, 0.01).steady[known]
+    )
+    turned = np.where(np.arange(500) < 300, v, -v)
+    after = friction_bounds(motion(turned), 0, turned, law(), None, 0.01)
+    assert not after.steady[301]
+    rows = np.arange(280, 340)
+    for bound, whole in zip(after.bounds(rows), after.bounds(), strict=True):
+        np.testing.assert_array_equal(bound, whole[rows])

@@ -1,0 +1,171 @@
+"""Momentum form against textbook dynamics of a pendulum and of a two-link arm, and the engines against each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.data.signals import State
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.prepare.prepared import prepare
+from collaudit.core.residual.balance import balance_torques
+from collaudit.core.residual.energy import SLOW_RAD_S, energy_residual
+from collaudit.core.residual.estimators import ENGINES
+from collaudit.core.robot import load_robot
+from collaudit.core.robot.robot_model import RobotModel
+
+T = 0.002
+M1, M2, L1, L2 = 4.0, 2.5, 0.4, 0.3
+G = 9.80665
+
+
+def config(links: int, **detect: object) -> Config:
+    rows = [
+        {"a": L1, "mass_kg": M1, "com_m": [0, 0, 0], "inertia_kg_m2": [0, 0, 0.02, 0, 0, 0]},
+        {"a": L2, "mass_kg": M2, "com_m": [0, 0, 0], "inertia_kg_m2": [0, 0, 0.01, 0, 0, 0]},
+    ]
+    robot = {
+        "dh_convention": "standard",
+        "dh": rows[:links],
+        "base_rpy_deg": [90, 0, 0],
+        "armature_kg_m2": [0.3] * links,
+    }
+    return Config.model_validate({"robot": robot, "detect": detect})
+
+
+def arm(cfg: Config) -> RobotModel:
+    return load_robot(cfg.robot, Path(), tuple(f"joint{i + 1}" for i in range(len(cfg.robot.dh))))
+
+
+def mass_matrix(q2: float) -> np.ndarray:
+    """Two point masses at the links' ends with inertias 0.02 and 0.01 and rotors of 0.3, by hand."""
+    c2 = np.cos(q2)
+    m11 = M1 * L1**2 + M2 * (L1**2 + L2**2 + 2 * L1 * L2 * c2) + 0.03 + 0.3
+    m12 = M2 * (L2**2 + L1 * L2 * c2) + 0.01
+    return np.array([[m11, m12], [m12, M2 * L2**2 + 0.01 + 0.3]])
+
+
+def test_momentum_terms_of_a_two_link_arm_by_hand() -> None:
+    robot = arm(config(2))
+    rng = np.random.default_rng(3)
+    q, v = rng.uniform(-2, 2, (50, 2)), rng.uniform(-2, 2, (50, 2))
+    momentum, rest = robot.momentum(q, v)
+    for k in range(50):
+        (q1, q2), (v1, v2) = q[k], v[k]
+        assert momentum[k] == pytest.approx(mass_matrix(q2) @ v[k], abs=1e-9)
+        h = -M2 * L1 * L2 * np.sin(q2)
+        coriolis = np.array([[h * v2, h * (v1 + v2)], [-h * v1, 0.0]])  # Christoffel form
+        gravity = G * np.array([(M1 + M2) * L1 * np.cos(q1) + M2 * L2 * np.cos(q1 + q2), M2 * L2 * np.cos(q1 + q2)])
+        assert rest[k] == pytest.approx(coriolis.T @ v[k] - gravity, abs=1e-9)
+
+
+def pendulum_log(seconds: float = 12.0, noise: float = 0.0) -> tuple[JointLog, np.ndarray]:
+    """A swinging pendulum with an external torque pulse; returns the log and the pulse."""
+    t = T * np.arange(round(seconds / T))
+    q, v, a = 0.8 * np.sin(1.3 * t), 1.04 * np.cos(1.3 * t), -1.352 * np.sin(1.3 * t)
+    pulse = 6.0 / (1.0 + np.exp(-(t - 5.0) / 0.01)) / (1.0 + np.exp((t - 5.6) / 0.01))
+    inertia = M1 * L1**2 + 0.02 + 0.3
+    effort = inertia * a + M1 * G * L1 * np.cos(q) + pulse
+    effort = effort + np.random.default_rng(0).normal(0, noise, t.size) if noise else effort
+    source = LogSource("pendulum", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, ("joint1",), q[:, None], v[:, None], effort[:, None], "Nm", None, source), pulse
+
+
+def balance(name: str, causal: bool, gain: float = 60.0, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray, float]:
+    cfg = config(1, detector=name, causal=causal, observer_gain_per_s=gain)
+    log, pulse = pendulum_log(noise=noise)
+    made = prepare(log, arm(cfg), cfg)
+    out = balance_torques(made.series, made.robot, made.rigid_nm, None, cfg.detect)
+    assert out.total_nm is not None
+    return out.total_nm[:, 0], pulse, out.kernel.delay_s
+
+
+@pytest.mark.parametrize("name", [n for n, e in ENGINES.items() if not e.scalar])
+@pytest.mark.parametrize("causal", [True, False])
+def test_every_engine_measures_the_pulse_on_the_pendulum(name: str, causal: bool) -> None:
+    total, pulse, delay = balance(name, causal)
+    inside = slice(round(5.3 / T), round(5.45 / T))
+    assert np.allclose(total[inside], 6.0, atol=0.05)
+    calm = np.r_[round(1 / T) : round(4.7 / T), round(6.2 / T) : round(11 / T)]
+    assert np.max(np.abs(total[calm])) < 0.05
+    half = T * int(np.argmax(total > 3.0))
+    crossing = T * int(np.argmax(pulse > 3.0))
+    assert half - crossing == pytest.approx(0.75 * delay, abs=0.35 * delay + T)
+
+
+@pytest.mark.parametrize("name", ["momentum", "filtered", "eso"])
+def test_the_momentum_form_is_the_smoothed_direct_residual(name: str) -> None:
+    """Causal engines never see an acceleration, and yet equal the kernel applied to eq. (5)."""
+    total, _, _ = balance(name, True)
+    cfg = config(1)
+    log, _ = pendulum_log()
+    made = prepare(log, arm(cfg), cfg)
+    assert made.rigid_nm is not None
+    assert made.series.effort is not None
+    kernel = ENGINES[name].make_kernel(60.0, True)
+    direct = kernel.apply(made.series.effort - made.rigid_nm, made.series.segments, T)[:, 0]
+    inside = slice(500, -100)
+    assert np.max(np.abs(total[inside] - direct[inside])) < 0.02
+
+
+def test_the_observer_recursion_step_by_step() -> None:
+    """lfilter against the textbook observer integrated with small steps: r = K (p - ∫(u + r) dt - p0)."""
+    total, _, _ = balance("momentum", True)
+    cfg = config(1)
+    log, _ = pendulum_log()
+    made = prepare(log, arm(cfg), cfg)
+    momentum, rest = made.robot.momentum(log.position_rad, log.velocity_rad_s)
+    assert log.effort is not None
+    u = (log.effort + rest)[:, 0]
+    p, r, integral, fine = momentum[:, 0], 0.0, 0.0, 20
+    out = np.zeros(u.size)
+    for k in range(1, u.size):
+        for i in range(fine):
+            share = (i + 0.5) / fine
+            uu, pp = u[k - 1] + share * (u[k] - u[k - 1]), p[k - 1] + share * (p[k] - p[k - 1])
+            integral += (uu + r) * T / fine
+            r = 60.0 * (pp - integral - p[0])
+        out[k] = r
+    # the textbook's r counts what acts on the robot, eq. (5) what the drives bring up against it
+    assert np.max(np.abs(-out[500:] - total[500:])) < 0.05
+
+
+@pytest.mark.parametrize("causal", [True, False])
+def test_the_energy_detector_measures_the_power_of_the_pulse(causal: bool) -> None:
+    """By hand: K/(s + K) of v·tau_e, over the root of K/(s + K) of v² and the square of the slowest speed."""
+    cfg = config(1, detector="energy", causal=causal)
+    log, pulse = pendulum_log()
+    made = prepare(log, arm(cfg), cfg)
+    none = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
+    found = energy_residual(made, {"joint1": none}, frozenset(), cfg.detect)
+    v = 1.04 * np.cos(1.3 * log.time_s)
+    kernel = ENGINES["energy"].make_kernel(60.0, causal)
+    power, square = (kernel.apply(x[:, None], made.series.segments, T)[:, 0] for x in (v * pulse, v**2))
+    judged = np.flatnonzero(found.state[:, 0] == State.JUDGED)
+    error = found.torque_nm[:, 0] - power / np.sqrt(square + SLOW_RAD_S**2)
+    assert np.max(np.abs(error[judged])) < 0.06
+    assert np.abs(found.torque_nm[judged, 0]).max() > 5.0
+    slow = np.abs(v) < 0.1
+    assert not (found.state[slow, 0] == State.JUDGED).any(), "at rest it sees nothing and says so"
+
+
+def test_causal_engines_do_not_look_ahead() -> None:
+    for name in ("direct", "momentum", "filtered", "eso"):
+        cfg = config(1, detector=name, causal=True)
+        log, _ = pendulum_log()
+        assert log.effort is not None
+        later = log.effort.copy()
+        later[4000:] += 30.0
+        totals = []
+        for effort in (log.effort, later):
+            made = prepare(replace(log, effort=effort), arm(cfg), cfg)
+            total = balance_torques(made.series, made.robot, made.rigid_nm, None, cfg.detect).total_nm
+            assert total is not None
+            totals.append(total)
+        assert np.array_equal(totals[0][:4000], totals[1][:4000])
+        assert not np.array_equal(totals[0][4000:], totals[1][4000:])

@@ -41,6 +41,7 @@ FAULTS = (
 )
 DETECTORS = ("direct", "momentum", "filtered", "eso", "energy")
 BESIDE = '--set \'detect.compare=["momentum","filtered","eso","energy"]\''
+CALIBRATED = "--set 'log.wrench_bias=\"calibrated\"'"
 KEPT = (".json", ".toml", ".txt", ".xml", ".md")
 
 
@@ -70,7 +71,7 @@ def on_simulated(robot: str) -> Iterator[Job]:
     """What is asked of the simulated logs of one arm; the first job makes the friction files of the others."""
     at = f"LOGS/{robot}"
     friction, everything = f"--friction ../{robot}-fit/friction.json", f"--friction ../{robot}-fit/everything.json"
-    every = """--set 'fit.estimate=["friction","gains","inertials","tool"]'"""
+    every = """--set 'fit.estimate=["friction","gain","inertials","tool"]'"""
     fit = f"fit {at}-friction.mcap -c {at}-friction.toml -o"
     yield Job(
         f"{robot}-fit",
@@ -80,6 +81,7 @@ def on_simulated(robot: str) -> Iterator[Job]:
             f"{fit} any.json --set fit.motion=any",
             f"{fit} rbf.json --model rbf",
             f"fit {at}-tool-calibration.mcap -c {at}-tool-calibration.toml -o tool.json",
+            f"fit {at}-friction.mcap {at}-tool-calibration.mcap -c {at}-polish-sine.toml -o both.json {CALIBRATED}",
             f"inspect {at}-friction.mcap -c {at}-friction.toml --json",
         ),
     )
@@ -89,6 +91,8 @@ def on_simulated(robot: str) -> Iterator[Job]:
             yield Job(f"{robot}-{scenario}-{detector}", (f"{judged} {friction} --detector {detector} -o run",))
         yield Job(f"{robot}-{scenario}-causal", (f"{judged} {friction} --set detect.causal=true -o run",))
         yield Job(f"{robot}-{scenario}-everything", (f"{judged} {everything} -o run",))
+        calibrated = f"{judged} --friction ../{robot}-fit/both.json {CALIBRATED} -o run"
+        yield Job(f"{robot}-{scenario}-calibrated", (calibrated,))
         alone = f"{judged} {BESIDE} -o run"
         yield Job(
             f"{robot}-{scenario}-alone", (alone, "recommend run --json", "recommend run", "recommend run --dynamic")
@@ -122,7 +126,7 @@ def on_real() -> Iterator[Job]:
     raw = """! sed -i 's/^effort = "Nm".*/effort = "raw"/' c.toml"""
     tiago = " ".join(f"DATA/tiago_csv/tiago_{part}.csv" for part in ("position", "velocity", "effort"))
     yield job("ur10", "DATA/ur10_db3/ur10_exciting_trajectory.db3", "ur10_robot.urdf")
-    every = """ --set 'fit.estimate=["friction","gains","inertials"]'"""
+    every = """ --set 'fit.estimate=["friction","gain","inertials"]'"""
     yield job("ur10-everything", "DATA/ur10_db3/ur10_exciting_trajectory.db3", "ur10_robot.urdf", estimate=every)
     for name in ("id1", "id2", "_2019-11-27-20-59-11"):
         yield job(f"ur3-{name}", f"DATA/ur3_bags/{name}.bag", "ur3_robot.urdf")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:
-    from collaudit.cli.chain import LogFiles, Progress
+    from collaudit.core.api import LogFiles, Progress
     from collaudit.core.config import LoadedConfig
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.reports.entries import IndexEntry
@@ -45,14 +45,14 @@ def audit_one(
     """
     from dataclasses import replace
 
-    from collaudit.cli.chain import judge
+    from collaudit.cli.chain import audit_files
     from collaudit.reports.entries import entry_of, entry_of_error
     from collaudit.reports.files import write_audit
     from collaudit.reports.html import write_html
 
     run = out / folder
     try:
-        audit, friction = judge(files, loaded, progress)
+        audit, friction = audit_files(files, loaded, progress)
     except CollauditError as error:
         _remove_old(run)
         return Outcome(entry_of_error(name, error), None)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.audit_one import Outcome, audit_one
-from collaudit.cli.chain import LogFiles, Progress, log_name
+from collaudit.core.api import LogFiles, Progress, log_name
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig

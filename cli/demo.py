@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collaudit.cli.chain import Progress
+    from collaudit.core.api import Progress
     from collaudit.core.data.audit_result import Audit, FrictionFile
     from collaudit.fixtures.compare import CurveCheck, EventCheck
     from collaudit.fixtures.simulate import SimulatedFiles
@@ -88,9 +88,8 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
         out: folder for what is written.
         progress: called with steps done and in all.
     """
-    from collaudit.cli.chain import judge, prepare_log
-    from collaudit.cli.provenance import make_provenance
-    from collaudit.core.audit import fit_logs
+    from collaudit.cli.chain import audit_files
+    from collaudit.core import api
     from collaudit.core.config import load_config
     from collaudit.fixtures.compare import check_events, check_friction, read_truth
     from collaudit.reports.files import write_audit, write_friction
@@ -98,15 +97,14 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
 
     steps = len(_RUNS) + 2
     identification = load_config(files["friction"].config)
-    prepared = prepare_log(files["friction"].log, identification)
-    friction = fit_logs([prepared], identification.config, make_provenance(identification, None, prepared.robot.sha256))
+    friction = api.fit([files["friction"].log], identification)
     write_friction(out / "friction.json", friction)
     truth = read_truth(files["friction"].truth)
     progress(1, steps)
     runs = []
     for name in _RUNS:
         overrides = {"friction.file": str((out / "friction.json").absolute()), "detect.watch": [WATCHED]}
-        audit, used = judge(files[name].log, load_config(files[name].config, overrides))
+        audit, used = audit_files(files[name].log, load_config(files[name].config, overrides))
         write_audit(out / f"run-{name}", audit, used)
         runs.append(DemoRun(name, audit, check_events(audit, read_truth(files[name].truth))))
         progress(len(runs) + 1, steps)

@@ -16,7 +16,6 @@ import click
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.schema import Config
 
 _PATH = "collaudit.config.path"
 _OVERRIDES = "collaudit.config.overrides"
@@ -46,15 +45,7 @@ def load_settings() -> LoadedConfig:
     from collaudit.core.config import load_config
 
     cache = click.get_current_context().meta.get(_CACHE)
-    loaded = load_config(config_path(), overrides())
-    return replace(loaded, config=_placed(loaded), cache=cache)
-
-
-def _placed(loaded: LoadedConfig) -> Config:
-    """The configuration with its folders of message definitions found from where it lies."""
-    folders = [loaded.base_dir / folder for folder in loaded.config.log.msg_path]
-    log = loaded.config.log.model_copy(update={"msg_path": folders})
-    return loaded.config.model_copy(update={"log": log}) if folders else loaded.config
+    return replace(load_config(config_path(), overrides()), cache=cache)
 
 
 def config_option(function: CommandFunction) -> CommandFunction:

@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
 import numpy as np
 
-from collaudit.core.config.schema import Config
-from collaudit.core.contacts.contacts import find_contacts
-from collaudit.core.contacts.controller_alarms import compare_controller_alarms
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.detection_result import DetectionFacts, DetectorFacts, LevelFacts
+from collaudit.core.data.detection_result import LevelFacts
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
-    delay_facts,
-    detector_facts,
-    run_detector,
 )
-from collaudit.core.detection.threshold import learn_dynamic
-from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.prepare.prepared import Prepared, judged_series
 from collaudit.core.residual.friction_level import LARGEST
-from collaudit.core.scoring.known_events import controller_alarms_s, score_detection
 
 #: A level this far from the calibration is worth saying.
 _NOTABLE_LEVEL = 0.05
@@ -37,59 +23,8 @@ _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
 
 
-def detection_facts(
-    prepared: Prepared,
-    found: DetectorRun,
-    inputs: DetectionInputs,
-    config: Config,
-    clean: Mapping[str, BoolArray],
-    truth: Path | None = None,
-) -> DetectionFacts:
-    """Everything about the detection that the events alone do not tell.
-
-    Args:
-        prepared: the log.
-        found: the configured detector's evaluation.
-        inputs: what all detectors share.
-        config: which others detect_events side by side.
-        clean: (n,) clean samples by joint.
-        truth: file of known events to score against, if any.
-
-    Raises:
-        LogError: the known events cannot be understood.
-        ConfigError: a label that marks them is not in the log.
-    """
-    series = judged_series(prepared)
-    others: dict[str, DetectorFacts] = {}
-    for name in dict.fromkeys(config.detect.compare):
-        other = run_detector(prepared, inputs, config, name)
-        others[name] = detector_facts(other, inputs.rule, series.joint_names, series.period_s)
-    incidents = find_contacts(prepared, found, config)
-    return DetectionFacts(
-        causal=config.detect.causal,
-        equation=found.balance.engine.equation,
-        delay=delay_facts(found.balance, inputs.rule, series.period_s),
-        friction_level=_levels(found, config.detect.friction_level == "followed"),
-        dynamic={
-            joint: learn_dynamic(
-                found.residual.torque_nm[:, j],
-                series.velocity_rad_s[:, j],
-                series.acceleration_rad_s2[:, j],
-                clean[joint],
-                inputs.rule.n,
-            )
-            for j, joint in enumerate(series.joint_names)
-            if inputs.watch[joint].watched
-        },
-        incidents=incidents,
-        detectors=others,
-        flags=compare_controller_alarms(controller_alarms_s(series, config.detect), incidents),
-        control=control_modes(series, prepared.phases, config.detect),
-        scores=score_detection(series, found, inputs, config.detect, truth),
-    )
-
-
-def _levels(found: DetectorRun, followed: bool) -> dict[str, LevelFacts]:
+def friction_levels(found: DetectorRun, followed: bool) -> dict[str, LevelFacts]:
+    """How far each joint's friction was off its calibration; whether it was followed is only passed on."""
     out = {}
     for joint, level in found.residual.levels.items():
         d = 1.0 + level.deviation
@@ -102,7 +37,7 @@ def _levels(found: DetectorRun, followed: bool) -> dict[str, LevelFacts]:
 def detection_findings(series: UniformSeries, found: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
     """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged."""
     findings = _slow(found, inputs.rule, series.period_s)
-    for joint, level in _levels(found, True).items():
+    for joint, level in friction_levels(found, True).items():
         span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
         if span >= LARGEST - 1e-6:
             text = (

@@ -49,16 +49,16 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch import audit_logs
-    from collaudit.cli.chain import find_logs, friction_path
     from collaudit.cli.formats import parse_formats
     from collaudit.cli.summary import exit_code
+    from collaudit.core.api import find_logs
     from collaudit.reports.files import read_friction
     from collaudit.reports.index import summary_json, write_index
     from collaudit.reports.text import summary_table
 
     extra = parse_formats(formats, ("junit", "sarif", "markdown")) if formats else []
     loaded = load_settings()
-    friction = friction_path(loaded)
+    friction = loaded.friction_path
     if friction is not None:
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     found = find_logs(logs, loaded)

@@ -41,7 +41,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
-    from collaudit.cli.chain import judge, one_log
+    from collaudit.cli.chain import audit_files, one_log
     from collaudit.cli.detection_text import detection_text
     from collaudit.cli.score import score_json, score_text
     from collaudit.cli.summary import exit_code, rule_text
@@ -54,7 +54,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     if output is not None:
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
     with progress("reading") as report:
-        audit, friction = judge(files, loaded, report, truth)
+        audit, friction = audit_files(files, loaded, report, truth)
     scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None:
         write_audit(output, audit, friction)

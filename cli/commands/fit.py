@@ -36,18 +36,15 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
 
     Exit code 3 when no joint could be fitted.
     """
-    from collaudit.cli.chain import find_logs, prepare_log
-    from collaudit.cli.provenance import make_provenance
-    from collaudit.core.audit import fit_logs
+    from collaudit.core import api
     from collaudit.reports.files import friction_json, write_friction
 
     loaded = load_settings()
     prepared = []
-    for files in find_logs(logs, loaded):
+    for files in api.find_logs(logs, loaded):
         with progress(f"reading {files[0].name}") as report:
-            prepared.append(prepare_log(files, loaded, report))
-    provenance = make_provenance(loaded, None, prepared[0].robot.sha256)
-    friction = fit_logs(prepared, loaded.config, provenance)
+            prepared.append(api.prepare(files, loaded, progress=report))
+    friction = api.fit(prepared, loaded)
     if output is not None:
         write_friction(output, friction)
     click.echo(friction_json(friction) if as_json else fit_table(friction), nl=not as_json)

@@ -13,7 +13,7 @@ from collaudit.cli.words import note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError
 
 if TYPE_CHECKING:
-    from collaudit.cli.chain import LogFiles
+    from collaudit.core.api import LogFiles
     from collaudit.core.config import LoadedConfig
     from collaudit.core.findings import Finding
 
@@ -76,10 +76,10 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
 
 def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
     """What reading the log with the new configuration shows: why it cannot be judged, or findings."""
-    from collaudit.cli.chain import prepare_log
+    from collaudit.core.api import prepare
 
     try:
         with progress("reading") as report:
-            return None, prepare_log(files, loaded, report).findings
+            return None, prepare(files, loaded, progress=report).findings
     except CollauditError as error:
         return error, ()

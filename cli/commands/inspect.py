@@ -14,7 +14,7 @@ from collaudit.cli.words import bytes_text, note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
 
 if TYPE_CHECKING:
-    from collaudit.cli.chain import LogFiles
+    from collaudit.core.api import LogFiles
     from collaudit.core.config import LoadedConfig
     from collaudit.core.findings import Finding
     from collaudit.core.logs import LogSummary, TopicInfo
@@ -42,7 +42,7 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
 
     Exit code 3 when something found here forbids judging.
     """
-    from collaudit.cli.chain import find_logs
+    from collaudit.core.api import find_logs
     from collaudit.core.logs import describe
 
     loaded = load_settings()
@@ -89,13 +89,13 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
     Raises:
         CollauditError: the robot or the settings cannot be used at all.
     """
-    from collaudit.cli.chain import prepare_log
+    from collaudit.core.api import prepare
 
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
         return None, ()
     try:
         with progress("reading") as report:
-            return None, prepare_log(files, loaded, report).findings
+            return None, prepare(files, loaded, progress=report).findings
     except (LogError, NotJudgedError) as error:
         return error, ()
 

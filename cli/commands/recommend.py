@@ -46,10 +46,10 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
 
     Exit code 3 when nothing could be recommended for any joint.
     """
-    from collaudit.core.audit import recommend_rules
+    from collaudit.core.api import recommend
 
     audits = _audits(inputs)
-    rules = recommend_rules(audits, _persistence_s(audits))
+    rules = recommend(audits, _persistence_s(audits))
     laws = _dynamic(audits)
     if as_dynamic and not as_json:
         click.echo(_dynamic_tables(laws), nl=False)
@@ -76,7 +76,8 @@ def _persistence_s(audits: Sequence[Audit]) -> float | None:
 
 def _audits(inputs: Sequence[str]) -> list[Audit]:
     """Runs are read, everything else is judged as a log."""
-    from collaudit.cli.chain import find_logs, judge
+    from collaudit.cli.chain import audit_files
+    from collaudit.core.api import find_logs
     from collaudit.reports.files import AUDIT_NAME, read_run
 
     runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
@@ -85,7 +86,7 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
     loaded = load_settings()
     for files in find_logs(logs, loaded) if logs else []:
         with progress(f"reading {files[0].name}") as report:
-            audits.append(judge(files, loaded, report)[0])
+            audits.append(audit_files(files, loaded, report)[0])
     return audits
 
 

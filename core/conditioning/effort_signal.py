@@ -52,10 +52,10 @@ def _at_extreme(x: FloatArray, least: int) -> list[tuple[int, int]]:
 def effort_signal_findings(
     log: JointLog, effort: FloatArray | None, velocity: FloatArray, saturated: BoolArray, period_s: float
 ) -> list[Finding]:
-    """Efforts that are missing, not torques, constant while the joint moves, or saturated.
+    """Efforts that are missing, constant while the joint moves, or saturated.
 
     Args:
-        log: whose unit of effort counts.
+        log: whose joints these are.
         effort: (n, j) on the uniform grid, or None.
         velocity: (n, j) rad/s.
         saturated: (n, j) of :func:`saturation`.
@@ -64,11 +64,6 @@ def effort_signal_findings(
     if effort is None:
         return [Finding("log-effort-missing", "error", "The log has no effort: nothing can be fitted or judged.")]
     findings = []
-    if log.effort_unit == "raw":
-        text = (
-            "The effort is stated not to be in N·m: friction is fitted in the log's unit, and nothing is judged in N·m."
-        )
-        findings.append(Finding("effort-unit-raw", "warning", text))
     pinned = np.count_nonzero(saturated, axis=0)
     for j, joint in enumerate(log.joint_names):
         x, v = effort[:, j], velocity[:, j]

@@ -42,6 +42,11 @@ class LoadedConfig:
     path: Path | None
     cache: Path | None = None
 
+    @property
+    def friction_path(self) -> Path | None:
+        """The friction file that the configuration names; None when it names none."""
+        return self.config.friction.file
+
 
 def load_config(path: Path | None, overrides: Mapping[str, object] | None = None) -> LoadedConfig:
     """Read and validate a configuration file.
@@ -76,7 +81,16 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
         _override(data, dotted, value)
     places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
     config = _validate(data, places)
-    return LoadedConfig(config, path.parent if path else Path(), config_sha256(config), path)
+    base_dir = path.parent if path else Path()
+    return LoadedConfig(_placed(config, base_dir), base_dir, config_sha256(config), path)
+
+
+def _placed(config: Config, base_dir: Path) -> Config:
+    """The configuration with its files and folders as they are found from the working folder."""
+    file = config.friction.file
+    friction = config.friction.model_copy(update={"file": None if file is None else base_dir / file})
+    log = config.log.model_copy(update={"msg_path": [base_dir / folder for folder in config.log.msg_path]})
+    return config.model_copy(update={"friction": friction, "log": log})
 
 
 def config_sha256(config: Config) -> str:

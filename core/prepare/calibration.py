@@ -1,103 +1,162 @@
-"""A prepared log seen through what was identified: torque from effort, the arm's real inertials."""
+"""What an earlier fit found of the arm besides friction, and the log's effort and model with it.
+
+A friction file may hold drive gains, offsets and inertials (``identified``), and a calibration of the wrist sensor with
+the tool it carries. :class:`Calibration` is what of it applies to one log; ``prepare`` takes it, so that model torque,
+gains and findings are computed once, as the log is judged.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.identification_result import ChannelFacts, Identified, SensorFacts
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.calibrated_tool import with_calibrated_tool
-from collaudit.core.prepare.commanded_force import contact_torque
-from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.prepare.with_model import with_model
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
 
 
-def with_known(
-    prepared: Prepared, identified: Identified | None, channels: Mapping[str, ChannelFacts], config: Config
-) -> Prepared:
-    """A log with all that a friction file knows of sensor, drives, inertials and tool."""
-    seen = with_sensor(prepared, channels, config)
-    if identified is not None:  # its bodies are the whole arm, the tool in use at the fit included
-        return with_identified(seen, identified)
-    used = calibration(channels, config) if prepared.series.wrench is not None else None
-    return seen if used is None else with_calibrated_tool(seen, used, config)
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What is known of the arm from an earlier fit; the default knows nothing.
+
+    Attributes:
+        identified: drive gains, offsets, inertials, tool; None for the arm as described and an effort as logged.
+        sensor: zero offset and tool of the wrist sensor; None to estimate the offset from the log.
+        tool: the tool that the model carries in place of the described one, None for the described one.
+        sensor_missing: a calibrated sensor was asked for and none is known.
+    """
+
+    identified: Identified | None = None
+    sensor: SensorFacts | None = None
+    tool: SensorFacts | None = None
+    sensor_missing: bool = False
+
+    @classmethod
+    def of(cls, friction: FrictionFile | None, config: Config) -> Calibration:
+        """What a friction file knows, of what the configuration asks for."""
+        identified, channels = (None, {}) if friction is None else (friction.identified, friction.channels)
+        found = cls.of_sensor(channels, config)
+        if identified is None:
+            return found
+        # the identified bodies are the whole arm, the tool in use at the fit included
+        return replace(found, identified=identified, tool=None)
+
+    @classmethod
+    def of_sensor(cls, channels: Mapping[str, ChannelFacts], config: Config) -> Calibration:
+        """The calibration of most poses in the sensor's frame, where ``wrench_bias = "calibrated"`` asks for one.
+
+        Args:
+            channels: facts about the channels of each log that was fitted.
+            config: says the frame of the sensor.
+        """
+        if config.log.wrench_bias != "calibrated":
+            return cls()
+        found = [c.sensor for c in channels.values() if c.sensor is not None]
+        sensor = max((s for s in found if s.frame == config.log.wrench_frame), key=lambda s: s.poses, default=None)
+        return cls(sensor=sensor, tool=sensor, sensor_missing=sensor is None)
 
 
-def before_fit(
-    prepared: Prepared, estimate: tuple[str, ...], channels: Mapping[str, ChannelFacts], config: Config
-) -> Prepared:
-    """A log with what its wrist sensor knows, for fitting; its tool only where the torques are not to tell one."""
-    if {"tool", "inertials"} & set(estimate):
-        return with_sensor(prepared, channels, config)
-    return with_known(prepared, None, channels, config)
-
-
-def calibration(channels: Mapping[str, ChannelFacts], config: Config) -> SensorFacts | None:
-    """The calibration of most poses in the sensor's frame, where ``wrench_bias = "calibrated"`` asks for one."""
-    if config.log.wrench_bias != "calibrated":
-        return None
-    found = [c.sensor for c in channels.values() if c.sensor is not None]
-    return max((s for s in found if s.frame == config.log.wrench_frame), key=lambda s: s.poses, default=None)
-
-
-def with_identified(prepared: Prepared, identified: Identified | None) -> Prepared:
-    """The same log with identified gains, offsets and inertials; unchanged when there are none.
+def calibrated_series(series: UniformSeries, calibration: Calibration) -> UniformSeries:
+    """The series with its effort as joint torque: effort / gain - offset, where both were identified.
 
     Raises:
-        ConfigError: the file was identified on another arm.
+        ConfigError: they were identified on another arm.
     """
+    identified = calibration.identified
     if identified is None:
-        return prepared
-    names = prepared.series.joint_names
-    missing = [name for name in names if name not in identified.joints]
-    if missing:
+        return series
+    names = series.joint_names
+    if any(name not in identified.joints for name in names):
         raise ConfigError(
             "the friction file identifies other joints than this log has",
             found=", ".join(identified.joints),
             expected=", ".join(names),
             hint="fit again on a log of this arm",
         )
-    robot = _robot(prepared.robot, identified)
-    series = prepared.series
-    if series.effort is not None:
-        found = [identified.joints[name].gain for name in names]
-        gain = np.array([np.nan if value is None else value for value in found])
-        offset = np.array([identified.joints[name].offset_nm for name in names])
-        series = replace(series, effort=series.effort / gain - offset, effort_unit="Nm")
-    said = Finding("identified-used", "info", _words(identified), where="friction file")
-    seen = with_model(prepared, robot, series)
-    return replace(seen, findings=(*seen.findings, said))
+    if series.effort is None:
+        return series
+    gains = [identified.joints[name].gain for name in names]
+    gain = np.array([np.nan if value is None else value for value in gains])
+    offset = np.array([identified.joints[name].offset_nm for name in names])
+    return replace(series, effort=series.effort / gain - offset, effort_unit="Nm")
 
 
-def with_sensor(prepared: Prepared, channels: Mapping[str, ChannelFacts], config: Config) -> Prepared:
-    """The same log with the wrist sensor's offset and tool of the friction file; unchanged unless that is asked for.
+def calibrated_robot(
+    robot: RobotModel, calibration: Calibration, config: Config, with_wrench: bool
+) -> tuple[RobotModel, list[Finding]]:
+    """The arm with its identified inertials, or with the tool that its wrist sensor was calibrated with.
 
     Args:
-        prepared: the log.
-        channels: what the friction file holds, by the log it was found on; the log of most poses counts.
-        config: ``[log] wrench_bias = "calibrated"`` asks for it.
+        robot: as described.
+        calibration: what is known of it.
+        config: says the described tool.
+        with_wrench: whether the log has a wrist sensor: without one its tool is not known to be mounted.
+
+    Raises:
+        ConfigError: the inertials were identified on another arm. NotJudgedError: the robot has no inertials.
     """
-    if config.log.wrench_bias != "calibrated" or prepared.series.wrench is None:
-        return prepared
-    sensor = calibration(channels, config)
-    if sensor is None:
-        text = (
-            f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "
-            "estimated from this log instead."
-        )
-        return replace(prepared, findings=(*prepared.findings, Finding("log-wrench-bias", "warning", text)))
-    contact, said = contact_torque(prepared.series, prepared.robot, prepared.phases, config, sensor)
-    kept = tuple(f for f in prepared.findings if f.code not in {"log-wrench-bias", *(g.code for g in said)})
-    return replace(prepared, contact_nm=contact, findings=(*kept, *said))
+    if calibration.identified is not None:
+        found = Finding("identified-used", "info", _identified_text(calibration.identified), where="friction file")
+        return _with_identified(robot, calibration.identified), [found]
+    if calibration.tool is None or not with_wrench or not robot.has_inertials:
+        return robot, []
+    carrying, mass, before = with_tool(robot, calibration.tool, config)
+    text = (
+        f"The model carries the tool that the wrist sensor was calibrated with, {mass:.3g} kg, in place of "
+        f"{before:.3g} kg on file."
+    )
+    return carrying, [Finding("identified-used", "info", text, where="friction file")]
 
 
-def _robot(robot: RobotModel, identified: Identified) -> RobotModel:
+def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[RobotModel, float, float]:
+    """The arm with the calibrated tool; its mass and the mass on file beyond the sensor, kg.
+
+    Both are moved as point masses at their centres: a body of the right mass on file keeps its inertia.
+    """
+    assert robot.bodies is not None
+    turn, place, body = robot.bodies.frame_in_joint(sensor.frame)
+    centre = np.zeros(3) if sensor.com_m is None else np.array(sensor.com_m)
+    mass, first = robot.bodies.beyond(sensor.frame)
+    tool = config.robot.tool
+    if not isinstance(tool.mass_kg, str) and tool.mass_kg > 0:
+        own_turn, own_place, _ = robot.bodies.frame_in_joint(tool.frame or robot.bodies.frame_names[-1])
+        mass += tool.mass_kg
+        first = first + tool.mass_kg * (own_turn @ np.array(tool.com_m) + own_place)
+    parameters = robot.inertial_parameters.copy()
+    ten = parameters[10 * body : 10 * body + 10]
+    ten += _point_mass(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - _point_mass(mass, first)
+    return robot.with_inertials(parameters, robot.armature), sensor.mass_kg, mass
+
+
+def missing_sensor_findings(calibration: Calibration, config: Config) -> list[Finding]:
+    """That a calibrated sensor was asked for and the friction file holds none."""
+    if not calibration.sensor_missing:
+        return []
+    text = (
+        f"The friction file holds no calibration of a sensor in frame '{config.log.wrench_frame}': its offset was "
+        "estimated from this log instead."
+    )
+    return [Finding("log-wrench-bias", "warning", text)]
+
+
+def _point_mass(mass_kg: float, first_kg_m: FloatArray) -> FloatArray:
+    """(10,) inertial parameters of a point mass: mass, first moments (3,), inertia about the origin."""
+    out = np.zeros(10)
+    if mass_kg > 0:
+        out[0], out[1:4] = mass_kg, first_kg_m
+        inertia = (float(first_kg_m @ first_kg_m) * np.eye(3) - np.outer(first_kg_m, first_kg_m)) / mass_kg
+        out[4:] = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return out
+
+
+def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:
     assert robot.bodies is not None
     names = robot.bodies.joint_names
     if set(names) != set(identified.bodies):
@@ -114,7 +173,7 @@ def _robot(robot: RobotModel, identified: Identified) -> RobotModel:
     return robot.with_inertials(parameters, armature)
 
 
-def _words(identified: Identified) -> str:
+def _identified_text(identified: Identified) -> str:
     what = ", ".join(item for item in identified.estimate if item != "friction")
     return (
         f"Effort and model torque are taken with what the friction file identified: {what}, and a constant offset of "

@@ -154,5 +154,13 @@ def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...],
     return findings
 
 
+def raw_effort_findings(series: UniformSeries) -> list[Finding]:
+    """That nothing can be judged in N·m while the effort is in a unit that nobody stated."""
+    if series.effort is None or series.effort_unit != "raw":
+        return []
+    text = "The effort is stated not to be in N·m: friction is fitted in the log's unit, and nothing is judged in N·m."
+    return [Finding("effort-unit-raw", "warning", text)]
+
+
 def _overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:
     return a[0] <= b[1] and b[0] <= a[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,50 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.calibration import (
+    Calibration,
+    calibrated_robot,
+    calibrated_series,
+    missing_sensor_findings,
+)
 from collaudit.core.prepare.commanded_force import contact_torque, model_torques, tool_force
 from collaudit.core.prepare.effort_delay import effort_findings
-from collaudit.core.prepare.effort_gain import EffortGain, effort_gains
+from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConditionedLog:
+    """One log before its model torque: what every calibration of it starts from.
+
+    Attributes:
+        series: all joints that the log and the model share, in model order; the effort as logged.
+        robot: the model as described.
+        judged: names of the joints to judge.
+        phases: (n,) phase labels (``core/prepare/phases.py``).
+        findings: of the log, the description, positions and phases.
+    """
+
+    series: UniformSeries
+    robot: RobotModel
+    judged: tuple[str, ...]
+    phases: NDArray[np.int8]
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CommandedTorque:
+    """Joint torque of the force that the tool is commanded to exert.
+
+    Attributes:
+        torque_nm: (n, j) J^T F of the measured tool force, or None without a wrench.
+        findings: how the sensor's offset was found, and what stood out of the force.
+    """
+
+    torque_nm: FloatArray | None
+    findings: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,55 +66,126 @@ class Prepared:
     """One log, ready to be fitted or judged.
 
     Attributes:
-        series: all joints that the log and the model share, in model order.
-        robot: the model.
+        series: all joints that the log and the model share, in model order; the effort as calibrated.
+        robot: the model, as calibrated.
         rigid_nm: (n, j) rigid-body torque, or None without inertials.
-        contact_nm: (n, j) J^T F of the measured tool force, or None without a wrench.
+        commanded: torque of the commanded tool force.
         judged: names of the joints to judge.
         phases: (n,) phase labels (``core/prepare/phases.py``).
         gains: effort against model torque, by joint.
         findings: of the log, the model and the checks.
+        calibration: what was known of the arm besides its description.
+        start: the log before its model torque.
+        judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
 
     series: UniformSeries
     robot: RobotModel
     rigid_nm: FloatArray | None
-    contact_nm: FloatArray | None
+    commanded: CommandedTorque
     judged: tuple[str, ...]
     phases: NDArray[np.int8]
     gains: tuple[EffortGain, ...]
     findings: tuple[Finding, ...]
+    calibration: Calibration
+    start: ConditionedLog
+    judged_series: UniformSeries = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "judged_series", _of_joints(self.series, self.judged))
+
+    @property
+    def contact_nm(self) -> FloatArray | None:
+        """(n, j) torque of the commanded tool force, or None without a wrench."""
+        return self.commanded.torque_nm
 
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]
 
 
-def prepare(log: JointLog, robot: RobotModel, config: Config) -> Prepared:
+def prepare(
+    log: JointLog,
+    robot: RobotModel,
+    config: Config,
+    calibration: Calibration | None = None,
+) -> Prepared:
     """Condition a log, compute its model torque and check its effort against it.
+
+    Args:
+        log: as recorded.
+        robot: its model as described.
+        config: everything else.
+        calibration: what a friction file knows of the arm; None for nothing.
 
     Raises:
         NotJudgedError: the log has no stretch long enough.
-        LogError: a configured joint is not in the log. ConfigError: a wrench lacks its frame.
+        LogError: a configured joint is not in the log.
+        ConfigError: a wrench lacks its frame, or the calibration is another arm's.
     """
     series = undelayed(condition(_in_model_order(log, robot), config.conditioning), config.log)
     judged = _judged(config, series.joint_names, log.source.name)
-    findings = [*series.findings, *robot.findings]
     labels, more = _phases(series, robot, config)
-    findings += more
+    findings = [*series.findings, *robot.findings, *more]
     findings += position_findings(series.position_rad, series.joint_names, robot, config.log.units.position)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
+    start = ConditionedLog(series, robot, judged, labels, tuple(findings))
+    return _modelled(start, calibration or Calibration(), config, None)
+
+
+def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
+    """The same log with what another calibration knows; unchanged when that is what it was prepared with.
+
+    Fitting needs this, for it prepares its logs before it knows what is to be found in them.
+
+    Raises:
+        ConfigError: the calibration is another arm's.
+    """
+    if calibration == prepared.calibration:
+        return prepared
+    return _modelled(prepared.start, calibration, config, prepared)
+
+
+def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, known: Prepared | None) -> Prepared:
+    """Model torque, commanded force and the effort's checks; of ``known`` what the calibration leaves as it was."""
+    robot, about = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
+    series = calibrated_series(start.series, calibration)
+    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
     rigid = None
-    gains: tuple[EffortGain, ...] = ()
-    if robot.has_inertials:
-        rigid, contact, more = model_torques(series, robot, labels, config)
+    if known is not None and known.calibration.sensor == calibration.sensor:
+        commanded = known.commanded
+        if robot.has_inertials:
+            same = robot is start.robot and known.robot is start.robot
+            rigid = known.rigid_nm if same else robot.inverse_dynamics(*motion)
+    elif robot.has_inertials and calibration.sensor is None:
+        rigid, torque, found = model_torques(series, robot, start.phases, config)
+        commanded = CommandedTorque(torque, tuple(found))
     else:
-        contact, more = contact_torque(series, robot, labels, config)
-    findings += more
+        torque, found = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
+        commanded = CommandedTorque(torque, tuple(found))
+        rigid = robot.inverse_dynamics(*motion) if robot.has_inertials else None
+    findings = [*start.findings, *commanded.findings]
+    if series.wrench is not None:
+        findings += missing_sensor_findings(calibration, config)
+    findings += raw_effort_findings(series)
+    gains: tuple[EffortGain, ...] = ()
     if rigid is not None and series.effort is not None:
-        gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in judged)
-        findings += effort_findings(series, robot, rigid, contact, gains, judged, config.log.effort_delay_ms)
-    return Prepared(series, robot, rigid, contact, judged, labels, gains, tuple(findings))
+        contact = commanded.torque_nm
+        gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
+        findings += effort_findings(series, robot, rigid, contact, gains, start.judged, config.log.effort_delay_ms)
+    findings += about
+    return Prepared(
+        series,
+        robot,
+        rigid,
+        commanded,
+        start.judged,
+        start.phases,
+        gains,
+        tuple(findings),
+        calibration,
+        start,
+    )
 
 
 def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:
@@ -129,19 +238,18 @@ def _judged(config: Config, present: tuple[str, ...], name: str) -> tuple[str, .
     return tuple(joint for joint in present if joint in wanted)
 
 
-def judged_series(prepared: Prepared) -> UniformSeries:
-    """The series with the judged joints only."""
-    columns = prepared.columns()
-    series = prepared.series
-    if len(columns) == len(series.joint_names):
+def _of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
+    """The series with these of its joints only."""
+    if len(joints) == len(series.joint_names):
         return series
+    columns = [series.column(joint) for joint in joints]
 
     def take(array: FloatArray) -> FloatArray:
         return np.asfortranarray(array[:, columns])
 
     return replace(
         series,
-        joint_names=prepared.judged,
+        joint_names=joints,
         position_rad=take(series.position_rad),
         velocity_rad_s=take(series.velocity_rad_s),
         acceleration_rad_s2=take(series.acceleration_rad_s2),
@@ -150,3 +258,8 @@ def judged_series(prepared: Prepared) -> UniformSeries:
         raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
         temperature_c=None if series.temperature_c is None else take(series.temperature_c),
     )
+
+
+def judged_series(prepared: Prepared) -> UniformSeries:
+    """The series with the judged joints only."""
+    return prepared.judged_series

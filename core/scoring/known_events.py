@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import Score
@@ -12,11 +11,11 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
 from collaudit.core.scoring.detection_score import Alarm, Evidence, TrueEvent, score
-from collaudit.core.scoring.truth_events import read_events
+from collaudit.core.scoring.truth_events import TruthFile, true_events
 
 
 def score_detection(
-    series: UniformSeries, found: DetectorRun, inputs: DetectionInputs, config: DetectConfig, truth: Path | None
+    series: UniformSeries, found: DetectorRun, inputs: DetectionInputs, config: DetectConfig, truth: TruthFile | None
 ) -> tuple[Score, ...]:
     """Score a detector against the known events; empty when none are known.
 
@@ -28,13 +27,13 @@ def score_detection(
         truth: a truth file or table of labels, which wins over the log's own.
 
     Raises:
-        LogError: the file cannot be read or understood.
+        LogError: the file cannot be understood.
         ConfigError: the log has no such label.
     """
     if truth is None and not config.true_events:
         return ()
     watched = inputs.rule.watch
-    events = read_events(truth, watched) if truth is not None else labelled_events(series, watched, config.true_events)
+    events = true_events(truth, watched) if truth is not None else labelled_events(series, watched, config.true_events)
     alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
     ratio = found.residual.torque_nm / found.threshold.all_joints()
     evidence = Evidence(series.time_s, ratio, found.detected.state, series.joint_names, inputs.rule.n)

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,37 +16,55 @@ from collaudit.core.scoring.detection_score import TrueEvent
 _COLUMNS = "onset_s,end_s and optionally joint"
 
 
-def read_events(path: Path, joints: Sequence[str], factor: float = 1.0, lasting_s: float = 0.0) -> list[TrueEvent]:
+@dataclass(frozen=True, slots=True)
+class TruthFile:
+    """A truth file or table of labels as read: its path as given, and its text."""
+
+    name: str
+    text: str
+
+
+def read_truth(path: Path) -> TruthFile:
+    """Read a truth file (``.json``) or a table of labels (``.csv``), without looking into it.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    try:
+        return TruthFile(str(path), path.read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise LogError("the true events cannot be read", where=str(path), found=str(error)) from error
+
+
+def true_events(
+    truth: TruthFile, joints: Sequence[str], factor: float = 1.0, lasting_s: float = 0.0
+) -> list[TrueEvent]:
     """Events of a truth file (``.json``) or of a label table (``.csv`` with columns onset_s, end_s, joint).
 
     Args:
-        path: the file.
+        truth: as :func:`read_truth` gives it.
         joints: judged joints; a label without a joint is required of any of them.
         factor, lasting_s: of a truth file, the joints required are those whose true torque exceeds ``factor``
             times gamma for at least ``lasting_s``; with the defaults those marked as collisions.
 
     Raises:
-        LogError: the file cannot be read or is neither.
+        LogError: the text is neither.
     """
+    if truth.name.lower().endswith(".csv"):
+        return _labels(truth, joints)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise LogError("the true events cannot be read", where=str(path), found=str(error)) from error
-    if path.suffix.lower() == ".csv":
-        return _labels(text, path, joints)
-    try:
-        return events_of_truth(json.loads(text), factor, lasting_s)
+        return events_of_truth(json.loads(truth.text), factor, lasting_s)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise LogError(
             "the true events cannot be understood",
-            where=str(path),
+            where=truth.name,
             found=f"{type(error).__name__}: {error}",
             expected=f"a truth file of collaudit simulate, or a .csv with columns {_COLUMNS}",
         ) from error
 
 
 def events_of_truth(truth: Mapping[str, Any], factor: float = 1.0, lasting_s: float = 0.0) -> list[TrueEvent]:
-    """Events of a simulated log's truth; see :func:`read_events`."""
+    """Events of a simulated log's truth; see :func:`true_events`."""
     gamma = float(truth["rule"]["gamma_nm"])
     out = []
     for kind in ("collisions", "near_misses", "below_threshold"):
@@ -72,12 +91,12 @@ def above_s(duration_s: float, facts: Mapping[str, Any], gamma_nm: float, factor
     return max(0.0, duration_s - 2.0 * edge * math.acos(1.0 - 2.0 * factor * gamma_nm / peak) / math.pi)
 
 
-def _labels(text: str, path: Path, joints: Sequence[str]) -> list[TrueEvent]:
-    rows = csv.DictReader(text.splitlines())
+def _labels(truth: TruthFile, joints: Sequence[str]) -> list[TrueEvent]:
+    rows = csv.DictReader(truth.text.splitlines())
     if rows.fieldnames is None or not {"onset_s", "end_s"} <= set(rows.fieldnames):
         raise LogError(
             "the label table lacks a column",
-            where=str(path),
+            where=truth.name,
             found=", ".join(rows.fieldnames or ()),
             expected=_COLUMNS,
         )
@@ -86,18 +105,18 @@ def _labels(text: str, path: Path, joints: Sequence[str]) -> list[TrueEvent]:
         try:
             onset, end = float(row["onset_s"]), float(row["end_s"])
         except (TypeError, ValueError) as error:
-            raise LogError("a label is not a time", where=f"{path}, line {number}", found=str(error)) from error
+            raise LogError("a label is not a time", where=f"{truth.name}, line {number}", found=str(error)) from error
         joint = (row.get("joint") or "").strip()
         if joint and joint not in joints:
             raise LogError(
                 "a label names a joint that is not judged",
-                where=f"{path}, line {number}",
+                where=f"{truth.name}, line {number}",
                 found=joint,
                 expected="one of " + ", ".join(joints),
             )
         if not (math.isfinite(onset) and math.isfinite(end) and onset <= end):
             raise LogError(
-                "a label does not run forward", where=f"{path}, line {number}", found=f"{onset:g} to {end:g}"
+                "a label does not run forward", where=f"{truth.name}, line {number}", found=f"{onset:g} to {end:g}"
             )
         out.append(TrueEvent(onset, end, dict.fromkeys([joint] if joint else joints, None), whole_arm=not joint))
     return sorted(out, key=lambda e: e.onset_s)

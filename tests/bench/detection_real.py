@@ -13,10 +13,10 @@ from pathlib import Path
 
 from detection_table import replace_table
 
-from collaudit.cli.chain import prepare_log
-from collaudit.cli.provenance import make_provenance
+from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config import load_config
+from collaudit.core.provenance import make_provenance
 from collaudit.core.residual.estimators import ENGINES
 from collaudit.fixtures.toml import to_toml
 
@@ -58,7 +58,7 @@ def levels(data: Path, work: Path) -> Iterator[str]:
         config.write_text(to_toml(tables), encoding="utf-8")
         loaded = load_config(config)
         provenance = make_provenance(loaded, None, None)
-        prepared = [prepare_log((data / name,), loaded) for name in names]
+        prepared = [prepare((data / name,), loaded) for name in names]
         friction = fit_logs(prepared, loaded.config, provenance)
         result = audit_log(prepared[0], loaded.config, friction, provenance).result
         assert result.detection is not None

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from collaudit.cli.chain import prepare_log
-from collaudit.cli.provenance import make_provenance
+from collaudit.core.api import prepare
 from collaudit.core.audit import fit_logs
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
@@ -18,8 +17,9 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, 
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_laws
 from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import Alarm, Evidence, Score, score
-from collaudit.core.scoring.truth_events import read_events
+from collaudit.core.scoring.truth_events import read_truth, true_events
 from collaudit.fixtures import simulate as simulation
 from collaudit.fixtures.robots import FixtureRobot, robot_named
 from collaudit.reports.files import read_friction, write_friction
@@ -57,7 +57,7 @@ def friction_of(folder: Path, robot: str) -> FrictionFile:
     if not file.exists():
         log = simulated(folder, robot, "friction", 1)
         loaded = load_config(log.with_suffix(".toml"))
-        prepared = prepare_log((log,), loaded)
+        prepared = prepare((log,), loaded)
         write_friction(file, fit_logs([prepared], loaded.config, make_provenance(loaded, None, None)))
     return read_friction(file)
 
@@ -96,7 +96,7 @@ class Bench:
         found = self.judged(name, causal)
         series = judged_series(self.prepared)
         rule = self.inputs.rule
-        events = read_events(self.truth, series.joint_names, FACTOR, (rule.n + 1) * series.period_s)
+        events = true_events(read_truth(self.truth), series.joint_names, FACTOR, (rule.n + 1) * series.period_s)
         if watch is not None:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
         alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
@@ -109,7 +109,7 @@ def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None)
     """Read and prepare a simulated log."""
     overrides: dict[str, object] = {} if watch is None else {"detect.watch": list(watch)}
     loaded = load_config(log.with_suffix(".toml"), overrides)
-    prepared = prepare_log((log,), loaded)
+    prepared = prepare((log,), loaded)
     series = judged_series(prepared)
     laws, _ = friction_laws(friction.joints, series)
     rule, watched, _ = make_rule(series, prepared.phases, loaded.config)

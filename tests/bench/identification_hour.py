@@ -26,8 +26,8 @@ from collaudit.core.friction.friction_variation import friction_variation
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.identification import identify
-from collaudit.core.prepare.calibration import with_identified
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.calibration import Calibration
+from collaudit.core.prepare.prepared import calibrated, prepare
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.robots import robot_named
 
@@ -63,7 +63,7 @@ def staged(log: JointLog, robot: RobotModel, config: Config) -> tuple[dict[str, 
     prepared = timed("conditioning, model torque", lambda: prepare(log, robot, config))
     found = timed("gains, inertials, tool", lambda: identify([prepared], config))
     assert found is not None
-    seen = timed("model torque as identified", lambda: with_identified(prepared, found))
+    seen = timed("model torque as identified", lambda: calibrated(prepared, Calibration(found), config))
     fits = timed("friction", lambda: fit_joints([seen], config))
     assert all(fit.model for fit in fits.values())
     timed("audit of channels", lambda: audit_channels(prepared, config))

@@ -262,9 +262,9 @@ def _run(*args: object, **env: str) -> subprocess.CompletedProcess[str]:
 
 def test_a_bug_is_no_verdict(tmp_path: Path, arm) -> None:
     code = (
-        "import collaudit.cli.chain as chain\n"
+        "import collaudit.core.api as api\n"
         "def broken(*_): raise ZeroDivisionError('x')\n"
-        "chain.find_logs = broken\n"
+        "api.find_logs = broken\n"
         f"from collaudit.cli.main import main\nmain(DEBUG + ['inspect', {str(arm.clean)!r}])"
     )
     for debug in ([], ["--debug"]):
@@ -278,9 +278,9 @@ def test_a_bug_is_no_verdict(tmp_path: Path, arm) -> None:
 
 def test_interrupt(arm) -> None:
     code = (
-        "import collaudit.cli.chain as chain\n"
+        "import collaudit.core.api as api\n"
         "def stop(*_): raise KeyboardInterrupt\n"
-        "chain.find_logs = stop\n"
+        "api.find_logs = stop\n"
         f"from collaudit.cli.main import main\nmain(['inspect', {str(arm.clean)!r}])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -6,11 +6,12 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from collaudit.cli.chain import prepare_log
+from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.detection_result import Contact
+from collaudit.core.prepare.prepared import CommandedTorque
 
 NOBODY = Provenance("test", {})
 
@@ -18,9 +19,9 @@ NOBODY = Provenance("test", {})
 def incidents(log: Path, friction: FrictionFile, blind: bool, **settings: object) -> tuple[Contact, ...]:
     """Contacts of an audit; ``blind`` as without a wrist sensor: the meant force then stays in the residual."""
     loaded = load_config(log.with_suffix(".toml"), {k.replace("__", "."): v for k, v in settings.items()})
-    prepared = prepare_log((log,), loaded)
+    prepared = prepare((log,), loaded)
     if blind:
-        prepared = replace(prepared, contact_nm=None, series=replace(prepared.series, wrench=None))
+        prepared = replace(prepared, commanded=CommandedTorque(None, ()), series=replace(prepared.series, wrench=None))
     found = audit_log(prepared, loaded.config, friction, NOBODY).result.detection
     assert found is not None
     return found.incidents

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collaudit.cli.chain import prepare_log
+from collaudit.core.api import prepare
 from collaudit.core.audit import Audit, audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
@@ -17,7 +17,7 @@ from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.detection.threshold import dynamic_level, learn_dynamic, pooled_dynamic
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
 from collaudit.core.scoring.detection_score import Alarm, Evidence, score
-from collaudit.core.scoring.truth_events import read_events
+from collaudit.core.scoring.truth_events import read_truth, true_events
 
 NOBODY = Provenance("test", {})
 T = 0.002
@@ -26,7 +26,7 @@ T = 0.002
 def audited(log: Path, friction: FrictionFile, **overrides: object) -> Audit:
     settings = {key.replace("__", "."): value for key, value in overrides.items()}
     loaded = load_config(log.with_suffix(".toml"), settings)
-    return audit_log(prepare_log((log,), loaded), loaded.config, friction, NOBODY)
+    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY)
 
 
 def off(friction: FrictionFile, factor: float) -> FrictionFile:
@@ -40,7 +40,7 @@ def off(friction: FrictionFile, factor: float) -> FrictionFile:
 def missed_and_false(audit: Audit, log: Path) -> tuple[int, int]:
     """Pushes above 1.3 gamma for longer than n that were seen and missed; alarms that nobody caused."""
     names = audit.signals.joint_names
-    events = read_events(log.with_suffix(".truth.json"), names, 1.3, 0.028)
+    events = true_events(read_truth(log.with_suffix(".truth.json")), names, 1.3, 0.028)
     alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in audit.result.collisions]
     ratio = audit.signals.residual_nm / audit.signals.gamma_nm
     both = score(events, alarms, Evidence(audit.signals.time_s, ratio, audit.signals.state, names, 13))[0]
@@ -122,7 +122,7 @@ def test_contacts_have_a_link_and_a_force_that_holds_the_truth(hits: Path, frict
 def test_a_push_that_runs_into_a_gap_is_said(folder: Path, friction: FrictionFile, hits: Path) -> None:
     """Samples are lost 16 ms into a hard push: it cannot fire, and it cannot pass in silence."""
     loaded = load_config(hits.with_suffix(".toml"))
-    prepared = prepare_log((hits,), loaded)
+    prepared = prepare((hits,), loaded)
     series = prepared.series
     assert series.effort is not None
     whole = audit_log(prepared, loaded.config, friction, NOBODY).result

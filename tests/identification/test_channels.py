@@ -18,9 +18,9 @@ from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.channel_delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
-from collaudit.core.prepare.calibration import with_sensor
+from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.channel_shift import effort_shift
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.prepared import calibrated, prepare
 from collaudit.core.robot import load_robot
 
 NAMES = ("joint1", "joint2", "joint3")
@@ -214,17 +214,17 @@ def test_a_calibrated_sensor_is_used_where_that_is_asked_for() -> None:
     assert facts.sensor is not None
     assert any('wrench_bias = "calibrated"' in f.text for f in said)
     assert log.contact_nm is not None
-    seen = with_sensor(log, {"calibration": facts}, config)
+    seen = calibrated(log, Calibration.of_sensor({"calibration": facts}, config), config)
     assert seen.contact_nm is not None
     # at rest, the last 300 of 500 samples a pose: this log's sensor does not feel the tool being accelerated
     rest = np.isin(np.arange(len(log.contact_nm)) % 500, np.arange(270, 470))
     assert np.std(seen.contact_nm[rest]) < 0.1 * np.std(log.contact_nm[rest])  # the tool's weight was left in before
     assert any(f.code == "log-wrench-bias" and "1.4 kg" in f.text for f in seen.findings)
-    none = with_sensor(log, {}, config)
+    none = calibrated(log, Calibration.of_sensor({}, config), config)
     assert none.contact_nm is log.contact_nm
     assert any("holds no calibration" in f.text for f in none.findings)
     usual = settings(wrench="/w", wrench_frame="tool0")
-    assert with_sensor(log, {"calibration": facts}, usual) is log
+    assert calibrated(log, Calibration.of_sensor({"calibration": facts}, usual), usual) is log
 
 
 def heated_log(first_c: float, rise_c: float) -> JointLog:

@@ -16,8 +16,8 @@ from collaudit.core.identification import inertial_consistency
 from collaudit.core.identification.base_parameters import base_map
 from collaudit.core.identification.identification import identify
 from collaudit.core.identification.identification_findings import identified_findings
-from collaudit.core.prepare.calibration import with_identified
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.calibration import Calibration
+from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -91,7 +91,7 @@ def test_wrong_inertials_are_corrected_and_shown_on_time_left_out() -> None:
     assert found.consistent
     assert all(body.consistent for body in found.bodies.values())
     assert found.prior_sd == 0.2
-    seen = with_identified(log, found)
+    seen = calibrated(log, Calibration(found), config)
     rng = np.random.default_rng(5)
     q, v, a = rng.uniform(-1, 1, (3, 200, 3))
     true = truth.inverse_dynamics(q, v, a)
@@ -133,7 +133,7 @@ def test_drive_gains_and_signs_are_found_with_their_intervals(gain: tuple[float,
         assert joint.gain_ci95 is not None
         low, high = sorted(joint.gain_ci95, key=lambda x: x or 0.0)
         assert (low or 0) - 0.02 * abs(true) <= true <= (high or 0) + 0.02 * abs(true)
-    seen = with_identified(log, found)
+    seen = calibrated(log, Calibration(found), config)
     assert seen.series.effort_unit == "Nm"
     assert not any(f.code == "effort-sign-inverted" for f in seen.findings)
     assert any(f.code == "identified-used" for f in seen.findings)
@@ -252,7 +252,7 @@ def test_an_arm_the_file_was_not_made_for_is_refused() -> None:
     assert found is not None
     other = replace(found, joints={"elbow": found.joints["joint1"]})
     with pytest.raises(ConfigError, match="other joints"):
-        with_identified(log, other)
+        calibrated(log, Calibration(other), config)
 
 
 def test_a_tool_picked_up_on_the_way_is_no_one_tool() -> None:

@@ -12,9 +12,8 @@ from collaudit.core.config.schema import Config, RobotConfig
 from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
 from collaudit.core.friction.least_squares import solve
 from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.prepare.calibrated_tool import carrying
-from collaudit.core.prepare.calibration import with_known
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.calibration import Calibration, with_tool
+from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.robot import load_robot
 from collaudit.fixtures.motion import Path as Motion
 from collaudit.fixtures.plant import Trace
@@ -84,7 +83,7 @@ def test_a_calibrated_tool_is_in_the_model(moved: tuple[FixtureRobot, Trace]) ->
     described, _ = seen(moved, 0.8, "estimate")
     unknown, config = seen(moved, 0.0, "calibrated")
     facts, _ = audit_channels(unknown, config)
-    known = with_known(unknown, None, {"log": facts}, config)
+    known = calibrated(unknown, Calibration.of_sensor({"log": facts}, config), config)
     assert level(unknown) > 1.0
     assert level(known) < 1.5 * level(described) + 0.02
     assert any(f.code == "identified-used" and "0.8 kg" in f.text for f in known.findings)
@@ -94,7 +93,7 @@ def test_a_tool_on_file_is_not_carried_twice(moved: tuple[FixtureRobot, Trace]) 
     prepared, config = seen(moved, 0.8, "calibrated")
     facts, _ = audit_channels(prepared, config)
     assert facts.sensor is not None
-    robot, mass, before = carrying(prepared.robot, facts.sensor, config)
+    robot, mass, before = with_tool(prepared.robot, facts.sensor, config)
     assert mass == pytest.approx(before, abs=1e-3)
     assert robot.inertial_parameters == pytest.approx(prepared.robot.inertial_parameters, abs=1e-3)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collaudit.cli.chain import prepare_log
+from collaudit.core.api import prepare
 from collaudit.core.config import load_config
 from collaudit.core.prepare.commanded_force import contact_torque, model_torques
 from collaudit.core.robot.robot_model import RobotModel
@@ -35,7 +35,7 @@ def together(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 @pytest.mark.parametrize("overrides", OVERRIDES)
 def test_one_go_is_both(polishing: Path, overrides: dict[str, object], together: list[bool]) -> None:
     loaded = load_config(polishing.with_suffix(".toml"), overrides)
-    prepared = prepare_log((polishing,), loaded)
+    prepared = prepare((polishing,), loaded)
     assert together
     series, robot, phases = prepared.series, prepared.robot, prepared.phases
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
@@ -53,7 +53,7 @@ def test_a_wrench_missing_in_part_takes_nothing_from_the_rigid_body_torque(
     polishing: Path, together: list[bool]
 ) -> None:
     loaded = load_config(polishing.with_suffix(".toml"))
-    prepared = prepare_log((polishing,), loaded)
+    prepared = prepare((polishing,), loaded)
     assert prepared.series.wrench is not None
     together.clear()
     wrench = prepared.series.wrench.copy()
@@ -69,7 +69,7 @@ def test_a_wrench_missing_in_part_takes_nothing_from_the_rigid_body_torque(
 def test_an_unknown_velocity_takes_nothing_from_the_wrench_at_the_joints(polishing: Path, together: list[bool]) -> None:
     """Without a tool, J^T F needs the position only, and engines that need no acceleration go on."""
     loaded = load_config(polishing.with_suffix(".toml"), {"robot.tool.mass_kg": 0.0})
-    prepared = prepare_log((polishing,), loaded)
+    prepared = prepare((polishing,), loaded)
     together.clear()
     velocity = prepared.series.velocity_rad_s.copy()
     velocity[12000:12010, 2] = np.nan

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collaudit.cli.chain import prepare_log
+from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
@@ -26,7 +26,7 @@ TRUE, FLAGS = "/operator/contact", "/controller/collision"
 
 @pytest.fixture(scope="module")
 def prepared(hits: Path) -> Prepared:
-    return prepare_log((hits,), load_config(hits.with_suffix(".toml")))
+    return prepare((hits,), load_config(hits.with_suffix(".toml")))
 
 
 def pushes(log: Path, least_s: float = 0.025) -> list[tuple[float, float]]:

@@ -14,7 +14,7 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
 from collaudit.core.scoring.detection_score import Alarm, Evidence, TrueEvent, score
-from collaudit.core.scoring.truth_events import above_s, read_events
+from collaudit.core.scoring.truth_events import above_s, read_truth, true_events
 
 T = 0.01
 
@@ -73,7 +73,7 @@ def test_time_above_a_level_of_a_raised_cosine_push() -> None:
 def test_labels_from_a_table(tmp_path: Path) -> None:
     path = tmp_path / "labels.csv"
     path.write_text("onset_s,end_s,joint\n3.0,3.5,a\n1.0,1.2,\n", encoding="utf-8")
-    first, second = read_events(path, ("a", "b"))
+    first, second = true_events(read_truth(path), ("a", "b"))
     assert (first.onset_s, dict(first.required)) == (1.0, {"a": None, "b": None})
     assert dict(second.required) == {"a": None}
 
@@ -93,9 +93,9 @@ def test_bad_labels_are_refused_with_the_place(tmp_path: Path, name: str, text: 
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
     with pytest.raises(LogError, match=words):
-        read_events(path, ("a", "b"))
+        true_events(read_truth(path), ("a", "b"))
     with pytest.raises(LogError):
-        read_events(tmp_path / "absent.csv", ("a",))
+        true_events(read_truth(tmp_path / "absent.csv"), ("a",))
 
 
 def incident(onset: float, detected: float, end: float) -> Contact:

@@ -14,19 +14,19 @@ from collaudit.core.errors import ConfigError
 _COMPUTING = ("numpy", "scipy", "pin", "pandas", "pyarrow", "mcap", "rosbags")
 
 
-def make_provenance(loaded: LoadedConfig, friction: Path | None, model_sha256: str | None) -> Provenance:
+def make_provenance(loaded: LoadedConfig, friction_sha256: str | None, model_sha256: str | None) -> Provenance:
     """Provenance of a run.
 
     Args:
         loaded: the effective configuration.
-        friction: the friction file judged with, None when there is none.
+        friction_sha256: hash of the friction file judged with, None when there is none.
         model_sha256: hash of the robot model.
     """
     return Provenance(
         collaudit=version("collaudit"),
         packages=versions(),
         config_sha256=loaded.sha256,
-        friction_sha256=file_sha256(friction) if friction else None,
+        friction_sha256=friction_sha256,
         model_sha256=model_sha256,
     )
 

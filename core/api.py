@@ -1,0 +1,307 @@
+"""The front door: open a log, look at it, fit friction, judge, and take the results as tables.
+
+What the commands do, without a shell: ``docs/python.md`` shows it. Files of results are read and written by
+:mod:`collaudit.reports`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.core.config import LoadedConfig, load_config
+from collaudit.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
+    from collaudit.core.data.joint_log import JointLog
+    from collaudit.core.logs import LogSummary
+    from collaudit.core.prepare.prepared import Prepared
+    from collaudit.core.robot.robot_model import RobotModel
+    from collaudit.core.scoring.truth_events import TruthFile
+
+__all__ = [
+    "Files",
+    "LogFiles",
+    "Progress",
+    "alarms",
+    "audit",
+    "contacts",
+    "describe",
+    "find_logs",
+    "findings",
+    "fit",
+    "load_config",
+    "load_robot",
+    "log_name",
+    "near_misses",
+    "open_log",
+    "prepare",
+    "recommend",
+    "residuals",
+]
+
+#: The files of one log: one, or several that are parts of the same recording.
+LogFiles = tuple[Path, ...]
+Files = str | Path | Sequence[str | Path]
+#: Called with what is done and what there is in all.
+Progress = Callable[[int, int], None]
+
+
+def find_logs(arguments: Sequence[str], settings: LoadedConfig) -> list[LogFiles]:
+    """Logs meant by files, folders and patterns; CSV parts of one recording are one log.
+
+    Raises:
+        LogError: nothing was found.
+    """
+    from collaudit.core.logs import expand_inputs, group_inputs
+
+    return group_inputs(expand_inputs(arguments), settings.config.log)
+
+
+def log_name(files: LogFiles) -> str:
+    """A log's name as reports show it."""
+    return "+".join(path.name for path in files)
+
+
+def describe(files: Files, settings: LoadedConfig | None = None) -> LogSummary:
+    """What is in a log: topics, types, joints, rates, findings. It is not read whole.
+
+    Args:
+        files: a log, or the parts of one.
+        settings: topics and columns that are known already.
+
+    Raises:
+        LogError: it is no log.
+    """
+    from collaudit.core.logs import describe as summary_of
+
+    return summary_of(_paths(files), (settings or load_config(None)).config.log)
+
+
+def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = None) -> JointLog:
+    """Read one log: joint signals as recorded, in SI units, under the robot's joint names.
+
+    Args:
+        files: a log, or the parts of one.
+        settings: robot, topics, columns, units.
+        progress: of reading.
+
+    Returns:
+        Stamps (n,) in s from the first sample; position, velocity, effort (n, j).
+
+    Raises:
+        LogError: it cannot be read, or holds no joint states. ConfigError, RobotError: the settings do not fit.
+    """
+    from collaudit.core.logs import read_log
+    from collaudit.core.robot.robot_description import describe_robot
+
+    description = describe_robot(settings.config.robot, settings.base_dir)
+    return read_log(
+        _paths(files),
+        settings.config.log,
+        robot_joints=description.movable if description else None,
+        prismatic=[joint.name for joint in description.joints if joint.kind == "prismatic"] if description else (),
+        progress=progress,
+        cache=settings.cache,
+    )
+
+
+def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
+    """The configured robot as a model in these joints.
+
+    Raises:
+        RobotError: the description, or a name in the configuration, cannot be used.
+    """
+    from collaudit.core.robot import load_robot as robot_of
+
+    return robot_of(settings.config.robot, settings.base_dir, joints)
+
+
+def prepare(
+    files: Files, settings: LoadedConfig, friction: FrictionFile | None = None, progress: Progress | None = None
+) -> Prepared:
+    """Read one log, build its robot, condition and check both.
+
+    Args:
+        files: a log, or the parts of one.
+        settings: everything about log and robot.
+        friction: what is known of drives, arm and sensor from an earlier fit.
+        progress: of reading.
+
+    Returns:
+        Uniform series, model torque (n, j) in N·m, phases, and findings on all of it.
+
+    Raises:
+        CollauditError: any of it cannot be done.
+    """
+    from collaudit.core.prepare.calibration import Calibration
+    from collaudit.core.prepare.prepared import prepare as prepared_of
+
+    log = open_log(files, settings, progress)
+    robot = load_robot(settings, log.joint_names)
+    return prepared_of(log, robot, settings.config, Calibration.of(friction, settings.config))
+
+
+def fit(logs: Sequence[Files | Prepared], settings: LoadedConfig, progress: Progress | None = None) -> FrictionFile:
+    """Fit friction, and what else ``[fit] estimate`` asks for, from one or several logs together.
+
+    Args:
+        logs: one entry a log: its files, or the log as :func:`prepare` gives it.
+        settings: robot, log, sections, friction law.
+        progress: of reading each log.
+
+    Returns:
+        By joint: law, parameters with 95 % intervals, what the data cannot tell.
+
+    Raises:
+        CollauditError: a log cannot be read or fitted at all.
+    """
+    from collaudit.core.audit import fit_logs
+    from collaudit.core.prepare.prepared import Prepared
+    from collaudit.core.provenance import make_provenance
+
+    prepared = [log if isinstance(log, Prepared) else prepare(log, settings, progress=progress) for log in logs]
+    return fit_logs(prepared, settings.config, make_provenance(settings, None, prepared[0].robot.sha256))
+
+
+def audit(
+    files: Files,
+    settings: LoadedConfig,
+    friction: FrictionFile | None = None,
+    *,
+    truth: TruthFile | None = None,
+    friction_sha256: str | None = None,
+    progress: Progress | None = None,
+) -> Audit:
+    """Judge one log.
+
+    Args:
+        files: a log, or the parts of one.
+        settings: robot, log, rule, policy.
+        friction: as fitted before (``collaudit.reports.read_friction`` reads a file); None fits it on this very log,
+            with a finding that says so.
+        truth: known events to score against (:func:`collaudit.core.scoring.truth_events.read_truth`).
+        friction_sha256: hash of the friction file, for the provenance.
+        progress: of reading.
+
+    Returns:
+        The result as it stands in audit.json, and the signals (n, j) behind it.
+
+    Raises:
+        CollauditError: the log cannot be judged at all. ConfigError: the settings name a friction file and none is
+            given.
+    """
+    from collaudit.core.audit import audit_log
+    from collaudit.core.provenance import make_provenance
+
+    if friction is None and settings.friction_path is not None:
+        raise ConfigError(
+            "the settings name a friction file, and none was given",
+            where="[friction] file",
+            found=str(settings.friction_path),
+            hint="pass friction = collaudit.reports.read_friction(settings.friction_path)",
+        )
+    prepared = prepare(files, settings, friction, progress)
+    provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
+    return audit_log(prepared, settings.config, friction, provenance, truth)
+
+
+def recommend(audits: Sequence[Audit], persistence_s: float | None = None) -> dict[str, RecommendedRule]:
+    """Recommended gamma and n per joint over all given audits.
+
+    Args:
+        audits: judged logs.
+        persistence_s: persistence in s; the longest the audits used when absent.
+    """
+    from collaudit.core.recommend.clean_evidence import recommend_rules
+
+    return recommend_rules(audits, persistence_s)
+
+
+def residuals(audit: Audit) -> pd.DataFrame:
+    """Signals of an audit over time.
+
+    Returns:
+        (n, 6 j) table, index ``time_s`` in s from the log's first sample, columns (quantity, joint): position_rad,
+        velocity_rad_s, measured_nm, model_nm, residual_nm, and state, the reason code of each sample.
+    """
+    import pandas as pd
+
+    from collaudit.core.data.signals import State
+
+    signals = audit.signals
+    names = list(signals.joint_names)
+    codes = pd.Index([state.code for state in State])
+    parts: dict[str, pd.DataFrame] = {}
+    for quantity in ("position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm"):
+        parts[quantity] = pd.DataFrame(getattr(signals, quantity), columns=names)
+    states = {
+        name: pd.Categorical.from_codes(signals.state[:, j].tolist(), categories=codes) for j, name in enumerate(names)
+    }
+    parts["state"] = pd.DataFrame(states)
+    table = pd.concat(parts, axis=1, names=["quantity", "joint"])
+    table.index = pd.Index(signals.time_s, name="time_s")
+    return table
+
+
+def alarms(audit: Audit) -> pd.DataFrame:
+    """Alarms of single joints, one a row, with the columns of audit.json's ``collisions``."""
+    return _rows(audit.result.collisions, _COLLISION)
+
+
+def near_misses(audit: Audit) -> pd.DataFrame:
+    """Near misses, one a row, with the columns of audit.json's ``near_misses``."""
+    return _rows(audit.result.near_misses, _NEAR_MISS)
+
+
+def contacts(audit: Audit) -> pd.DataFrame:
+    """Contacts, one a row: when, which joints, link, kind, and the force with its 95 % interval in N where known."""
+    detection = audit.result.detection
+    rows = [
+        {
+            "onset_s": c.onset_s,
+            "detected_s": c.detected_s,
+            "end_s": c.end_s,
+            "joints": c.joints,
+            "link": c.link,
+            "kind": c.kind,
+            "force_n": None if c.force is None else c.force.size_n,
+            "force_low_n": None if c.force is None else c.force.size_ci95_n[0],
+            "force_high_n": None if c.force is None else c.force.size_ci95_n[1],
+        }
+        for c in (detection.incidents if detection else ())
+    ]
+    return _table(rows, ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE))
+
+
+def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
+    """Findings, one a row: code, severity, text, where, joint, start_s, end_s."""
+    from collaudit.core.data.audit_result import Audit
+
+    found = of.result.findings if isinstance(of, Audit) else of.findings
+    return _rows(found, ("code", "severity", "text", "where", "joint", "start_s", "end_s"))
+
+
+_COLLISION = ("joint", "onset_s", "detected_s", "duration_s", "peak_nm", "gamma_nm", "phase")
+_NEAR_MISS = ("joint", "onset_s", "duration_s", "peak_nm", "gamma_nm", "ratio", "kind", "phase")
+_FORCE = ("force_n", "force_low_n", "force_high_n")
+
+
+def _rows(items: Sequence[object], columns: Sequence[str]) -> pd.DataFrame:
+    return _table([{name: getattr(item, name) for name in columns} for item in items], columns)
+
+
+def _table(rows: Sequence[Mapping[str, object]], columns: Sequence[str]) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.DataFrame(list(rows), columns=list(columns))
+
+
+def _paths(files: Files) -> LogFiles:
+    if isinstance(files, str | Path):
+        return (Path(files),)
+    return tuple(Path(file) for file in files)

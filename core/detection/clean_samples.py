@@ -1,0 +1,68 @@
+"""Samples of a joint that were judged and lie away from its collisions, and how large its residual is there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from collaudit.core.data.audit_result import ResidualStats
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import BoolArray
+
+_AROUND_EVENT_S = 0.5
+
+
+def clean_samples(signals: Signals, collision_times: Sequence[tuple[float, float]], joint: str) -> BoolArray:
+    """(n,) samples of a joint that were judged and lie half a second away from its collisions.
+
+    Args:
+        signals: of an audit.
+        collision_times: start and end of the joint's collisions, s.
+        joint: its name.
+    """
+    k = signals.joint_names.index(joint)
+    clean: BoolArray = np.asarray(signals.state[:, k] == State.JUDGED)
+    for start, end in collision_times:
+        a, b = np.searchsorted(signals.time_s, [start - _AROUND_EVENT_S, end + _AROUND_EVENT_S])
+        clean[a:b] = False
+    return clean
+
+
+def residual_stats(signals: Signals, joint: str, clean: BoolArray, period_s: float) -> ResidualStats:
+    """Level of one joint's residual over what was judged, and over its clean samples (n,)."""
+    k = signals.joint_names.index(joint)
+    judged = signals.state[:, k] == State.JUDGED
+    seconds = float(np.count_nonzero(judged)) * period_s
+    x = np.abs(signals.residual_nm[judged, k])
+    if x.size == 0:
+        return ResidualStats(None, None, None, None, seconds)
+    calm = np.abs(signals.residual_nm[clean, k])
+    return ResidualStats(
+        mean_abs_nm=float(np.mean(x)),
+        rms_nm=float(np.sqrt(np.mean(x**2))),
+        p99_nm=float(np.quantile(x, 0.99)),
+        max_abs_nm=float(np.max(x)),
+        judged_s=seconds,
+        clean_mean_abs_nm=float(np.mean(calm)) if calm.size else None,
+        clean_s=float(calm.size) * period_s,
+    )
+
+
+def residual_level_findings(stats: Mapping[str, ResidualStats], gamma_nm: Mapping[str, float]) -> list[Finding]:
+    """Joints whose collision-free residual averages more than half their threshold, N·m."""
+    findings = []
+    for joint, level in stats.items():
+        mean = level.clean_mean_abs_nm
+        if joint in gamma_nm and mean is not None and mean > 0.5 * gamma_nm[joint]:
+            findings.append(
+                Finding(
+                    "residual-level",
+                    "warning",
+                    f"The collision-free residual of joint '{joint}' averages {mean:.3g} N·m "
+                    f"against a threshold of {gamma_nm[joint]:g} N·m: the model fits this joint too poorly for it.",
+                    joint=joint,
+                )
+            )
+    return findings

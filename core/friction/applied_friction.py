@@ -1,0 +1,71 @@
+"""The friction a log is judged with: of a friction file, or fitted on the log itself; and what that leaves in doubt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_laws
+from collaudit.core.friction.temperature_laws import laws_at_temperature
+from collaudit.core.prepare.prepared import Prepared
+
+
+@dataclass(frozen=True, slots=True)
+class AppliedFriction:
+    """Friction as it is applied to one log.
+
+    Attributes:
+        fits: by joint, as in the friction file or as fitted here.
+        laws: those that can be used on this log, at its joints' temperatures.
+        findings: where the friction came from and what is missing.
+    """
+
+    fits: dict[str, FrictionFit]
+    laws: dict[str, FrictionModel]
+    findings: tuple[Finding, ...]
+
+
+def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: Config) -> AppliedFriction:
+    """The friction of a file, or of this very log where there is none.
+
+    Args:
+        prepared: the log to be judged.
+        friction: as fitted before; None to fit it here, with a finding that says so.
+        config: how friction is fitted.
+    """
+    series = prepared.judged_series
+    if friction is None:
+        text = "Friction was fitted on the log it judges: a constant external force would be taken for friction."
+        fits, findings = fit_joints([prepared], config), [Finding("friction-same-log", "warning", text)]
+    else:
+        fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
+        findings = _mismatch(friction, prepared)
+    laws, missing = friction_laws(fits, series)
+    if friction is not None:
+        laws, more = laws_at_temperature(laws, friction.trends, series)
+        missing += more
+    return AppliedFriction(fits, laws, (*findings, *friction_findings(fits), *missing))
+
+
+def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
+    """A friction file of another model, and friction of joints that this log lacks."""
+    findings = []
+    fitted_with = friction.provenance.model_sha256
+    if fitted_with is not None and fitted_with != prepared.robot.sha256:
+        findings.append(
+            Finding(
+                "friction-other-model",
+                "warning",
+                "The friction was fitted with another robot model, tool or mounting than this log is judged with "
+                f"(model hash {fitted_with[:12]}, here {prepared.robot.sha256[:12]}).",
+            )
+        )
+    for joint, fit in friction.joints.items():
+        if fit.model is not None and joint not in prepared.series.joint_names:
+            text = f"Joint '{joint}' has a friction law and is not in this log: it was not judged."
+            findings.append(Finding("judged-joint-missing", "error", text, joint=joint))
+    return findings

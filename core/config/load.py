@@ -87,9 +87,11 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
 
 def _placed(config: Config, base_dir: Path) -> Config:
     """The configuration with its files and folders as they are found from the working folder."""
-    file = config.friction.file
-    friction = config.friction.model_copy(update={"file": None if file is None else base_dir / file})
-    log = config.log.model_copy(update={"msg_path": [base_dir / folder for folder in config.log.msg_path]})
+    friction, log = config.friction, config.log
+    if friction.file is not None:
+        friction = friction.model_copy(update={"file": base_dir / friction.file})
+    if log.msg_path:
+        log = log.model_copy(update={"msg_path": [base_dir / folder for folder in log.msg_path]})
     return config.model_copy(update={"friction": friction, "log": log})
 
 

@@ -12,7 +12,7 @@ from collaudit.core.data.detection_result import ContactForce, ContactKind
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.phases import PHASES
-from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.prepare.prepared import Prepared
 
 #: Contacts that rise faster than this are blows, slower than that are leaning on.
 _FAST_RISE_S, _SLOW_RISE_S = 0.1, 0.4
@@ -39,7 +39,7 @@ def classify(
     Returns:
         accidental or meant with a lead of two votes, else undecided; and the evidence in words.
     """
-    series = judged_series(prepared)
+    series = prepared.judged_series
     main = max(group, key=lambda c: abs(c.peak_nm) / c.gamma_nm)
     j = series.column(main.joint)
     a, b = (int(k) for k in np.searchsorted(series.time_s, [main.onset_s, main.onset_s + main.duration_s]))

@@ -1,4 +1,4 @@
-"""Intended (kind ``meant``), accidental or undecided: what speaks for each, and no verdict where little does."""
+"""Commanded (kind ``meant``), accidental or undecided: what speaks for each, and no verdict where little does."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BEFORE_RISE_S, _BESIDE_SPECTRUM_S = 0.3, 0.1
 #: Cosine of the angle between two forces that count as one direction.
 _ALIGNED = 0.8
 _SAFE_SCORE = 2
-#: A vote that no slow and smooth shape outweighs: outside contact no force is intended at all.
+#: A vote that no slow and smooth shape outweighs: outside contact no force is commanded at all.
 _DECIDES = 4
 
 
@@ -36,7 +36,7 @@ def classify(
 ) -> tuple[ContactKind, tuple[str, ...]]:
     """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
 
-    A phase outside contact decides, for there no force is intended at all; a direction across the intended force, and
+    A phase outside contact decides, for there no force is commanded at all; a direction across the commanded force, and
     a torque that the measured tool force leaves over, count twice.
 
     Returns:
@@ -50,9 +50,9 @@ def classify(
     phase = PHASES[int(prepared.phases[a])]
     known = bool((prepared.phases > 0).any())
     if known and phase == "contact":
-        votes.append((-1, "it began in the contact phase, in which force is intended"))
+        votes.append((-1, "it began in the contact phase, in which force is commanded"))
     elif known:
-        votes.append((_DECIDES, f"it began in the {phase} phase, in which no force is intended"))
+        votes.append((_DECIDES, f"it began in the {phase} phase, in which no force is commanded"))
     if known and phase == "contact":
         votes += _sensor_vote(prepared, a, b)
     votes += _shape_votes(run.residual.torque_nm[:, j], a, b, series.period_s)
@@ -106,16 +106,16 @@ def _high_share(x: FloatArray, period_s: float) -> float | None:
 
 
 def _direction_vote(prepared: Prepared, force: ContactForce, sample: int, config: Config) -> list[tuple[int, str]]:
-    """Whether the external force runs along the intended tool force, as it was measured."""
+    """Whether the external force runs along the commanded tool force, as it was measured."""
     frame, wrench = config.log.wrench_frame, prepared.series.wrench
     if frame is None or wrench is None or not np.isfinite(wrench[sample]).all():
         return []
     rotation = prepared.robot.frame_rotation(prepared.series.position_rad[sample], frame)
-    intended = -config.log.wrench_sign * rotation @ wrench[sample, :3]
-    size = float(np.linalg.norm(intended)) * force.size_n
+    commanded = -config.log.wrench_sign * rotation @ wrench[sample, :3]
+    size = float(np.linalg.norm(commanded)) * force.size_n
     if size == 0.0:
         return []
-    cosine = float(intended @ np.array(force.force_n)) / size
+    cosine = float(commanded @ np.array(force.force_n)) / size
     if cosine > _ALIGNED:
-        return [(-1, f"it acts along the intended tool force (cosine {cosine:.2f})")]
-    return [(2, f"it does not act along the intended tool force (cosine {cosine:.2f})")]
+        return [(-1, f"it acts along the commanded tool force (cosine {cosine:.2f})")]
+    return [(2, f"it does not act along the commanded tool force (cosine {cosine:.2f})")]

@@ -1,4 +1,4 @@
-"""From alarms of single joints to contacts: which link, how strong, intended or not."""
+"""From alarms of single joints to contacts: which link, how strong, commanded or not."""
 
 from __future__ import annotations
 

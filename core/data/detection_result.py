@@ -122,7 +122,7 @@ class Contact:
         link: the last link that explains them: the one moved by the outermost of them.
         link_note: what that does not exclude.
         force: the external force, None where it cannot be computed.
-        kind: meant (intended), accidental or undecided contact.
+        kind: meant (commanded), accidental or undecided contact.
         evidence: why.
     """
 

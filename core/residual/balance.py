@@ -48,7 +48,7 @@ class KnownTorques:
     Attributes:
         effort_nm: (n, j) measured.
         rigid_nm: (n, j) rigid-body torque at the zero-phase motion.
-        contact_nm: (n, j) J^T F of the intended tool force, or None.
+        contact_nm: (n, j) J^T F of the commanded tool force, or None.
     """
 
     effort_nm: FloatArray
@@ -64,7 +64,7 @@ class KnownTorques:
         return cls(effort, prepared.rigid_nm, prepared.contact_nm)
 
     def measured_nm(self) -> FloatArray:
-        """(n, j) measured torque less that of the intended tool force."""
+        """(n, j) measured torque less that of the commanded tool force."""
         return self.effort_nm if self.contact_nm is None else self.effort_nm - self.contact_nm
 
 

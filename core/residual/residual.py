@@ -1,4 +1,4 @@
-"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the intended tool force."""
+"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the commanded tool force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kinds of contact against the truth of polishing: its own contact is intended, the pushes are accidental."""
+"""Kinds of contact against the truth of polishing: its own contact is commanded, the pushes are accidental."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NOBODY = Provenance("test", {})
 
 
 def contacts(log: Path, friction: FrictionFile, blind: bool, **settings: object) -> tuple[Contact, ...]:
-    """Contacts of an audit; ``blind`` as without a wrist sensor: the intended force then stays in the residual."""
+    """Contacts of an audit; ``blind`` as without a wrist sensor: the commanded force then stays in the residual."""
     loaded = load_config(log.with_suffix(".toml"), {k.replace("__", "."): v for k, v in settings.items()})
     prepared = prepare((log,), loaded)
     if blind:
@@ -42,7 +42,7 @@ def test_pushes_during_polishing_are_accidental(polishing: Path, friction: Frict
         assert any("measured and taken out" in text for text in contact.evidence)
 
 
-def test_polishing_itself_is_intended_and_never_accidental(polishing: Path, friction: FrictionFile) -> None:
+def test_polishing_itself_is_commanded_and_never_accidental(polishing: Path, friction: FrictionFile) -> None:
     """Without a sensor, and at a low threshold on all joints, the commanded force itself alarms."""
     joints = [f"joint{k}" for k in range(1, 7)]
     found = contacts(polishing, friction, blind=True, detect__watch=joints, detect__gamma_nm=2.0)

@@ -177,3 +177,51 @@ def test_causal_detectors_do_not_look_ahead() -> None:
             totals.append(total)
         assert np.array_equal(totals[0][:4000], totals[1][:4000])
         assert not np.array_equal(totals[0][4000:], totals[1][4000:])
+
+
+def two_link_log() -> JointLog:
+    t = T * np.arange(4000)
+    q = np.stack([0.6 * np.sin(1.3 * t), 0.5 * np.cos(1.9 * t)], axis=1)
+    v = np.stack([0.78 * np.cos(1.3 * t), -0.95 * np.sin(1.9 * t)], axis=1)
+    source = LogSource("two-link", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, ("joint1", "joint2"), q, v, np.zeros_like(q), "Nm", None, source)
+
+
+def test_the_energy_detector_needs_every_joint_and_says_so() -> None:
+    """Power is a sum over joints: with one unknown term it is unknown, where the direct residual is not."""
+    cfg = config(2)
+    made = prepare(two_link_log(), arm(cfg), cfg)
+    law = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
+    inputs = ResidualInputs({"joint1": law}, frozenset())
+    direct = detector_named("direct").residual(made, inputs, cfg.detect)
+    assert (direct.state[:, 0] == State.JUDGED).any()
+    energy = energy_residual(made, inputs, cfg.detect)
+    assert (energy.state >= State.NO_FRICTION).all()
+    assert np.isnan(energy.torque_nm).all()
+    assert energy.effort_nm is None
+    both = ResidualInputs({"joint1": law, "joint2": law}, frozenset())
+    assert (energy_residual(made, both, cfg.detect).state == State.JUDGED).any()
+    raw = replace(made, rigid_nm=None)
+    assert (energy_residual(raw, both, cfg.detect).state >= State.NO_MODEL).all()
+
+
+def test_what_a_residual_isolates() -> None:
+    """The whole arm's residual is judged once, at the lowest threshold, and named after the fastest joint."""
+    cfg = config(2)
+    made = prepare(two_link_log(), arm(cfg), cfg)
+    law = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
+    inputs = ResidualInputs({"joint1": law, "joint2": law}, frozenset())
+    each, whole = (detector_named(name).residual(made, inputs, cfg.detect).isolation for name in ("direct", "energy"))
+    gamma = {"joint1": 5.0, "joint2": 3.0}
+    assert each.isolates
+    assert not whole.isolates
+    assert each.judged_columns([0, 1], gamma) == [0, 1]
+    assert whole.judged_columns([0, 1], gamma) == [1]
+    assert whole.judged_columns([0], gamma) == [0]
+    assert whole.judged_columns([], gamma) == []
+    v = np.abs(made.series.velocity_rad_s)
+    for sample in (100, 1000, 3000):
+        assert [each.joint_of(j, sample) for j in (0, 1)] == ["joint1", "joint2"]
+        fastest = made.series.joint_names[int(np.argmax(v[sample]))]
+        assert {whole.joint_of(j, sample) for j in (0, 1)} == {fastest}
+    assert {whole.joint_of(0, k) for k in range(4000)} == {"joint1", "joint2"}

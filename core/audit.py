@@ -25,17 +25,18 @@ from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.clean_samples import clean_samples, residual_level_findings, residual_stats
+from collaudit.core.detection.detection_findings import detection_findings
 from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
     delay_facts,
     detector_facts,
+    friction_levels,
     run_detector,
 )
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic
 from collaudit.core.detection.watch import control_modes
-from collaudit.core.detection_facts import detection_findings, friction_levels
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, scatter_findings
@@ -192,9 +193,9 @@ def _detection_facts(
     contacts = find_contacts(prepared, run, config)
     return DetectionFacts(
         causal=config.detect.causal,
-        equation=run.balance.engine.equation,
-        delay=delay_facts(run.balance, inputs.rule, period),
-        friction_level=friction_levels(run, config.detect.friction_level == "followed"),
+        equation=run.detector.equation,
+        delay=delay_facts(run.residual.balance.kernel, inputs.rule, period),
+        friction_level=friction_levels(run.residual, config.detect.friction_level == "followed"),
         dynamic=dynamic,
         incidents=contacts,
         detectors=others,

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from collaudit.core.config.config_table import ConfigTable, Interval, NonNegative, Positive
+from collaudit.core.config.detector_names import DetectorName
 
 
 class DynamicConfig(ConfigTable):
@@ -20,16 +21,14 @@ class DynamicConfig(ConfigTable):
 class DetectConfig(ConfigTable):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
-    detector: Literal["direct", "momentum", "filtered", "eso", "energy"] = Field(
-        "direct", description="How the residual is computed (see detectors.md)."
-    )
-    compare: list[Literal["direct", "momentum", "filtered", "eso", "energy"]] = Field(
+    detector: DetectorName = Field("direct", description="How the residual is computed (see detectors.md).")
+    compare: list[DetectorName] = Field(
         [], description="Further detectors that judge the same log side by side; the verdict is the first one's."
     )
     causal: bool = Field(
         False,
         description="true: only what a controller had at that instant, with its delay; "
-        "false: the best evidence after the fact.",
+        "false: offline (non-causal), the best evidence a whole log gives.",
     )
     observer_gain_per_s: Positive = Field(
         60.0, description="Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."

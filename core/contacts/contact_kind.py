@@ -1,4 +1,4 @@
-"""Meant, accidental or undecided: what speaks for each, and no verdict where little does."""
+"""Commanded (kind ``meant``), accidental or undecided: what speaks for each, and no verdict where little does."""
 
 from __future__ import annotations
 
@@ -12,34 +12,37 @@ from collaudit.core.data.detection_result import ContactForce, ContactKind
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.phases import PHASES
-from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.prepare.prepared import Prepared
 
 #: Contacts that rise faster than this are blows, slower than that are leaning on.
 _FAST_RISE_S, _SLOW_RISE_S = 0.1, 0.4
 #: Shares of a contact's torque variation above 5 Hz: more speaks for a blow, less for a force that is applied.
 _HIGH_SHARE, _LOW_SHARE, _HIGH_HZ = 0.3, 0.05, 5.0
+#: A contact's rise is looked for from this long before its onset; its spectrum spans this much on both sides.
+_BEFORE_RISE_S, _BESIDE_SPECTRUM_S = 0.3, 0.1
+#: Cosine of the angle between two forces that count as one direction.
 _ALIGNED = 0.8
 _SAFE_SCORE = 2
-#: A vote that no slow and smooth shape outweighs: outside contact no force is meant at all.
+#: A vote that no slow and smooth shape outweighs: outside contact no force is commanded at all.
 _DECIDES = 4
 
 
 def classify(
     prepared: Prepared,
-    found: DetectorRun,
+    run: DetectorRun,
     group: Sequence[Collision],
     force: ContactForce | None,
     config: Config,
 ) -> tuple[ContactKind, tuple[str, ...]]:
     """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
 
-    A phase outside contact decides, for there no force is meant at all; a direction across the meant force, and a
-    torque that the measured tool force leaves over, count twice.
+    A phase outside contact decides, for there no force is commanded at all; a direction across the commanded force, and
+    a torque that the measured tool force leaves over, count twice.
 
     Returns:
         accidental or meant with a lead of two votes, else undecided; and the evidence in words.
     """
-    series = judged_series(prepared)
+    series = prepared.judged_series
     main = max(group, key=lambda c: abs(c.peak_nm) / c.gamma_nm)
     j = series.column(main.joint)
     a, b = (int(k) for k in np.searchsorted(series.time_s, [main.onset_s, main.onset_s + main.duration_s]))
@@ -47,12 +50,12 @@ def classify(
     phase = PHASES[int(prepared.phases[a])]
     known = bool((prepared.phases > 0).any())
     if known and phase == "contact":
-        votes.append((-1, "it began in the contact phase, in which force is meant"))
+        votes.append((-1, "it began in the contact phase, in which force is commanded"))
     elif known:
-        votes.append((_DECIDES, f"it began in the {phase} phase, in which no force is meant"))
+        votes.append((_DECIDES, f"it began in the {phase} phase, in which no force is commanded"))
     if known and phase == "contact":
         votes += _sensor_vote(prepared, a, b)
-    votes += _shape_votes(found.residual.torque_nm[:, j], a, b, series.period_s)
+    votes += _shape_votes(run.residual.torque_nm[:, j], a, b, series.period_s)
     if known and phase == "contact" and force is not None:
         votes += _direction_vote(prepared, force, a, config)
     score = sum(v for v, _ in votes)
@@ -72,7 +75,7 @@ def _sensor_vote(prepared: Prepared, a: int, b: int) -> list[tuple[int, str]]:
 
 
 def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[tuple[int, str]]:
-    before = max(0, a - round(0.3 / period_s))
+    before = max(0, a - round(_BEFORE_RISE_S / period_s))
     part = np.abs(np.nan_to_num(residual[before : max(b, a + 2)]))
     peak = float(part.max())
     high = int(np.argmax(part >= 0.9 * peak))
@@ -83,7 +86,8 @@ def _shape_votes(residual: FloatArray, a: int, b: int, period_s: float) -> list[
         votes.append((1, f"it rose from 10 to 90 % of its peak in {1e3 * rise:.0f} ms"))
     elif rise >= _SLOW_RISE_S:
         votes.append((-1, f"it took {1e3 * rise:.0f} ms to rise to 90 % of its peak"))
-    share = _high_share(residual[max(0, a - round(0.1 / period_s)) : b + round(0.1 / period_s)], period_s)
+    beside = round(_BESIDE_SPECTRUM_S / period_s)
+    share = _high_share(residual[max(0, a - beside) : b + beside], period_s)
     if share is not None:
         text = f"{100 * share:.0f} % of its variation lies above {_HIGH_HZ:g} Hz"
         votes.append((1 if share > _HIGH_SHARE else -1 if share < _LOW_SHARE else 0, text))
@@ -102,16 +106,16 @@ def _high_share(x: FloatArray, period_s: float) -> float | None:
 
 
 def _direction_vote(prepared: Prepared, force: ContactForce, sample: int, config: Config) -> list[tuple[int, str]]:
-    """Whether the external force runs along the force the tool is meant to feel."""
+    """Whether the external force runs along the commanded tool force, as it was measured."""
     frame, wrench = config.log.wrench_frame, prepared.series.wrench
     if frame is None or wrench is None or not np.isfinite(wrench[sample]).all():
         return []
     rotation = prepared.robot.frame_rotation(prepared.series.position_rad[sample], frame)
-    meant = -config.log.wrench_sign * rotation @ wrench[sample, :3]
-    size = float(np.linalg.norm(meant)) * force.size_n
+    commanded = -config.log.wrench_sign * rotation @ wrench[sample, :3]
+    size = float(np.linalg.norm(commanded)) * force.size_n
     if size == 0.0:
         return []
-    cosine = float(meant @ np.array(force.force_n)) / size
+    cosine = float(commanded @ np.array(force.force_n)) / size
     if cosine > _ALIGNED:
-        return [(-1, f"it acts along the meant tool force (cosine {cosine:.2f})")]
-    return [(2, f"it does not act along the meant tool force (cosine {cosine:.2f})")]
+        return [(-1, f"it acts along the commanded tool force (cosine {cosine:.2f})")]
+    return [(2, f"it does not act along the commanded tool force (cosine {cosine:.2f})")]

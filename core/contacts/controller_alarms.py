@@ -6,32 +6,33 @@ from collections.abc import Sequence
 
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
 
-#: An alarm belongs to an incident from this long before its onset to this long after its end.
+#: An alarm belongs to a contact from this long before its onset to this long after its end.
 _BEFORE_S, _AFTER_S = 0.1, 0.5
 
 
 def compare_controller_alarms(
-    flags_s: Sequence[float], incidents: Sequence[Contact]
+    controller_alarms_s: Sequence[float], contacts: Sequence[Contact]
 ) -> tuple[ControllerAlarmComparison, ...]:
-    """Match each controller alarm with the incident it falls into.
+    """Match each controller alarm with the contact it falls into.
 
-    A second alarm within one incident is part of it. Without any flags nothing is compared: a log that has no
-    such signal has not missed anything.
+    A second alarm within one contact is part of it. Without any controller alarms nothing is compared: a log that has
+    no such signal has not missed anything.
 
     Args:
-        flags_s: times of the controller's alarms, s.
-        incidents: ours, in time order.
+        controller_alarms_s: times of the controller's alarms, s.
+        contacts: ours, in time order.
     """
-    if not flags_s:
+    if not controller_alarms_s:
         return ()
     out: list[ControllerAlarmComparison] = []
-    left = list(incidents)
-    for flag in sorted(flags_s):
-        its = next((i for i in incidents if i.onset_s - _BEFORE_S <= flag <= i.end_s + _AFTER_S), None)
-        if its is None:
-            out.append(ControllerAlarmComparison(flag, None, "spurious", None))
-        elif its in left:
-            left.remove(its)
-            out.append(ControllerAlarmComparison(flag, its.detected_s, "agreed", flag - its.detected_s))
-    out += [ControllerAlarmComparison(None, i.detected_s, "missed", None) for i in left]
+    unmatched = list(contacts)
+    for alarm_s in sorted(controller_alarms_s):
+        contact = next((c for c in contacts if c.onset_s - _BEFORE_S <= alarm_s <= c.end_s + _AFTER_S), None)
+        if contact is None:
+            out.append(ControllerAlarmComparison(alarm_s, None, "spurious", None))
+        elif contact in unmatched:
+            unmatched.remove(contact)
+            lead_s = alarm_s - contact.detected_s
+            out.append(ControllerAlarmComparison(alarm_s, contact.detected_s, "agreed", lead_s))
+    out += [ControllerAlarmComparison(None, c.detected_s, "missed", None) for c in unmatched]
     return tuple(sorted(out, key=lambda f: f.flag_s if f.flag_s is not None else f.detected_s or 0.0))

@@ -16,7 +16,7 @@ from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.prepare.prepared import Prepared
 
 #: Lever arms below this (m) see a force too faintly to say anything.
 _BLIND_M = 0.03
@@ -32,19 +32,19 @@ _DEFAULT_NOISE_NM = 1.0
 _LEAST_CLEAN = 100
 
 
-def residual_noise(prepared: Prepared, found: DetectorRun) -> FloatArray:
+def residual_noise(prepared: Prepared, run: DetectorRun) -> FloatArray:
     """(j,) robust standard deviation of each joint's judged residual over the log, not smoothed, N·m."""
-    columns = range(found.detected.state.shape[1])
-    return np.array([_noise(prepared, found, j) for j in columns])
+    columns = range(run.detected.state.shape[1])
+    return np.array([_noise(prepared, run, j) for j in columns])
 
 
-def _unsmoothed(prepared: Prepared, found: DetectorRun, rows: slice, columns: Sequence[int]) -> FloatArray:
-    """Residuals of some samples and judged joints without the engine's kernel, which lowers the peak of a short push.
+def _unsmoothed(prepared: Prepared, run: DetectorRun, rows: slice, columns: Sequence[int]) -> FloatArray:
+    """Residuals of some samples and judged joints without the detector's kernel, which lowers the peak of a short push.
 
     Friction, which changes slowly, is as it was taken off after the kernel.
     """
-    residual = found.residual.torque_nm[rows][:, columns]
-    effort, total = prepared.series.effort, found.balance.total_nm
+    residual = run.residual.torque_nm[rows][:, columns]
+    effort, total = prepared.series.effort, run.residual.balance.total_nm
     if prepared.rigid_nm is None or effort is None or total is None:
         return residual
     own = [prepared.columns()[j] for j in columns]
@@ -55,13 +55,13 @@ def _unsmoothed(prepared: Prepared, found: DetectorRun, rows: slice, columns: Se
 
 
 def estimate_force(
-    prepared: Prepared, found: DetectorRun, noise_nm: FloatArray, names: Sequence[str], sample: int
+    prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, names: Sequence[str], sample: int
 ) -> ContactForce | None:
     """External force at the link moved by the outermost of the joints that reacted.
 
     Args:
         prepared: the log and its model.
-        found: residuals and states.
+        run: residuals and states.
         noise_nm: (j,) of :func:`residual_noise`.
         names: joints that alarmed, base to tip.
         sample: where to look; residuals are averaged over 20 ms around it.
@@ -80,7 +80,7 @@ def estimate_force(
     solutions = [
         solution
         for k in range(outer, len(robot.joint_names))
-        if (solution := _at_link(prepared, found, noise_nm, names, k, sample, q)) is not None
+        if (solution := _at_link(prepared, run, noise_nm, names, k, sample, q)) is not None
     ]
     if not solutions or solutions[0][0].frame != frame:
         return None
@@ -93,7 +93,7 @@ def estimate_force(
 
 def _at_link(
     prepared: Prepared,
-    found: DetectorRun,
+    run: DetectorRun,
     noise_nm: FloatArray,
     names: Sequence[str],
     outer: int,
@@ -101,19 +101,18 @@ def _at_link(
     q: FloatArray,
 ) -> tuple[ContactForce, float] | None:
     """The force as if it acted at the link of one joint, and the weighted squared misfit over its joints."""
-    series, robot = judged_series(prepared), prepared.robot
+    series, robot = prepared.judged_series, prepared.robot
     frame = robot.link_of(robot.joint_names[outer])
     if frame is None:
         return None
     used = [
         j
         for j, joint in enumerate(series.joint_names)
-        if robot.joint_names.index(joint) <= outer
-        and (found.detected.state[sample, j] == State.JUDGED or joint in names)
+        if robot.joint_names.index(joint) <= outer and (run.detected.state[sample, j] == State.JUDGED or joint in names)
     ]
     half = max(1, round(0.5 * _AVERAGED_S / series.period_s))
     window = slice(max(0, sample - half), sample + half + 1)
-    torque = np.nanmean(_unsmoothed(prepared, found, window, used), axis=0)
+    torque = np.nanmean(_unsmoothed(prepared, run, window, used), axis=0)
     noise = noise_nm[used]
     columns = [robot.joint_names.index(series.joint_names[j]) for j in used]
     arm, rotation = _lever_arms(prepared, q, frame, columns)
@@ -134,11 +133,11 @@ def _lever_arms(prepared: Prepared, q: FloatArray, frame: str, columns: Sequence
     return np.ascontiguousarray(jt[:, list(columns)].T), robot.frame_rotation(q, frame)
 
 
-def _noise(prepared: Prepared, found: DetectorRun, j: int) -> float:
-    judged = found.detected.state[:, j] == State.JUDGED
+def _noise(prepared: Prepared, run: DetectorRun, j: int) -> float:
+    judged = run.detected.state[:, j] == State.JUDGED
     if np.count_nonzero(judged) < _LEAST_CLEAN:
         return _DEFAULT_NOISE_NM
-    x = _unsmoothed(prepared, found, slice(None), [j])[judged, 0]
+    x = _unsmoothed(prepared, run, slice(None), [j])[judged, 0]
     return 1.4826 * float(np.nanmedian(np.abs(x)))
 
 

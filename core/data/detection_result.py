@@ -1,4 +1,4 @@
-"""Result types of detection beyond the rule itself: delays, detectors side by side, incidents, scores."""
+"""Result types of detection beyond the rule itself: delays, detectors side by side, contacts, scores."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class DelayFacts:
     """From the moment a torque exceeds gamma to the moment the rule fires, in its three parts.
 
     Attributes:
-        filter_s: delay of the engine's filter; 0 for an audit after the fact.
+        filter_s: delay of the detector's filter; 0 offline (not causal).
         persistence_s: n times the sample period.
         jitter_s: up to one sample period, for the moment falls anywhere between two samples.
         noise_gain: how much of white sensor noise passes the filter (standard deviations).
@@ -122,7 +122,7 @@ class Contact:
         link: the last link that explains them: the one moved by the outermost of them.
         link_note: what that does not exclude.
         force: the external force, None where it cannot be computed.
-        kind: meant, accidental or undecided contact.
+        kind: meant (commanded), accidental or undecided contact.
         evidence: why.
     """
 

@@ -1,4 +1,4 @@
-"""One detector applied to one log: balance, residual, threshold, events."""
+"""One detector applied to one log: residual, threshold, events."""
 
 from __future__ import annotations
 
@@ -9,73 +9,80 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts
+from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts
 from collaudit.core.data.signals import State
 from collaudit.core.detection.events import DetectedEvents, detect_events
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.prepare.prepared import Prepared, judged_series
-from collaudit.core.residual.balance import Balance
-from collaudit.core.residual.energy import energy_residual
-from collaudit.core.residual.judged_balance import judged_balance
-from collaudit.core.residual.residual import Residual, compute_residual
+from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.residual.detector import Detector, detector_named
+from collaudit.core.residual.residual import Residual, ResidualInputs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectorRun:
     """What one detector made of a log; ``threshold`` is the level its residual had to exceed."""
 
-    balance: Balance
+    detector: Detector
     residual: Residual
     threshold: Threshold
     detected: DetectedEvents
 
 
 @dataclass(frozen=True, slots=True)
-class DetectionInputs:
-    """What every detector shares: friction laws, joints that contradict the model, the rule, watched joints."""
+class DetectionInputs(ResidualInputs):
+    """What every detector shares: beside friction laws and contradicted joints the rule and the watched joints."""
 
-    laws: Mapping[str, FrictionModel]
-    contradicted: frozenset[str]
     rule: RuleFacts
     watch: Mapping[str, Watch]
 
 
 def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, name: str | None = None) -> DetectorRun:
-    """Apply the configured detector, or the named one."""
-    series = judged_series(prepared)
-    balance = judged_balance(prepared, config.detect, name)
-    if balance.engine.scalar:
-        residual = energy_residual(prepared, inputs.laws, inputs.contradicted, config.detect)
-    else:
-        residual = compute_residual(series, balance, inputs.laws, inputs.contradicted, config.detect)
-    threshold = Threshold(series, balance, residual, inputs.rule, config.detect)
-    detected = detect_events(
-        series,
-        residual,
-        threshold.of,
-        inputs.rule,
-        inputs.watch,
-        prepared.phases,
-        config,
-        scalar=balance.engine.scalar,
-    )
-    return DetectorRun(balance, residual, threshold, detected)
+    """Apply the configured detector, or the named one.
+
+    Args:
+        prepared: the log.
+        inputs: friction laws, joints that contradict the model, the rule, watched joints.
+        config: detection, near misses, merging.
+        name: of the detector, when it is not the configured one.
+
+    Raises:
+        ConfigError: there is no such detector.
+    """
+    series = prepared.judged_series
+    detector = detector_named(name or config.detect.detector)
+    residual = detector.residual(prepared, inputs, config.detect)
+    threshold = Threshold(series, residual, inputs.rule, config.detect)
+    detected = detect_events(series, residual, threshold.of, inputs.rule, inputs.watch, prepared.phases, config)
+    return DetectorRun(detector, residual, threshold, detected)
 
 
-def delay_facts(balance: Balance, rule: RuleFacts, period_s: float) -> DelayFacts:
-    """Delay of a detector in its parts."""
-    return DelayFacts(balance.kernel.delay_s, rule.persistence_s, period_s, balance.kernel.noise_gain(period_s))
+def delay_facts(kernel: Kernel, rule: RuleFacts, period_s: float) -> DelayFacts:
+    """Delay of a detector with this kernel, in its parts."""
+    return DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s))
 
 
-def detector_facts(found: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], period_s: float) -> DetectorFacts:
+def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]:
+    """Range and standard error of each joint's friction level; ``followed``: whether it was more than assumed."""
+    facts = {}
+    for joint, level in residual.levels.items():
+        share = 1.0 + level.deviation
+        facts[joint] = LevelFacts(
+            float(share.min()), float(np.median(share)), float(share.max()), float(np.median(level.sd)), followed
+        )
+    return facts
+
+
+def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], period_s: float) -> DetectorFacts:
     """A detector's outcome for the side-by-side table."""
-    levels: dict[str, float | None] = {}
+    mean_abs: dict[str, float | None] = {}
     for j, joint in enumerate(joints):
-        x = found.residual.torque_nm[found.detected.state[:, j] == State.JUDGED, j]
-        levels[joint] = float(np.mean(np.abs(x))) if x.size else None
+        x = run.residual.torque_nm[run.detected.state[:, j] == State.JUDGED, j]
+        mean_abs[joint] = float(np.mean(np.abs(x))) if x.size else None
     events = tuple(
-        DetectorEvent(c.joint, c.onset_s, c.detected_s, c.duration_s, c.peak_nm) for c in found.detected.collisions
+        DetectorEvent(c.joint, c.onset_s, c.detected_s, c.duration_s, c.peak_nm) for c in run.detected.collisions
     )
-    return DetectorFacts(delay_facts(found.balance, rule, period_s), events, len(found.detected.near_misses), levels)
+    return DetectorFacts(
+        delay_facts(run.residual.balance.kernel, rule, period_s), events, len(run.detected.near_misses), mean_abs
+    )

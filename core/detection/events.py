@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,6 @@ def detect_events(
     watch: Mapping[str, Watch],
     phases: NDArray[np.int8],
     config: Config,
-    *,
-    scalar: bool = False,
 ) -> DetectedEvents:
     """Rule (6) on every watched joint where its residual is evidence.
 
@@ -54,30 +52,26 @@ def detect_events(
         watch: which joints count.
         phases: (n,) labels.
         config: near misses and merging.
-        scalar: every column holds one residual of the whole arm: judged once, at the lowest watched threshold,
-            and named after the joint that moves fastest at onset.
     """
     state = _with_unwatched(residual.state, series.joint_names, watch, phases)
     _mark_too_brief(state, rule.n)
     merge = round(config.detect.merge_ms / 1e3 / series.period_s)
-    carriers = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
-    if scalar:
-        carriers = sorted(carriers, key=lambda j: rule.gamma_nm[series.joint_names[j]])[:1]
+    watched = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
+    columns = residual.isolation.judged_columns(watched, rule.gamma_nm)
     hits: list[Collision] = []
     near: list[NearMiss] = []
 
-    def one(j: int) -> tuple[list[Event], list[Event], list[Event]]:
+    def events_of(j: int) -> tuple[list[Event], list[Event], list[Event]]:
         return _events(residual.torque_nm[:, j], state[:, j], threshold_nm(j), rule, merge)
 
-    for j, (fired, amplitude, persistence) in zip(carriers, ordered_map(one, carriers), strict=True):
-        joint = series.joint_names[j]
-        gamma = rule.gamma_nm[joint]
-        hits += [_collision(series, joint, event, gamma, phases) for event in fired]
-        near += [_near_miss(series, joint, e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in amplitude]
-        near += [_near_miss(series, joint, e, gamma, "persistence", e.longest / rule.n, phases) for e in persistence]
-    if scalar:
-        hits = [replace(c, joint=_fastest(series, c.onset_s)) for c in hits]
-        near = [replace(c, joint=_fastest(series, c.onset_s)) for c in near]
+    def joint_of(j: int, event: Event) -> str:
+        return residual.isolation.joint_of(j, event.span.start)
+
+    for j, (fired, low, brief) in zip(columns, ordered_map(events_of, columns), strict=True):
+        gamma = rule.gamma_nm[series.joint_names[j]]
+        hits += [_collision(series, joint_of(j, e), e, gamma, phases) for e in fired]
+        near += [_near_miss(series, joint_of(j, e), e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in low]
+        near += [_near_miss(series, joint_of(j, e), e, gamma, "persistence", e.longest / rule.n, phases) for e in brief]
     return DetectedEvents(
         tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
         tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
@@ -114,11 +108,6 @@ def _mark_too_brief(state: NDArray[np.int8], n: int) -> None:
         for a, b in zip(starts, stops, strict=True):
             if b - a < n:
                 state[a:b, j] = State.TOO_BRIEF
-
-
-def _fastest(series: UniformSeries, time_s: float) -> str:
-    k = min(int(np.searchsorted(series.time_s, time_s)), series.time_s.size - 1)
-    return series.joint_names[int(np.nanargmax(np.abs(series.velocity_rad_s[k])))]
 
 
 def _phase(phases: NDArray[np.int8], sample: int) -> Phase:

@@ -18,7 +18,6 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.residual import Residual
 
 _MARGIN = 1.3
@@ -34,14 +33,12 @@ class Threshold:
 
     Attributes:
         series: the judged joints.
-        balance: with the velocity the detector used, and its kernel: the threshold passes it as well.
-        residual: whose uncertainty is added.
+        residual: its uncertainty is added, and its kernel is what the threshold passes as well.
         rule: constant thresholds.
         config: dynamic coefficients, if any.
     """
 
     series: UniformSeries
-    balance: Balance
     residual: Residual
     rule: RuleFacts
     config: DetectConfig
@@ -56,12 +53,13 @@ class Threshold:
 
     def _dynamic(self, j: int, law: DynamicConfig) -> FloatArray:
         if j not in self._kept:
+            balance, series = self.residual.balance, self.series
             level = dynamic_level(
                 DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
-                self.balance.velocity_rad_s[:, j],
-                self.series.acceleration_rad_s2[:, j],
+                balance.velocity_rad_s[:, j],
+                series.acceleration_rad_s2[:, j],
             )
-            self._kept[j] = self.balance.kernel.apply(level[:, None], self.series.segments, self.series.period_s)[:, 0]
+            self._kept[j] = balance.kernel.apply(level[:, None], series.segments, series.period_s)[:, 0]
         return self._kept[j]
 
     def all_joints(self) -> FloatArray:

@@ -19,6 +19,8 @@ _ALIKE = 1.6
 _MOST = 0.6  # of the load, borne by joints with like gains
 _MOVING = 0.02
 _COARSE = 0.5
+#: Standard deviation of Gaussian noise over the median of |successive differences|: 1.4826 / sqrt(2).
+_SD_PER_MEDIAN_DIFFERENCE = 1.05
 _HEARD = 1e-3  # a joint with less of the load than this does not speak of signs
 
 
@@ -116,7 +118,7 @@ def _steps(prepared: Prepared) -> list[Finding]:
         step = _step(effort)
         if step is None:
             continue
-        noise = float(np.median(np.abs(np.diff(effort)))) * 1.05
+        noise = float(np.median(np.abs(np.diff(effort)))) * _SD_PER_MEDIAN_DIFFERENCE
         if step > _COARSE * float(np.std(effort)) or (step > 2.0 * noise and np.ptp(effort) < 60 * step):
             count = np.ptp(effort) / step
             text = (

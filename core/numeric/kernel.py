@@ -131,11 +131,11 @@ class Kernel:
             wanted = np.zeros(len(span) + 1, dtype=np.int64)
             np.add.at(wanted, np.maximum(starts - margin, 0), 1)
             np.add.at(wanted, np.minimum(stops + margin, len(span)), -1)
-            its = span.start + np.flatnonzero(np.cumsum(wanted[:-1]))
-            if its.size:
-                rows.append(its)
-                stretches.append(Span(count, count + its.size))
-                count += its.size
+            near = span.start + np.flatnonzero(np.cumsum(wanted[:-1]))
+            if near.size:
+                rows.append(near)
+                stretches.append(Span(count, count + near.size))
+                count += near.size
         return np.concatenate(rows) if rows else np.empty(0, dtype=np.int64), stretches
 
     def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:

@@ -9,6 +9,7 @@ from math import ceil, log
 import numpy as np
 
 from collaudit.core.data.audit_result import RecommendedRule
+from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
@@ -63,11 +64,6 @@ def sustained_peaks(data: CleanResidual, n: int) -> FloatArray:
     return peaks[np.isfinite(peaks)]
 
 
-def sustained_level(data: CleanResidual, n: int) -> float | None:
-    """The largest of ``sustained_peaks``, N·m; None when no window fits."""
-    return max(sustained_peaks(data, n).tolist(), default=None)
-
-
 def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> RecommendedRule:
     """Recommend gamma for one joint at a persistence, over all its logs.
 
@@ -80,8 +76,6 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
         data: residuals of one joint, one entry a log.
         persistence_s: persistence, s.
     """
-    from collaudit.core.detection.rule import persistence_samples
-
     counts = [persistence_samples(persistence_s, d.period_s) for d in data]
     n = max(counts, default=1)
     seconds = sum(_judgeable(d, c) * d.period_s for d, c in zip(data, counts, strict=True))

@@ -1,132 +1,99 @@
-"""Torque balance before friction, as an engine sees it: smoothed by its kernel, causal or after the fact."""
+"""Torque balance before friction, through a detector's kernel: causal, or offline (non-causal) with zero phase.
+
+All linear detectors estimate the same quantity, tau_e of eq. (5). Written with the generalized momentum p = M(q) dq,
+
+    tau_e = tau - tau_s - f + C(q, dq)^T dq - G(q) - dp/dt,
+
+each is a kernel G(s) applied to this: r = G(s) [tau - tau_s - f + C^T dq - G] - s G(s) p. With acceleration at hand
+that is G(s) applied to eq. (5); without it, s G(s) is itself a filter. The two forms are tested against each other.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.kernel import BOTH_WAYS, Kernel, butterworth, double_pole
+from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.residual.estimators import Engine, engine_named
-from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.prepare.prepared import Prepared
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Balance:
-    """What an engine gives before friction is taken off.
+    """What a kernel leaves of the torques of the judged joints before friction is taken off.
 
     Attributes:
-        engine, kernel: how it was computed.
-        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque]; None without a model or torque.
+        kernel: it passed.
+        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque]; None without a model or torque, and for residuals that
+            are not made joint by joint.
         velocity_rad_s: (n, j) velocity at which friction is to be taken; it has not passed the kernel.
         unsettled: (n,) samples at the start of a stretch that the kernel still remembers as unknown.
     """
 
-    engine: Engine
     kernel: Kernel
     total_nm: FloatArray | None
     velocity_rad_s: FloatArray
     unsettled: BoolArray
 
 
-def kernel_of(config: DetectConfig, bandwidth_hz: float, name: str | None = None) -> Kernel:
-    """The kernel of the configured engine; the direct engine's has its -3 dB point at ``bandwidth_hz``."""
-    engine = engine_named(name or config.detector)
-    if engine.name != "direct":
-        return engine.make_kernel(config.observer_gain_per_s, config.causal)
-    omega = 2.0 * math.pi * bandwidth_hz
-    return butterworth(omega, True) if config.causal else double_pole(omega / BOTH_WAYS, False)
+@dataclass(frozen=True, slots=True, eq=False)
+class KnownTorques:
+    """Torques of all joints of a log, N·m.
+
+    Attributes:
+        effort_nm: (n, j) measured.
+        rigid_nm: (n, j) rigid-body torque at the zero-phase motion.
+        contact_nm: (n, j) J^T F of the commanded tool force, or None.
+    """
+
+    effort_nm: FloatArray
+    rigid_nm: FloatArray
+    contact_nm: FloatArray | None
+
+    @classmethod
+    def of(cls, prepared: Prepared) -> KnownTorques | None:
+        """None without inertials, or without effort in N·m."""
+        effort = prepared.series.effort
+        if prepared.rigid_nm is None or effort is None or prepared.series.effort_unit != "Nm":
+            return None
+        return cls(effort, prepared.rigid_nm, prepared.contact_nm)
+
+    def measured_nm(self) -> FloatArray:
+        """(n, j) measured torque less that of the commanded tool force."""
+        return self.effort_nm if self.contact_nm is None else self.effort_nm - self.contact_nm
 
 
-def balance_torques(
-    series: UniformSeries,
-    robot: RobotModel,
-    rigid_nm: FloatArray | None,
-    contact_nm: FloatArray | None,
-    config: DetectConfig,
-    name: str | None = None,
-) -> Balance:
-    """Balance of all joints of a series.
+#: Causal balance (n, j) of all joints of a log through a kernel.
+CausalForm = Callable[[Prepared, KnownTorques, Kernel], FloatArray]
 
-    After the fact (``causal = false``) the kernel runs both ways over eq. (5) with the zero-phase acceleration.
-    Causally, signals pass forward filters only: ``direct`` filters position, velocity and effort alike and takes
-    acceleration as the filter's own smoothed derivative; all others need none: they take the momentum's slope.
+
+def balance_from_momentum(prepared: Prepared, kernel: Kernel) -> Balance:
+    """Balance of the judged joints; causally it takes the momentum's slope and needs no acceleration.
 
     Args:
-        series: every joint of the model; effort in N·m.
-        robot: the model.
-        rigid_nm: (n, j) rigid-body torque at the zero-phase motion, None without inertials.
-        contact_nm: (n, j) J^T F of the meant tool force, or None.
-        config: causality and gain.
-        name: engine; the configured one when absent.
+        prepared: the log; the dynamics need all of its joints.
+        kernel: G(s); not causal, it runs both ways over eq. (5) with the zero-phase acceleration.
     """
-    engine = engine_named(name or config.detector)
-    kernel = kernel_of(config, series.bandwidth_hz, name)
+    return _balance(prepared, kernel, _causal_momentum)
+
+
+def balance_from_acceleration(prepared: Prepared, kernel: Kernel) -> Balance:
+    """As :func:`balance_from_momentum`; causally position, velocity and effort pass the kernel alike.
+
+    Acceleration is then the kernel's own smoothed derivative.
+    """
+    return _balance(prepared, kernel, _causal_acceleration)
+
+
+def friction_velocity(series: UniformSeries, kernel: Kernel) -> FloatArray:
+    """(n, j) velocity at which friction is taken: causally the raw one, where there is one."""
     raw = series.raw_velocity_rad_s
-    velocity = series.velocity_rad_s if raw is None or not config.causal else raw
-    total = None
-    effort = series.effort
-    if rigid_nm is not None and effort is not None and series.effort_unit == "Nm":
-        if config.causal:
-            total = _causal(series, robot, effort, contact_nm, velocity, engine, kernel)
-        else:
-            total = _after_the_fact(series, effort, rigid_nm, contact_nm, kernel)
-    return Balance(engine, kernel, total, velocity, start_mask(series, kernel))
-
-
-def _after_the_fact(
-    series: UniformSeries, effort: FloatArray, rigid: FloatArray, contact: FloatArray | None, kernel: Kernel
-) -> FloatArray:
-    """Eq. (5) through the kernel, joint by joint, so that what is needed on the way stays small."""
-    total = np.empty(effort.shape, order="F")
-
-    def one(j: int) -> None:
-        unexplained = effort[:, j] - rigid[:, j]
-        if contact is not None:
-            unexplained -= contact[:, j]
-        kernel.apply(unexplained[:, None], series.segments, series.period_s, total[:, j : j + 1])
-
-    for _ in ordered_map(one, range(effort.shape[1])):
-        pass
-    return total
-
-
-def _causal(
-    series: UniformSeries,
-    robot: RobotModel,
-    effort: FloatArray,
-    contact: FloatArray | None,
-    velocity: FloatArray,
-    engine: Engine,
-    kernel: Kernel,
-) -> FloatArray:
-    segments, period = series.segments, series.period_s
-    if engine.needs_acceleration:
-        q = kernel.apply(series.position_rad, segments, period)
-        v = kernel.apply(velocity, segments, period)
-        a = kernel.slope(velocity, segments, period)
-        measured = effort if contact is None else effort - contact
-        out: FloatArray = kernel.apply(measured, segments, period) - robot.inverse_dynamics(q, v, a)
-        return out
-    momentum, rest = robot.momentum(series.position_rad, velocity)
-    total = np.empty(effort.shape, order="F")
-
-    def one(j: int) -> None:
-        known = rest[:, j]
-        known += effort[:, j]
-        if contact is not None:
-            known -= contact[:, j]
-        kernel.apply(known[:, None], segments, period, total[:, j : j + 1])
-        total[:, j] -= kernel.slope(momentum[:, j : j + 1], segments, period)[:, 0]
-
-    for _ in ordered_map(one, range(effort.shape[1])):
-        pass
-    return total
+    return series.velocity_rad_s if raw is None or not kernel.causal else raw
 
 
 def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:
@@ -138,3 +105,59 @@ def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:
         if not kernel.causal and count:
             out[max(span.stop - count, span.start) : span.stop] = True
     return out
+
+
+def _balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Balance:
+    series, torques = prepared.series, KnownTorques.of(prepared)
+    total = None
+    if torques is not None:
+        total = causal_form(prepared, torques, kernel) if kernel.causal else _offline(series, torques, kernel)
+    velocity, columns = friction_velocity(series, kernel), prepared.columns()
+    if len(columns) < len(series.joint_names):
+        velocity = np.asfortranarray(velocity[:, columns])
+        total = None if total is None else np.asfortranarray(total[:, columns])
+    return Balance(kernel, total, velocity, start_mask(series, kernel))
+
+
+def _offline(series: UniformSeries, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+    """Eq. (5) through the kernel, joint by joint, so that what is needed on the way stays small."""
+    total = np.empty(torques.effort_nm.shape, order="F")
+
+    def fill_joint(j: int) -> None:
+        unexplained = torques.effort_nm[:, j] - torques.rigid_nm[:, j]
+        if torques.contact_nm is not None:
+            unexplained -= torques.contact_nm[:, j]
+        kernel.apply(unexplained[:, None], series.segments, series.period_s, total[:, j : j + 1])
+
+    for _ in ordered_map(fill_joint, range(torques.effort_nm.shape[1])):
+        pass
+    return total
+
+
+def _causal_acceleration(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+    series = prepared.series
+    segments, period, velocity = series.segments, series.period_s, friction_velocity(series, kernel)
+    q = kernel.apply(series.position_rad, segments, period)
+    v = kernel.apply(velocity, segments, period)
+    a = kernel.slope(velocity, segments, period)
+    measured = kernel.apply(torques.measured_nm(), segments, period)
+    return np.asarray(measured - prepared.robot.inverse_dynamics(q, v, a))
+
+
+def _causal_momentum(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+    series = prepared.series
+    segments, period = series.segments, series.period_s
+    momentum, rest = prepared.robot.momentum(series.position_rad, friction_velocity(series, kernel))
+    total = np.empty(torques.effort_nm.shape, order="F")
+
+    def fill_joint(j: int) -> None:
+        known = rest[:, j]
+        known += torques.effort_nm[:, j]
+        if torques.contact_nm is not None:
+            known -= torques.contact_nm[:, j]
+        kernel.apply(known[:, None], segments, period, total[:, j : j + 1])
+        total[:, j] -= kernel.slope(momentum[:, j : j + 1], segments, period)[:, 0]
+
+    for _ in ordered_map(fill_joint, range(torques.effort_nm.shape[1])):
+        pass
+    return total

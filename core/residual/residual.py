@@ -1,4 +1,4 @@
-"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the meant tool force."""
+"""The residual of eq. (5): measured torque less rigid-body dynamics, friction and the commanded tool force."""
 
 from __future__ import annotations
 
@@ -16,14 +16,29 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.friction_bounds import FrictionBounds, friction_bounds
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
+from collaudit.core.residual.isolation import EachJoint, Isolation
 
 #: Friction is trusted this far beyond the fastest speed it was measured at.
 _BEYOND_RANGE = 1.05
 #: Standard errors of the friction level that the threshold carries: 95 %.
 SIGMAS = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class ResidualInputs:
+    """What is known of friction and effort when a residual is computed.
+
+    Attributes:
+        laws: fitted friction by joint.
+        contradicted: joints whose effort contradicts the model (inverted): not judged.
+    """
+
+    laws: Mapping[str, FrictionModel]
+    contradicted: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +52,8 @@ class Residual:
         state: (n, j) codes of :class:`State`.
         uncertainty_nm: (n, j) what the friction level may be wrong by (95 %); the threshold is raised by it.
         levels: friction level by joint, where there is a law and a model.
+        balance: the torques before friction, with the kernel that they and the friction have passed.
+        isolation: which columns are judged apart, and what they tell of the place of a contact.
     """
 
     torque_nm: FloatArray
@@ -44,6 +61,8 @@ class Residual:
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
     levels: dict[str, FrictionLevel]
+    balance: Balance
+    isolation: Isolation
 
     @property
     def model_nm(self) -> FloatArray:
@@ -53,47 +72,42 @@ class Residual:
         return np.asarray(self.effort_nm - self.torque_nm)
 
 
-def compute_residual(
-    series: UniformSeries,
-    balance: Balance,
-    friction: Mapping[str, FrictionModel],
-    contradicted: frozenset[str],
-    config: DetectConfig,
-) -> Residual:
-    """Take friction off an engine's torque balance: eq. (5) per joint.
+def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:
+    """Take friction off a torque balance: eq. (5) per joint.
 
     While a joint rests, or has travelled less than ``reversal_travel_rad`` since it rested or reversed, its
     friction is only known as an interval (:mod:`friction_bounds`). There the residual is the distance of the
     unexplained torque from that interval: nonzero is evidence, zero is not a clean bill. The interval passes
-    the engine's kernel like every other torque.
+    the balance's kernel like every other torque.
 
     Args:
-        series: the judged joints on their uniform time base.
-        balance: their torque balance before friction.
-        friction: fitted laws by joint.
-        contradicted: joints whose effort contradicts the model (inverted): not judged.
+        prepared: the log.
+        balance: torque balance of its judged joints before friction.
+        inputs: friction laws, joints that contradict the model.
         config: speed and travel below which friction is an interval; whether its level is followed.
     """
+    series = prepared.judged_series
+    names = series.joint_names
     n, count = series.position_rad.shape
     state = np.full((n, count), State.JUDGED, dtype=np.int8, order="F")
     usable = balance.total_nm is not None
-    known = [j for j, joint in enumerate(series.joint_names) if usable and joint in friction]
+    known = [j for j, joint in enumerate(names) if usable and joint in inputs.laws]
     missing = [j for j in range(count) if j not in known]
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
     torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
-    names = series.joint_names
 
-    def one(j: int) -> FrictionLevel:
+    def fill_joint(j: int) -> FrictionLevel:
         """Fill one joint's columns; only its level is handed on."""
-        out = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
-        return _one_joint(series, j, balance, friction[names[j]], config, out)
+        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
+        return _fill_joint(series, j, balance, inputs.laws[names[j]], config, columns)
 
-    levels = {names[j]: level for j, level in zip(known, ordered_map(one, known), strict=True)}
-    for joint in contradicted & set(names):
+    levels = {names[j]: level for j, level in zip(known, ordered_map(fill_joint, known), strict=True)}
+    for joint in inputs.contradicted & set(names):
         state[:, names.index(joint)] = State.NO_MODEL
     _mark(state, torque, series, balance)
-    return Residual(torque, series.effort if known else None, state, uncertainty, levels)
+    effort = series.effort if known else None
+    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,8 +119,8 @@ class _Columns:
     uncertainty_nm: FloatArray
 
 
-def _one_joint(
-    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig, out: _Columns
+def _fill_joint(
+    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig, columns: _Columns
 ) -> FrictionLevel:
     """Residual, state and uncertainty of one joint with a friction law, and its friction level."""
     assert balance.total_nm is not None
@@ -115,26 +129,30 @@ def _one_joint(
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
     too_fast = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
-    sliding = out.uncertainty_nm  # in the memory of what is made of it last
-    balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s, sliding[:, None])
+    friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
     sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
         usable = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
-        level = follow_level(total - sliding, sliding, usable, series.period_s, sd, config.causal)
-    for block in blocks(total.size):
-        its = sliding[block]
-        np.subtract(total[block], (1.0 + level.deviation[block]) * its, out=out.torque_nm[block])
-        np.abs(its, out=its)
-        its *= SIGMAS * level.sd[block]
-        if not np.isfinite(its.sum()):
-            its[~np.isfinite(its)] = 0.0
-    out.uncertainty_nm[undecided] = 0.0
-    out.torque_nm[undecided] = _beyond(total, band, level, around, undecided)
-    out.state[undecided] = State.FRICTION_INTERVAL
-    out.state[too_fast] = State.TOO_FAST
+        level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
+    _take_off(total, friction, level, columns)
+    columns.uncertainty_nm[undecided] = 0.0
+    columns.torque_nm[undecided] = _beyond(total, band, level, around, undecided)
+    columns.state[undecided] = State.FRICTION_INTERVAL
+    columns.state[too_fast] = State.TOO_FAST
     return level
+
+
+def _take_off(total: FloatArray, friction: FloatArray, level: FrictionLevel, columns: _Columns) -> None:
+    """Residual as of sliding friction at its level, and what the level's error adds to it; block by block."""
+    for block in blocks(total.size):
+        torque, uncertainty = columns.torque_nm[block], columns.uncertainty_nm[block]
+        np.subtract(total[block], (1.0 + level.deviation[block]) * friction[block], out=torque)
+        np.abs(friction[block], out=uncertainty)
+        uncertainty *= SIGMAS * level.sd[block]
+        if not np.isfinite(uncertainty.sum()):
+            uncertainty[~np.isfinite(uncertainty)] = 0.0
 
 
 def _beyond(
@@ -149,8 +167,8 @@ def _beyond(
     low, high = band.bounds(rows)
     slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
     low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
-    its = total[rows]
-    return np.asarray(np.maximum(its - high, 0.0) + np.minimum(its - low, 0.0))[undecided[rows]]
+    unexplained = total[rows]
+    return np.asarray(np.maximum(unexplained - high, 0.0) + np.minimum(unexplained - low, 0.0))[undecided[rows]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

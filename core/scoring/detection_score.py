@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.signals import State
@@ -55,48 +56,56 @@ class Alarm:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
-    """What was judged: time (n,), residual over threshold (n, j), states (n, j), joint names, n of rule (6)."""
+class JudgedResidual:
+    """The residual that the alarms came from, and where it was judged.
+
+    Attributes:
+        time_s: (n,).
+        ratio: (n, j) residual over threshold.
+        state: (n, j) codes of :class:`State`.
+        joint_names: j judged joints.
+        n: persistence of rule (6), samples.
+    """
 
     time_s: FloatArray
     ratio: FloatArray
-    state: np.ndarray
+    state: NDArray[np.int8]
     joint_names: tuple[str, ...]
     n: int
 
 
-def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Evidence) -> list[Score]:
+def score(events: Sequence[TrueEvent], alarms: Sequence[Alarm], judged: JudgedResidual) -> list[Score]:
     """Score all joints combined first, then each joint.
 
     Args:
         events: what happened.
         alarms: what was found.
-        evidence: residuals and states.
+        judged: residuals and states.
     """
-    out = [_score(None, events, alarms, evidence)]
-    for joint in evidence.joint_names:
-        out.append(_score(joint, events, [a for a in alarms if a.joint == joint], evidence))
+    out = [_score(None, events, alarms, judged)]
+    for joint in judged.joint_names:
+        out.append(_score(joint, events, [a for a in alarms if a.joint == joint], judged))
     return out
 
 
-def _score(joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Alarm], evidence: Evidence) -> Score:
+def _score(joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Alarm], judged: JudgedResidual) -> Score:
     needed = [e for e in events if e.counts_for(joint)]
     found, hidden, delays = 0, 0, []
     for event in needed:
         wanted = event.required if joint is None else {joint: event.required[joint]}
-        its = [a for a in alarms if a.joint in wanted and event.covers(a.onset_s)]
-        if joint is None and not its:  # on another joint than those that had to: found all the same
-            its = [a for a in alarms if event.covers(a.onset_s)]
-        if its:
-            first = min(its, key=lambda a: a.detected_s)
+        within = [a for a in alarms if a.joint in wanted and event.covers(a.onset_s)]
+        if joint is None and not within:  # on another joint than those that had to: found all the same
+            within = [a for a in alarms if event.covers(a.onset_s)]
+        if within:
+            first = min(within, key=lambda a: a.detected_s)
             crossing = wanted.get(first.joint)
             found += 1
             delays.append(first.detected_s - (event.onset_s if crossing is None else crossing))
-        elif all(_unseen(event, name, evidence) for name in wanted):
+        elif all(_unseen(event, name, judged) for name in wanted):
             hidden += 1
     false = sum(not any(e.covers(a.onset_s) for e in events) for a in alarms)
-    hours = _judged_hours(joint, evidence)
-    roc, auc = _roc(joint, events, evidence)
+    hours = _judged_hours(joint, judged)
+    roc, auc = _roc(joint, events, judged)
     seen = len(needed) - hidden
     return Score(
         joint=joint,
@@ -115,57 +124,57 @@ def _score(joint: str | None, events: Sequence[TrueEvent], alarms: Sequence[Alar
     )
 
 
-def _unseen(event: TrueEvent, joint: str, evidence: Evidence) -> bool:
-    if joint not in evidence.joint_names:
+def _unseen(event: TrueEvent, joint: str, judged: JudgedResidual) -> bool:
+    if joint not in judged.joint_names:
         return True
-    a, b = (int(k) for k in np.searchsorted(evidence.time_s, [event.onset_s, event.end_s]))
-    state = evidence.state[a : max(b, a + 1), evidence.joint_names.index(joint)]
+    a, b = (int(k) for k in np.searchsorted(judged.time_s, [event.onset_s, event.end_s]))
+    state = judged.state[a : max(b, a + 1), judged.joint_names.index(joint)]
     return bool(np.mean(state != State.JUDGED) > _UNSEEN_SHARE) if state.size else True
 
 
-def _judged_hours(joint: str | None, evidence: Evidence) -> float:
-    if evidence.time_s.size < 2:
+def _judged_hours(joint: str | None, judged: JudgedResidual) -> float:
+    if judged.time_s.size < 2:
         return 0.0
-    period = float(evidence.time_s[1] - evidence.time_s[0])
-    judged = evidence.state == State.JUDGED
-    column = judged.any(axis=1) if joint is None else judged[:, evidence.joint_names.index(joint)]
+    period = float(judged.time_s[1] - judged.time_s[0])
+    mask = judged.state == State.JUDGED
+    column = mask.any(axis=1) if joint is None else mask[:, judged.joint_names.index(joint)]
     return float(np.count_nonzero(column)) * period / 3600.0
 
 
 def _roc(
-    joint: str | None, events: Sequence[TrueEvent], evidence: Evidence
+    joint: str | None, events: Sequence[TrueEvent], judged: JudgedResidual
 ) -> tuple[tuple[tuple[float, float], ...], float | None]:
     """ROC over the level that lasts n samples, per event and per clean window; threshold-free."""
-    level = _lasting(joint, evidence)
+    level = _lasting(joint, judged)
     positive, taken = [], np.zeros(level.size, dtype=bool)
     for event in events:
-        a, b = (int(k) for k in np.searchsorted(evidence.time_s, [event.onset_s - BEFORE_S, event.end_s + AFTER_S]))
+        a, b = (int(k) for k in np.searchsorted(judged.time_s, [event.onset_s - BEFORE_S, event.end_s + AFTER_S]))
         taken[a:b] = True
         if event.counts_for(joint):
-            stop = int(np.searchsorted(evidence.time_s, event.end_s + BEFORE_S))
+            stop = int(np.searchsorted(judged.time_s, event.end_s + BEFORE_S))
             positive.append(float(level[a:stop].max(initial=0.0)))
-    negative = _clean_windows(level, taken, evidence)
+    negative = _clean_windows(level, taken, judged)
     if not positive or negative.size == 0:
         return (), None
     return _curve(np.array(positive), negative)
 
 
-def _lasting(joint: str | None, evidence: Evidence) -> FloatArray:
+def _lasting(joint: str | None, judged: JudgedResidual) -> FloatArray:
     """(n,) largest residual over threshold that lasts n samples around each sample; 0 where nothing is judged."""
     from scipy.ndimage import minimum_filter1d
 
-    known = evidence.state <= State.FRICTION_INTERVAL
-    ratio = np.where(known, np.abs(np.nan_to_num(evidence.ratio)), 0.0)
-    lasting = minimum_filter1d(ratio, evidence.n, axis=0, mode="constant")
-    out: FloatArray = lasting.max(axis=1) if joint is None else lasting[:, evidence.joint_names.index(joint)]
+    known = judged.state <= State.FRICTION_INTERVAL
+    ratio = np.where(known, np.abs(np.nan_to_num(judged.ratio)), 0.0)
+    lasting = minimum_filter1d(ratio, judged.n, axis=0, mode="constant")
+    out: FloatArray = lasting.max(axis=1) if joint is None else lasting[:, judged.joint_names.index(joint)]
     return out
 
 
-def _clean_windows(level: FloatArray, taken: BoolArray, evidence: Evidence) -> FloatArray:
+def _clean_windows(level: FloatArray, taken: BoolArray, judged: JudgedResidual) -> FloatArray:
     """Largest lasting level of each whole second that touches no event."""
-    if evidence.time_s.size < 2:
+    if judged.time_s.size < 2:
         return np.zeros(0)
-    width = max(1, round(WINDOW_S / float(evidence.time_s[1] - evidence.time_s[0])))
+    width = max(1, round(WINDOW_S / float(judged.time_s[1] - judged.time_s[0])))
     count = level.size // width
     free = ~taken[: count * width].reshape(count, width).any(axis=1)
     out: FloatArray = level[: count * width].reshape(count, width).max(axis=1)[free]

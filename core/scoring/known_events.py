@@ -1,4 +1,4 @@
-"""What is known about a log's events from outside the residual: true events to score by, the controller's flags."""
+"""What is known about a log's events from outside the residual: true events to score by, the controller's alarms."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
-from collaudit.core.scoring.detection_score import Alarm, Evidence, TrueEvent, score
+from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, score
 from collaudit.core.scoring.truth_events import TruthFile, true_events
 
 
 def score_detection(
-    series: UniformSeries, found: DetectorRun, inputs: DetectionInputs, config: DetectConfig, truth: TruthFile | None
+    series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, config: DetectConfig, truth: TruthFile | None
 ) -> tuple[Score, ...]:
     """Score a detector against the known events; empty when none are known.
 
     Args:
         series: the judged joints.
-        found: what the detector made of them.
+        run: what the detector made of them.
         inputs: the rule and the watched joints.
         config: labels of the log that mark true events.
         truth: a truth file or table of labels, which wins over the log's own.
@@ -34,10 +34,10 @@ def score_detection(
         return ()
     watched = inputs.rule.watch
     events = true_events(truth, watched) if truth is not None else labelled_events(series, watched, config.true_events)
-    alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
-    ratio = found.residual.torque_nm / found.threshold.all_joints()
-    evidence = Evidence(series.time_s, ratio, found.detected.state, series.joint_names, inputs.rule.n)
-    return tuple(s for s in score(events, alarms, evidence) if s.joint is None or s.joint in watched)
+    alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in run.detected.collisions]
+    ratio = run.residual.torque_nm / run.threshold.all_joints()
+    judged = JudgedResidual(series.time_s, ratio, run.detected.state, series.joint_names, inputs.rule.n)
+    return tuple(s for s in score(events, alarms, judged) if s.joint is None or s.joint in watched)
 
 
 def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Sequence[str]) -> list[TrueEvent]:
@@ -66,8 +66,10 @@ def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Seque
 
 def controller_alarms_s(series: UniformSeries, config: DetectConfig) -> list[float]:
     """When the controller raised an alarm, s: as configured, and where the log's other labels begin."""
-    own = {start for label in series.labels if not _named(label, config.true_events) for start, _ in label.intervals_s}
-    return sorted(own | set(config.controller_alarms_s))
+    labelled = {
+        start for label in series.labels if not _named(label, config.true_events) for start, _ in label.intervals_s
+    }
+    return sorted(labelled | set(config.controller_alarms_s))
 
 
 def _named(label: Annotation, names: Sequence[str]) -> bool:

@@ -16,8 +16,8 @@ from detection_table import replace_table
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config import load_config
+from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.provenance import make_provenance
-from collaudit.core.residual.estimators import ENGINES
 from collaudit.fixtures.toml import to_toml
 
 _UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -45,7 +45,7 @@ ARMS: tuple[tuple[str, str, dict[str, object], tuple[str, ...]], ...] = (
 
 def levels(data: Path, work: Path) -> Iterator[str]:
     """Mean |residual| over judged samples, a row a joint."""
-    others = [name for name in ENGINES if name != "direct"]
+    others = [name for name in DETECTOR_NAMES if name != "direct"]
     yield "| log | joint | direct | " + " | ".join(others[:-1]) + " | energy (whole arm) |"
     yield "|---|---|---|" + "---|" * len(others)
     for title, urdf, log, names in ARMS:

@@ -18,7 +18,7 @@ from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_laws
 from collaudit.core.prepare.prepared import Prepared, judged_series
 from collaudit.core.provenance import make_provenance
-from collaudit.core.scoring.detection_score import Alarm, Evidence, Score, score
+from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, Score, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
 from collaudit.fixtures import simulate as simulation
 from collaudit.fixtures.robots import FixtureRobot, robot_named
@@ -101,8 +101,8 @@ class Bench:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
         alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
         ratio = found.residual.torque_nm / found.threshold.all_joints()
-        evidence = Evidence(series.time_s, ratio, found.detected.state, series.joint_names, rule.n)
-        return score(events, alarms, evidence)
+        judged = JudgedResidual(series.time_s, ratio, found.detected.state, series.joint_names, rule.n)
+        return score(events, alarms, judged)
 
 
 def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None) -> Bench:

@@ -1,7 +1,7 @@
 """What a competent user writes without this project: a message loop, ``pin.rnea`` in a loop, numpy, an observer.
 
 It computes the very same as ``detector = "momentum"``: the rigid-body torque; with ``causal`` the textbook observer,
-sample by sample; after the fact eq. (5) with zero-phase velocity and acceleration, and the observer's low-pass both
+sample by sample; offline eq. (5) with zero-phase velocity and acceleration, and the observer's low-pass both
 ways. Then rule (6).
 """
 

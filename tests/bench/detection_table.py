@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from detection_runs import Total, add_up, bench, friction_of, off_calibration, simulated
 
+from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.data.detection_result import Score
-from collaudit.core.residual.estimators import ENGINES
 from collaudit.fixtures.robots import robot_named
 
 SEEDS = range(1, 21)
@@ -32,7 +32,7 @@ HOURS = [
     for seed, seconds in parts
 ]
 OFF = {"as calibrated": 0.0, "15 % below": -0.15, "10 % above": 0.10}
-RUNS = (("after the fact", False), ("causal", True))
+RUNS = (("offline", False), ("causal", True))
 
 
 def pushes(logs: Path) -> Iterator[str]:
@@ -52,7 +52,7 @@ def pushes(logs: Path) -> Iterator[str]:
         scores: dict[tuple[str, str], list[Score]] = defaultdict(list)
         for seed in SEEDS:
             made = bench(simulated(logs, robot, scenario, seed), friction, watch)
-            for name in ENGINES:
+            for name in DETECTOR_NAMES:
                 for mode, causal in RUNS:
                     scores[name, mode].append(made.score(name, causal, watch)[0])
         for (name, mode), its in scores.items():
@@ -73,8 +73,8 @@ def _row(title: str, name: str, mode: str, total: Total) -> str:
 
 def hours(logs: Path, causal: bool = False) -> Iterator[str]:
     """False alarms in clean motion, by detector and by how friction is off its calibration."""
-    yield "| motion | friction | hours | " + " | ".join(ENGINES) + " |"
-    yield "|---|---|---|" + "---|" * len(ENGINES)
+    yield "| motion | friction | hours | " + " | ".join(DETECTOR_NAMES) + " |"
+    yield "|---|---|---|" + "---|" * len(DETECTOR_NAMES)
     for robot, scenario in dict.fromkeys((r, s) for r, s, _, _ in HOURS):
         false: dict[tuple[str, str], int] = defaultdict(int)
         total_h = 0.0
@@ -86,10 +86,10 @@ def hours(logs: Path, causal: bool = False) -> Iterator[str]:
             total_h += float(made.prepared.series.time_s[-1]) / 3600.0
             for state, share in OFF.items():
                 other = made.with_friction(off_calibration(friction_of(logs, robot), share))
-                for name in ENGINES:
+                for name in DETECTOR_NAMES:
                     false[state, name] += len(other.judged(name, causal).detected.collisions)
         for state in OFF:
-            cells = " | ".join(str(false[state, name]) for name in ENGINES)
+            cells = " | ".join(str(false[state, name]) for name in DETECTOR_NAMES)
             yield f"| {scenario}, {robot.replace('-', ', ')} | {state} | {total_h:.2f} | {cells} |"
 
 

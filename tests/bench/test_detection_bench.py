@@ -98,13 +98,13 @@ def on_the_processor(work: Callable[[], Result]) -> tuple[Result, float]:
     return result, time.process_time() - start
 
 
-@pytest.mark.parametrize("causal", [False, True], ids=["after the fact", "causal"])
+@pytest.mark.parametrize("causal", [False, True], ids=["offline", "causal"])
 def test_an_hour_to_events(causal: bool) -> None:
     """The best of some rounds, of the script and of ours in turns: the speed of the machine itself drifts.
 
     Ours runs twice a round, as in an audit of several logs: the first time its memory is fresh, which costs a virtual
     machine up to a second.
-    The factor is asked for with a momentum observer on both sides; after the fact the script needs none.
+    The factor is asked for with a momentum observer on both sides; offline the script needs none.
     """
     short, path = hour.hour_log(SCRIPT_MINUTES), hour.hour_log(MINUTES)
     scale = MINUTES / SCRIPT_MINUTES

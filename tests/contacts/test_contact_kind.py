@@ -1,4 +1,4 @@
-"""Meant or accidental, against the truth of polishing: its contact is meant, the pushes are not."""
+"""Kinds of contact against the truth of polishing: its own contact is commanded, the pushes are accidental."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from collaudit.core.prepare.prepared import CommandedTorque
 NOBODY = Provenance("test", {})
 
 
-def incidents(log: Path, friction: FrictionFile, blind: bool, **settings: object) -> tuple[Contact, ...]:
-    """Contacts of an audit; ``blind`` as without a wrist sensor: the meant force then stays in the residual."""
+def contacts(log: Path, friction: FrictionFile, blind: bool, **settings: object) -> tuple[Contact, ...]:
+    """Contacts of an audit; ``blind`` as without a wrist sensor: the commanded force then stays in the residual."""
     loaded = load_config(log.with_suffix(".toml"), {k.replace("__", "."): v for k, v in settings.items()})
     prepared = prepare((log,), loaded)
     if blind:
@@ -27,27 +27,27 @@ def incidents(log: Path, friction: FrictionFile, blind: bool, **settings: object
     return found.incidents
 
 
-def is_push(log: Path, incident: Contact) -> bool:
+def is_push(log: Path, contact: Contact) -> bool:
     truth = json.loads(log.with_suffix(".truth.json").read_text(encoding="utf-8"))
     pushes = [p for kind in ("collisions", "near_misses", "below_threshold") for p in truth[kind]]
-    return any(p["onset_s"] - 0.1 <= incident.onset_s <= p["onset_s"] + p["duration_s"] + 0.3 for p in pushes)
+    return any(p["onset_s"] - 0.1 <= contact.onset_s <= p["onset_s"] + p["duration_s"] + 0.3 for p in pushes)
 
 
 def test_pushes_during_polishing_are_accidental(polishing: Path, friction: FrictionFile) -> None:
-    found = incidents(polishing, friction, blind=False)
+    found = contacts(polishing, friction, blind=False)
     assert len(found) == 2
-    for incident in found:
-        assert is_push(polishing, incident)
-        assert incident.kind == "accidental"
-        assert any("measured and taken out" in text for text in incident.evidence)
+    for contact in found:
+        assert is_push(polishing, contact)
+        assert contact.kind == "accidental"
+        assert any("measured and taken out" in text for text in contact.evidence)
 
 
-def test_polishing_itself_is_meant_and_never_accidental(polishing: Path, friction: FrictionFile) -> None:
+def test_polishing_itself_is_commanded_and_never_accidental(polishing: Path, friction: FrictionFile) -> None:
     """Without a sensor, and at a low threshold on all joints, the commanded force itself alarms."""
     joints = [f"joint{k}" for k in range(1, 7)]
-    found = incidents(polishing, friction, blind=True, detect__watch=joints, detect__gamma_nm=2.0)
-    meant = [i for i in found if not is_push(polishing, i)]
-    in_contact = [i for i in meant if 25.0 <= i.onset_s <= 53.0]
+    found = contacts(polishing, friction, blind=True, detect__watch=joints, detect__gamma_nm=2.0)
+    polished = [i for i in found if not is_push(polishing, i)]
+    in_contact = [i for i in polished if 25.0 <= i.onset_s <= 53.0]
     assert sum(i.kind == "meant" for i in in_contact) >= 0.4 * len(in_contact) > 0
     assert not any(i.kind == "accidental" for i in in_contact)
     assert not any(i.kind == "meant" for i in found if is_push(polishing, i))

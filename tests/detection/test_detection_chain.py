@@ -16,7 +16,7 @@ from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.detection.threshold import dynamic_level, learn_dynamic, pooled_dynamic
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
-from collaudit.core.scoring.detection_score import Alarm, Evidence, score
+from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
 
 NOBODY = Provenance("test", {})
@@ -43,7 +43,8 @@ def missed_and_false(audit: Audit, log: Path) -> tuple[int, int]:
     events = true_events(read_truth(log.with_suffix(".truth.json")), names, 1.3, 0.028)
     alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in audit.result.collisions]
     ratio = audit.signals.residual_nm / audit.signals.gamma_nm
-    both = score(events, alarms, Evidence(audit.signals.time_s, ratio, audit.signals.state, names, 13))[0]
+    judged = JudgedResidual(audit.signals.time_s, ratio, audit.signals.state, names, 13)
+    both = score(events, alarms, judged)[0]
     return both.events - both.found - both.not_observable, both.false_alarms
 
 
@@ -106,15 +107,15 @@ def test_contacts_have_a_link_and_a_force_that_holds_the_truth(hits: Path, frict
     found = audited(hits, friction).result.detection
     assert found is not None
     inside = linked = 0
-    for incident in found.incidents:
-        push = next(p for p in pushes if p["onset_s"] - 0.05 <= incident.onset_s <= p["onset_s"] + p["duration_s"])
-        assert incident.force is not None
-        low, high = incident.force.size_ci95_n
+    for contact in found.incidents:
+        push = next(p for p in pushes if p["onset_s"] - 0.05 <= contact.onset_s <= p["onset_s"] + p["duration_s"])
+        assert contact.force is not None
+        low, high = contact.force.size_ci95_n
         inside += low <= float(np.linalg.norm(push["force_n"])) <= high
-        linked += push["frame"] in (incident.force.frame, *incident.force.may_be_at)
-        assert int(incident.link.removeprefix("link")) <= push["link"]
-        assert len(incident.force.blind) + len(incident.joints) >= 1
-        assert incident.evidence
+        linked += push["frame"] in (contact.force.frame, *contact.force.may_be_at)
+        assert int(contact.link.removeprefix("link")) <= push["link"]
+        assert len(contact.force.blind) + len(contact.joints) >= 1
+        assert contact.evidence
     assert linked == len(found.incidents), "the link of the push was excluded wrongly"
     assert inside >= 0.9 * len(found.incidents)
 
@@ -132,8 +133,8 @@ def test_a_push_that_runs_into_a_gap_is_said(folder: Path, friction: FrictionFil
     effort[a + 8 : a + 400] = np.nan
     cut = audit_log(replace(prepared, series=replace(series, effort=effort)), loaded.config, friction, NOBODY).result
     assert not any(abs(c.onset_s - hit.onset_s) < 0.2 for c in cut.collisions if c.joint == hit.joint)
-    told = [f for f in cut.findings if f.code == "event-cut" and f.joint == hit.joint]
-    assert any(f.start_s is not None and abs(f.start_s - hit.onset_s) < 0.05 for f in told)
+    findings = [f for f in cut.findings if f.code == "event-cut" and f.joint == hit.joint]
+    assert any(f.start_s is not None and abs(f.start_s - hit.onset_s) < 0.05 for f in findings)
 
 
 def test_phases_are_found_from_the_force() -> None:

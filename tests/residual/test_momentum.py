@@ -1,4 +1,4 @@
-"""Momentum form against textbook dynamics of a pendulum and of a two-link arm, and the engines against each other."""
+"""Momentum form against textbook dynamics of a pendulum and of a two-link arm, and the detectors against each other."""
 
 from __future__ import annotations
 
@@ -8,18 +8,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
 from collaudit.core.prepare.prepared import prepare
-from collaudit.core.residual.balance import balance_torques
-from collaudit.core.residual.energy import SLOW_RAD_S, energy_residual
-from collaudit.core.residual.estimators import ENGINES
+from collaudit.core.residual.balance import Balance
+from collaudit.core.residual.detector import detector_named
+from collaudit.core.residual.detectors.energy import SLOW_RAD_S, energy_residual
+from collaudit.core.residual.residual import ResidualInputs
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
 
 T = 0.002
+KERNELS = {"momentum": first_order, "filtered": butterworth, "eso": double_pole}
+NO_FRICTION = ResidualInputs({}, frozenset())
 M1, M2, L1, L2 = 4.0, 2.5, 0.4, 0.3
 G = 9.80665
 
@@ -76,18 +81,22 @@ def pendulum_log(seconds: float = 12.0, noise: float = 0.0) -> tuple[JointLog, n
     return JointLog(t, ("joint1",), q[:, None], v[:, None], effort[:, None], "Nm", None, source), pulse
 
 
+def balance_of(log: JointLog, cfg: Config) -> Balance:
+    """The torque balance that the configured detector takes friction off."""
+    return detector_named(cfg.detect.detector).residual(prepare(log, arm(cfg), cfg), NO_FRICTION, cfg.detect).balance
+
+
 def balance(name: str, causal: bool, gain: float = 60.0, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray, float]:
     cfg = config(1, detector=name, causal=causal, observer_gain_per_s=gain)
     log, pulse = pendulum_log(noise=noise)
-    made = prepare(log, arm(cfg), cfg)
-    out = balance_torques(made.series, made.robot, made.rigid_nm, None, cfg.detect)
+    out = balance_of(log, cfg)
     assert out.total_nm is not None
     return out.total_nm[:, 0], pulse, out.kernel.delay_s
 
 
-@pytest.mark.parametrize("name", [n for n, e in ENGINES.items() if not e.scalar])
+@pytest.mark.parametrize("name", [name for name in DETECTOR_NAMES if name != "energy"])
 @pytest.mark.parametrize("causal", [True, False])
-def test_every_engine_measures_the_pulse_on_the_pendulum(name: str, causal: bool) -> None:
+def test_every_linear_detector_measures_the_pulse_on_the_pendulum(name: str, causal: bool) -> None:
     total, pulse, delay = balance(name, causal)
     inside = slice(round(5.3 / T), round(5.45 / T))
     assert np.allclose(total[inside], 6.0, atol=0.05)
@@ -98,16 +107,16 @@ def test_every_engine_measures_the_pulse_on_the_pendulum(name: str, causal: bool
     assert half - crossing == pytest.approx(0.75 * delay, abs=0.35 * delay + T)
 
 
-@pytest.mark.parametrize("name", ["momentum", "filtered", "eso"])
+@pytest.mark.parametrize("name", KERNELS)
 def test_the_momentum_form_is_the_smoothed_direct_residual(name: str) -> None:
-    """Causal engines never see an acceleration, and yet equal the kernel applied to eq. (5)."""
+    """Causal detectors never see an acceleration, and yet equal the kernel applied to eq. (5)."""
     total, _, _ = balance(name, True)
     cfg = config(1)
     log, _ = pendulum_log()
     made = prepare(log, arm(cfg), cfg)
     assert made.rigid_nm is not None
     assert made.series.effort is not None
-    kernel = ENGINES[name].make_kernel(60.0, True)
+    kernel = KERNELS[name](60.0, True)
     direct = kernel.apply(made.series.effort - made.rigid_nm, made.series.segments, T)[:, 0]
     inside = slice(500, -100)
     assert np.max(np.abs(total[inside] - direct[inside])) < 0.02
@@ -142,9 +151,9 @@ def test_the_energy_detector_measures_the_power_of_the_pulse(causal: bool) -> No
     log, pulse = pendulum_log()
     made = prepare(log, arm(cfg), cfg)
     none = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
-    found = energy_residual(made, {"joint1": none}, frozenset(), cfg.detect)
+    found = energy_residual(made, ResidualInputs({"joint1": none}, frozenset()), cfg.detect)
     v = 1.04 * np.cos(1.3 * log.time_s)
-    kernel = ENGINES["energy"].make_kernel(60.0, causal)
+    kernel = first_order(60.0, causal)
     power, square = (kernel.apply(x[:, None], made.series.segments, T)[:, 0] for x in (v * pulse, v**2))
     judged = np.flatnonzero(found.state[:, 0] == State.JUDGED)
     error = found.torque_nm[:, 0] - power / np.sqrt(square + SLOW_RAD_S**2)
@@ -154,7 +163,7 @@ def test_the_energy_detector_measures_the_power_of_the_pulse(causal: bool) -> No
     assert not (found.state[slow, 0] == State.JUDGED).any(), "at rest it sees nothing and says so"
 
 
-def test_causal_engines_do_not_look_ahead() -> None:
+def test_causal_detectors_do_not_look_ahead() -> None:
     for name in ("direct", "momentum", "filtered", "eso"):
         cfg = config(1, detector=name, causal=True)
         log, _ = pendulum_log()
@@ -163,9 +172,56 @@ def test_causal_engines_do_not_look_ahead() -> None:
         later[4000:] += 30.0
         totals = []
         for effort in (log.effort, later):
-            made = prepare(replace(log, effort=effort), arm(cfg), cfg)
-            total = balance_torques(made.series, made.robot, made.rigid_nm, None, cfg.detect).total_nm
+            total = balance_of(replace(log, effort=effort), cfg).total_nm
             assert total is not None
             totals.append(total)
         assert np.array_equal(totals[0][:4000], totals[1][:4000])
         assert not np.array_equal(totals[0][4000:], totals[1][4000:])
+
+
+def two_link_log() -> JointLog:
+    t = T * np.arange(4000)
+    q = np.stack([0.6 * np.sin(1.3 * t), 0.5 * np.cos(1.9 * t)], axis=1)
+    v = np.stack([0.78 * np.cos(1.3 * t), -0.95 * np.sin(1.9 * t)], axis=1)
+    source = LogSource("two-link", "0" * 64, "test", None, "column", "/t")
+    return JointLog(t, ("joint1", "joint2"), q, v, np.zeros_like(q), "Nm", None, source)
+
+
+def test_the_energy_detector_needs_every_joint_and_says_so() -> None:
+    """Power is a sum over joints: with one unknown term it is unknown, where the direct residual is not."""
+    cfg = config(2)
+    made = prepare(two_link_log(), arm(cfg), cfg)
+    law = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
+    inputs = ResidualInputs({"joint1": law}, frozenset())
+    direct = detector_named("direct").residual(made, inputs, cfg.detect)
+    assert (direct.state[:, 0] == State.JUDGED).any()
+    energy = energy_residual(made, inputs, cfg.detect)
+    assert (energy.state >= State.NO_FRICTION).all()
+    assert np.isnan(energy.torque_nm).all()
+    assert energy.effort_nm is None
+    both = ResidualInputs({"joint1": law, "joint2": law}, frozenset())
+    assert (energy_residual(made, both, cfg.detect).state == State.JUDGED).any()
+    raw = replace(made, rigid_nm=None)
+    assert (energy_residual(raw, both, cfg.detect).state >= State.NO_MODEL).all()
+
+
+def test_what_a_residual_isolates() -> None:
+    """The whole arm's residual is judged once, at the lowest threshold, and named after the fastest joint."""
+    cfg = config(2)
+    made = prepare(two_link_log(), arm(cfg), cfg)
+    law = FrictionModel("coulomb-viscous", {"A": 0.0, "D": 0.0}, (0.001, 2.0), True)
+    inputs = ResidualInputs({"joint1": law, "joint2": law}, frozenset())
+    each, whole = (detector_named(name).residual(made, inputs, cfg.detect).isolation for name in ("direct", "energy"))
+    gamma = {"joint1": 5.0, "joint2": 3.0}
+    assert each.isolates
+    assert not whole.isolates
+    assert each.judged_columns([0, 1], gamma) == [0, 1]
+    assert whole.judged_columns([0, 1], gamma) == [1]
+    assert whole.judged_columns([0], gamma) == [0]
+    assert whole.judged_columns([], gamma) == []
+    v = np.abs(made.series.velocity_rad_s)
+    for sample in (100, 1000, 3000):
+        assert [each.joint_of(j, sample) for j in (0, 1)] == ["joint1", "joint2"]
+        fastest = made.series.joint_names[int(np.argmax(v[sample]))]
+        assert {whole.joint_of(j, sample) for j in (0, 1)} == {fastest}
+    assert {whole.joint_of(0, k) for k in range(4000)} == {"joint1", "joint2"}

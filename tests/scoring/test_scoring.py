@@ -13,16 +13,16 @@ from collaudit.core.contacts.controller_alarms import compare_controller_alarms
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.errors import LogError
-from collaudit.core.scoring.detection_score import Alarm, Evidence, TrueEvent, score
+from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, score
 from collaudit.core.scoring.truth_events import above_s, read_truth, true_events
 
 T = 0.01
 
 
-def evidence(ratio: np.ndarray, state: np.ndarray | None = None) -> Evidence:
+def judged(ratio: np.ndarray, state: np.ndarray | None = None) -> JudgedResidual:
     n = ratio.shape[0]
     codes = np.zeros(ratio.shape, dtype=np.int8) if state is None else state
-    return Evidence(T * np.arange(n), ratio, codes, ("a", "b"), 3)
+    return JudgedResidual(T * np.arange(n), ratio, codes, ("a", "b"), 3)
 
 
 def test_recall_precision_and_delay_by_hand() -> None:
@@ -32,7 +32,7 @@ def test_recall_precision_and_delay_by_hand() -> None:
     ratio[2500:2510, 1] = 1.5  # nobody there
     events = [TrueEvent(5.0, 5.2, {"a": 5.0}), TrueEvent(15.0, 15.2, {"b": 15.0}), TrueEvent(28.0, 28.1, {})]
     alarms = [Alarm("a", 5.0, 5.02), Alarm("b", 25.0, 25.02)]
-    both, a, b = score(events, alarms, evidence(ratio))
+    both, a, b = score(events, alarms, judged(ratio))
     assert (both.events, both.found, both.false_alarms) == (2, 1, 1)
     assert both.recall == 0.5
     assert both.precision == 0.5
@@ -51,11 +51,11 @@ def test_what_could_not_be_seen_is_neither_found_nor_missed() -> None:
     ratio = np.full((1000, 2), 0.1)
     state = np.zeros(ratio.shape, dtype=np.int8)
     state[480:600, 0] = State.FRICTION_INTERVAL
-    both = score([TrueEvent(5.0, 5.5, {"a": 5.0})], [], evidence(ratio, state))[0]
+    both = score([TrueEvent(5.0, 5.5, {"a": 5.0})], [], judged(ratio, state))[0]
     assert (both.events, both.found, both.not_observable) == (1, 0, 1)
     assert both.recall is None
     state[:] = State.JUDGED
-    both = score([TrueEvent(5.0, 5.5, {"a": 5.0})], [], evidence(ratio, state))[0]
+    both = score([TrueEvent(5.0, 5.5, {"a": 5.0})], [], judged(ratio, state))[0]
     assert both.recall == 0.0
 
 
@@ -98,12 +98,12 @@ def test_bad_labels_are_refused_with_the_place(tmp_path: Path, name: str, text: 
         true_events(read_truth(tmp_path / "absent.csv"), ("a",))
 
 
-def incident(onset: float, detected: float, end: float) -> Contact:
+def contact(onset: float, detected: float, end: float) -> Contact:
     return Contact(onset, detected, end, ("a",), "link1", "", None, "undecided", ())
 
 
 def test_controller_alarms_are_agreed_missed_or_spurious() -> None:
-    ours = [incident(1.0, 1.03, 1.4), incident(5.0, 5.03, 5.2)]
+    ours = [contact(1.0, 1.03, 1.4), contact(5.0, 5.03, 5.2)]
     found = compare_controller_alarms([3.0, 1.01, 1.2], ours)
     assert [f.relation for f in found] == ["agreed", "spurious", "missed"]
     assert found[0].lead_s == pytest.approx(-0.02)

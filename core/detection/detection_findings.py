@@ -1,20 +1,17 @@
-"""What stands behind an audit's events: delay, friction levels, detectors side by side, and findings on them."""
+"""Findings on a detection: slow filters, friction off its calibration, events cut off, torque hidden at rest."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.detection_result import LevelFacts
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.detector_run import (
-    DetectionInputs,
-    DetectorRun,
-)
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, friction_levels
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.residual.friction_level import LARGEST
+from collaudit.core.residual.residual import Residual
 
 #: A level this far from the calibration is worth saying.
 _NOTABLE_LEVEL = 0.05
@@ -23,21 +20,21 @@ _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
 
 
-def friction_levels(found: DetectorRun, followed: bool) -> dict[str, LevelFacts]:
-    """How far each joint's friction was off its calibration; whether it was followed is only passed on."""
-    out = {}
-    for joint, level in found.residual.levels.items():
-        d = 1.0 + level.deviation
-        out[joint] = LevelFacts(
-            float(d.min()), float(np.median(d)), float(d.max()), float(np.median(level.sd)), followed
-        )
-    return out
-
-
-def detection_findings(series: UniformSeries, found: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
+def detection_findings(series: UniformSeries, run: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
     """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged."""
-    findings = _slow(found, inputs.rule, series.period_s)
-    for joint, level in friction_levels(found, True).items():
+    findings = _slow_kernel(run, inputs.rule, series.period_s)
+    findings += _friction_levels(run.residual)
+    for j, joint in enumerate(series.joint_names):
+        if inputs.watch[joint].watched and joint in inputs.rule.gamma_nm:
+            findings += _cut_events(series, run, j, joint, inputs.rule.n)
+            findings += _hidden_at_rest(series, run, inputs, j, joint)
+    return findings
+
+
+def _friction_levels(residual: Residual) -> list[Finding]:
+    """Joints whose friction ran notably off its calibration."""
+    findings: list[Finding] = []
+    for joint, level in friction_levels(residual, followed=True).items():
         span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
         if span >= LARGEST - 1e-6:
             text = (
@@ -51,38 +48,34 @@ def detection_findings(series: UniformSeries, found: DetectorRun, inputs: Detect
                 f"(standard error {level.sd:.2g}); the residual follows it."
             )
             findings.append(Finding("friction-level", "info", text, joint=joint))
-    for j, joint in enumerate(series.joint_names):
-        if inputs.watch[joint].watched and joint in inputs.rule.gamma_nm:
-            findings += _cut_events(series, found, j, joint, inputs.rule.n)
-            findings += _hidden(series, found, inputs, j, joint)
     return findings
 
 
-def _slow(found: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:
+def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:
     """Whether the kernel is too wide for the persistence asked for."""
-    share = found.balance.kernel.share_of_push(rule.n, period_s)
+    share = run.residual.balance.kernel.share_of_push(rule.n, period_s)
     if share >= 1.0 / _SHORT_PUSH_FACTOR:
         return []
     text = (
-        f"The filter of the detector '{found.balance.engine.name}' lets {100 * share:.0f} % of a push of "
+        f"The filter of the detector '{run.detector.name}' lets {100 * share:.0f} % of a push of "
         f"{1e3 * rule.n * period_s:.3g} ms pass: one that short shows only above {1 / share:.2g} times the threshold. "
         "A higher [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or the detector 'direct', shows more."
     )
     return [Finding("detector-slow", "warning", text)]
 
 
-def _cut_events(series: UniformSeries, found: DetectorRun, j: int, joint: str, n: int) -> list[Finding]:
+def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: int) -> list[Finding]:
     """Exceedances that end in an unjudged stretch and would have been events had it gone on."""
-    state = found.detected.state[:, j]
+    state = run.detected.state[:, j]
     with np.errstate(invalid="ignore"):
-        above = np.abs(found.residual.torque_nm[:, j]) > found.threshold.of(j)
+        above = np.abs(run.residual.torque_nm[:, j]) > run.threshold.of(j)
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     above &= (state <= State.FRICTION_INTERVAL) | pinned
     blind = (state == State.SATURATED) | (state == State.NOT_A_NUMBER) | (state == State.GAP) | (state == State.EDGE)
     starts, stops = run_bounds(above | blind)
     length = np.concatenate(([0], np.cumsum(above)))
     out = []
-    fired = [c.onset_s for c in found.detected.collisions if c.joint == joint]
+    fired = [c.onset_s for c in run.detected.collisions if c.joint == joint]
     for a, b in zip(starts, stops, strict=True):
         count = int(length[b] - length[a])
         whole = count == b - a and not pinned[a:b].any()
@@ -99,9 +92,11 @@ def _cut_events(series: UniformSeries, found: DetectorRun, j: int, joint: str, n
     return out[:_LISTED_CUTS]
 
 
-def _hidden(series: UniformSeries, found: DetectorRun, inputs: DetectionInputs, j: int, joint: str) -> list[Finding]:
+def _hidden_at_rest(
+    series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, j: int, joint: str
+) -> list[Finding]:
     """How long and how much a joint at rest or presliding hid."""
-    seconds = float(np.count_nonzero(found.detected.state[:, j] == State.FRICTION_INTERVAL)) * series.period_s
+    seconds = float(np.count_nonzero(run.detected.state[:, j] == State.FRICTION_INTERVAL)) * series.period_s
     law = inputs.laws.get(joint)
     if law is None or seconds == 0.0:
         return []

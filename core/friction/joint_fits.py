@@ -139,7 +139,7 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
     return findings
 
 
-def friction_laws(
+def friction_models(
     fits: Mapping[str, FrictionFit], series: UniformSeries
 ) -> tuple[dict[str, FrictionModel], list[Finding]]:
     """Laws that can be used on this log: fitted, and in a torque unit."""

@@ -117,16 +117,25 @@ def _settled(v: FloatArray, margin: int) -> IntArray:
     return np.concatenate(out).astype(np.int64) if out else np.empty(0, dtype=np.int64)
 
 
-def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
-    ids, label = np.unique(stretch, return_inverse=True)
-    if ids.size < _MIN_STRETCHES:
-        return None
+def clustered_mean(values: FloatArray, cluster: IntArray) -> tuple[float, float]:
+    """Mean, and its standard error where errors within a cluster are alike (cluster-robust, G/(G - 1) clusters).
+
+    Args:
+        values: (n,) samples.
+        cluster: (n,) number of the cluster that a sample belongs to; two clusters at least.
+    """
+    ids, label = np.unique(cluster, return_inverse=True)
     count = np.bincount(label)
-    total = np.bincount(label, weights=friction)
-    mean = float(friction.mean())
-    # ratio estimator of a mean over clusters of unequal size
-    score = total - mean * count
-    se = float(np.sqrt(ids.size / (ids.size - 1) * np.sum(score**2))) / friction.size
+    total = np.bincount(label, weights=values)
+    mean = float(values.mean())
+    score = total - mean * count  # ratio estimator of a mean over clusters of unequal size
+    return mean, float(np.sqrt(ids.size / (ids.size - 1) * np.sum(score**2))) / values.size
+
+
+def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
+    if np.unique(stretch).size < _MIN_STRETCHES:
+        return None
+    mean, se = clustered_mean(friction, stretch)
     return FrictionPoint(
         speed_rad_s=float(speed.mean()),
         friction_nm=mean,

@@ -93,7 +93,7 @@ def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
 
 
 def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
-    """Variance that points resting on the model need about the curve of the pairs, an offset aside where they tell it.
+    """Variance that points resting on the model need about the curve of the pairs, an offset aside where they show one.
 
     They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
     """

@@ -19,12 +19,12 @@ _BLOCK_S = 2.0
 _MIN_BLOCKS = 12
 _MIN_RUN_S = 60.0
 _MIN_KELVIN = 2.0
-_MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads tells nothing
+_MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads shows nothing
 _MOST_CYCLES = 400  # a turn
 _MOST_SAMPLES = 60_000
 _KNOTS = 8
 _TOGETHER = 4  # neighbouring blocks err alike
-_SHARE_LEFT = 1e-4  # of the column's power, to be told from a law
+_SHARE_LEFT = 1e-4  # of the column's power, to be separated from a law
 _NOTEWORTHY = 0.1
 _ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
 

@@ -7,21 +7,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from synthetic import PERIOD, make_log, strokes
 
 from collaudit.cli.docs import config_schema
 from collaudit.core.audit import audit_log, fit_logs, prepare
 from collaudit.core.config.describe import find_key, value_text
+from collaudit.core.config.load import parse_config
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Audit, FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.errors import CollauditError
+from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, RateTerm, SeparableLaw
-from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
+from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, LawName, law_named
 from collaudit.core.robot import load_robot
 from collaudit.reports.decode import parse_result
 from collaudit.reports.files import friction_json
@@ -149,8 +150,14 @@ def test_an_added_law_is_published(added: FrictionLaw) -> None:
 
 
 def test_names_outside_the_table_are_refused() -> None:
+    for wrong in ("static-lugr", 3):
+        with pytest.raises(ConfigError) as caught:
+            parse_config(f"[friction]\nmodel = {wrong!r}\n", None)
+        for name in ("auto", *LAWS):
+            assert f'"{name}"' in (caught.value.expected or "")
+        assert caught.value.hint == ('did you mean "static-lugre"?' if wrong == "static-lugr" else None)
     with pytest.raises(ValidationError, match="static-lugre"):
-        Config.model_validate({"friction": {"model": STRIBECK_LORENTZ.name}})
+        TypeAdapter(LawName).validate_python("auto")  # a choice, and no law
     with pytest.raises(CollauditError, match="no friction law"):
         fit_friction(points(0.02), UNITS, "cubic")
     with pytest.raises(CollauditError, match="no friction law"):

@@ -11,6 +11,7 @@ ROOMS = (
     "errors",
     "findings",
     "numeric",
+    "friction_laws",
     "data",
     "config",
     "robot",

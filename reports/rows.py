@@ -9,14 +9,9 @@ from typing import TypeVar
 from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
+from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.reports.numbers import against, apart, duration, fixed, interval, percent, significant, time_decimals
-from collaudit.reports.words import (
-    parameter_meaning,
-    parameter_symbol,
-    parameter_unit,
-    reason_text,
-    torque_unit,
-)
+from collaudit.reports.words import parameter_meaning, parameter_unit, reason_text, torque_unit
 
 NONE = "–"
 E = TypeVar("E", Collision, NearMiss)

@@ -22,7 +22,7 @@ from collaudit.reports.plot_events import draw_event
 from collaudit.reports.plot_friction import draw_friction
 from collaudit.reports.plot_overview import draw_overview
 from collaudit.reports.selection import select
-from collaudit.reports.words import MODEL_NAME, counted, effort_unit, speed_unit, torque_unit, visible
+from collaudit.reports.words import counted, effort_unit, law_text, speed_unit, torque_unit, visible
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,7 +272,7 @@ def _friction(joint: str, fit: FrictionFit, anchor: str) -> FrictionView:
     return FrictionView(
         joint=joint,
         fit=fit,
-        model=MODEL_NAME.get(fit.model, fit.model) if fit.model else "not fitted",
+        model=law_text(fit.model) if fit.model else "not fitted",
         plot=plot,
         parameters=tuple(rows.parameter_rows(fit)),
         known=tuple((k.name, significant(k.value), interval(*k.ci95), k.unit) for k in fit.known),

@@ -7,6 +7,8 @@ import unicodedata
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import State
+from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction_laws.law_registry import law_named
 
 STATEMENT = (
     "collaudit reads logs after the fact. It is no safety function, claims no performance level (PL or SIL), "
@@ -21,44 +23,6 @@ VERDICT_SENTENCE: dict[Verdict, str] = {
     "not_judged": "The data do not allow a verdict. This is neither a pass nor a fail.",
 }
 
-MODEL_NAME = {
-    "damping-coulomb": "damping and Coulomb, none negative: f(v) = A + D·v",
-    "smooth-coulomb-viscous": "Coulomb and viscous, smooth at low speed: f(v) = A·tanh(C·v) + D·v",
-    "asymmetric-coulomb-viscous": "Coulomb and viscous by direction: f(v) = Ap + Dp·v forward, Am + Dm·v backward",
-    "stribeck-tustin": "Stribeck (Tustin): f(v) = Fc + (Fs − Fc)·exp(−v/vs) + sigma2·v",
-    "stribeck-gauss": "Stribeck (Gauss): f(v) = Fc + (Fs − Fc)·exp(−(v/vs)²) + sigma2·v",
-    "rbf": "data-driven: f(v) = A + D·v + Gaussian bumps over the logarithm of speed",
-    "static-lugre": "static LuGre: f(v) = A + B·exp(−C·v) + D·v",
-    "coulomb-viscous": "Coulomb and viscous: f(v) = A + D·v",
-}
-
-_PARAMETER_MEANING = {
-    ("damping-coulomb", "A"): "Coulomb friction",
-    ("damping-coulomb", "D"): "damping",
-    ("smooth-coulomb-viscous", "A"): "Coulomb friction",
-    ("smooth-coulomb-viscous", "C"): "how fast friction rises with speed",
-    ("smooth-coulomb-viscous", "D"): "viscous friction",
-    ("asymmetric-coulomb-viscous", "Ap"): "level forward",
-    ("asymmetric-coulomb-viscous", "Am"): "level backward",
-    ("asymmetric-coulomb-viscous", "Dp"): "slope forward",
-    ("asymmetric-coulomb-viscous", "Dm"): "slope backward",
-    **{
-        (f"stribeck-{kind}", symbol): meaning
-        for kind in ("tustin", "gauss")
-        for symbol, meaning in (
-            ("Fc", "Coulomb friction"),
-            ("Fs", "breakaway friction"),
-            ("vs", "Stribeck speed"),
-            ("sigma2", "viscous friction"),
-        )
-    },
-    ("static-lugre", "A"): "Coulomb friction",
-    ("static-lugre", "B"): "extra friction near standstill",
-    ("static-lugre", "C"): "how fast that extra fades with speed",
-    ("static-lugre", "D"): "viscous friction",
-    ("coulomb-viscous", "A"): "level of the line",
-    ("coulomb-viscous", "D"): "slope of the line",
-}
 _UNIT_WORDS = {"nm": "N·m", "n": "N", "raw": "raw", "s": "s", "rad": "rad", "m": "m"}
 _STATE_TEXT = {state.code: state.text for state in State}
 _HIDDEN = frozenset("\u200b\u200c\u200d\u2060\ufeff\u2028\u2029\ufffe\uffff")
@@ -94,11 +58,6 @@ def speed_unit(fit: FrictionFit) -> str:
     return "m/s" if prismatic else "rad/s"
 
 
-def parameter_symbol(name: str) -> str:
-    """``A_nm`` → ``A``."""
-    return name.partition("_")[0]
-
-
 def parameter_unit(name: str) -> str:
     """``D_nm_s_per_rad`` → ``N·m·s/rad``."""
     above, _, below = name.partition("_")[2].partition("_per_")
@@ -106,9 +65,16 @@ def parameter_unit(name: str) -> str:
     return f"{words}/{_UNIT_WORDS.get(below, below)}" if below else words
 
 
+def law_text(model: str) -> str:
+    """A friction law in words and as a formula."""
+    law = law_named(model)
+    return f"{law.title}: {law.formula}"
+
+
 def parameter_meaning(model: str | None, name: str) -> str:
     """What a friction parameter stands for in its model."""
-    return _PARAMETER_MEANING.get((model or "", parameter_symbol(name)), "")
+    parameters = law_named(model).parameters if model is not None else ()
+    return next((p.meaning for p in parameters if p.symbol == parameter_symbol(name)), "")
 
 
 def nothing_judged(result: AuditResult) -> bool:

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from collaudit.core.config.schema import Config
+from collaudit.core.friction_laws.law_registry import NameOfLaw
 
 _PLAIN = {str: "text", bool: "true or false", Path: "a file name", float: "a number", int: "a whole number"}
 _BOUNDS = (("gt", "above {:g}"), ("ge", "{:g} or more"), ("lt", "below {:g}"), ("le", "at most {:g}"))
@@ -128,6 +129,9 @@ def _key(path: tuple[str, ...], info: FieldInfo) -> Key:
 def _type_text(annotation: Any) -> str:
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
+        named = [item for item in inner[1:] if isinstance(item, NameOfLaw)]
+        if named:
+            return " or ".join(to_toml(choice) for choice in named[0].choices)
         return _bounded(_type_text(inner[0]), inner[1:])
     if origin is Literal:
         return " or ".join(to_toml(value) for value in inner)

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from collaudit.core.config.config_table import ConfigTable, NonNegative, Positive, Vec3, Vec6
 from collaudit.core.config.schema_detect import DetectConfig, DynamicConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
+from collaudit.core.friction_laws.law_registry import LawChoice
 
 __all__ = [
     "ConditioningConfig",
@@ -126,17 +127,7 @@ class SectionsConfig(ConfigTable):
 class FrictionConfig(ConfigTable):
     """Friction identification."""
 
-    model: Literal[
-        "auto",
-        "static-lugre",
-        "coulomb-viscous",
-        "damping-coulomb",
-        "smooth-coulomb-viscous",
-        "asymmetric-coulomb-viscous",
-        "stribeck-tustin",
-        "stribeck-gauss",
-        "rbf",
-    ] = Field(
+    model: LawChoice = Field(
         "auto",
         description="auto: the simplest law that predicts speeds left out of the fit within one standard error of "
         "the best, and whose parameters the data determine.",
@@ -154,13 +145,13 @@ class FitConfig(ConfigTable):
 
     estimate: list[Literal["friction", "gain", "inertials", "tool"]] = Field(
         ["friction"],
-        description="What is identified. All but friction come from any motion and are carried in friction.json; "
+        description="What is identified. All but friction come from arbitrary motion and are carried in friction.json; "
         "detect then uses them.",
     )
     motion: Literal["sections", "auto", "any"] = Field(
         "auto",
-        description="Where friction is read off: constant-velocity sections; any motion; or auto: sections, and any "
-        "motion for joints that have too few.",
+        description="What friction is estimated from: sections of constant velocity; any, that is arbitrary motion; or "
+        "auto: sections, and arbitrary motion for joints that have too few.",
     )
     cad_sd: Positive = Field(
         0.2,
@@ -168,7 +159,7 @@ class FitConfig(ConfigTable):
         "body's mass, mass times size, and mass times size squared.",
     )
     max_samples: Annotated[int, Field(ge=500)] = Field(
-        20_000, description="Most samples used of any motion; the loss is stated in friction.json."
+        20_000, description="Most samples used of arbitrary motion; the loss is stated in friction.json."
     )
     blocks: Annotated[int, Field(ge=2, le=20)] = Field(5, description="Blocks of time held out in turn.")
 

@@ -5,16 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-FrictionModelName = Literal[
-    "static-lugre",
-    "coulomb-viscous",
-    "damping-coulomb",
-    "smooth-coulomb-viscous",
-    "asymmetric-coulomb-viscous",
-    "stribeck-tustin",
-    "stribeck-gauss",
-    "rbf",
-]
+from collaudit.core.friction_laws.law_registry import LawName
+
 OpenSide = Literal["low", "high", "both"]
 Bounds = tuple[float | None, float | None]
 
@@ -145,7 +137,7 @@ class FrictionFit:
         rmse_share: ``rmse_nm`` as a share of the joint's rated torque, when the robot model states one.
     """
 
-    model: FrictionModelName | None
+    model: LawName | None
     parameters: dict[str, float]
     ci95: dict[str, Bounds | None]
     covariance: tuple[tuple[float, ...], ...] | None

@@ -101,7 +101,7 @@ class IdentifiedTool:
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """Everything identified from any motion.
+    """Everything identified from arbitrary motion.
 
     Attributes:
         estimate: what was asked for.

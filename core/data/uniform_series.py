@@ -8,6 +8,9 @@ from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 
+#: A joint faster than this moves, rad/s (m/s if prismatic): slower, noise of the velocity turns its sign.
+MOVING_RAD_S = 0.02
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UniformSeries:

@@ -1,5 +1,5 @@
-"""Joint friction: sections, points, laws, fits and their honesty.
+"""Joint friction: sections, points, fits, what the data determine, and friction variation.
 
-In: Prepared logs. Out: a FrictionFit a joint, and laws as functions of velocity.
-Elsewhere: what friction can be while a joint rests (residual).
+In: Prepared logs. Out: a FrictionFit a joint, and friction models as functions of velocity.
+Elsewhere: the laws themselves (friction_laws); what friction can be while a joint rests (residual).
 """

@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_laws
+from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.prepare.prepared import Prepared
 
@@ -44,7 +44,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
         findings = _mismatch(friction, prepared)
-    laws, missing = friction_laws(fits, series)
+    laws, missing = friction_models(fits, series)
     if friction is not None:
         laws, more = laws_at_temperature(laws, friction.trends, series)
         missing += more

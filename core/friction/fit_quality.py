@@ -8,7 +8,8 @@ import numpy as np
 
 from collaudit.core.data.friction_result import Bounds, FrictionPoint
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.friction_laws import LAWS, Law
+from collaudit.core.friction_laws.friction_law import SeparableLaw
+from collaudit.core.friction_laws.law_registry import LAWS, LINE
 from collaudit.core.numeric.arrays import FloatArray
 
 _LEVEL = 0.975
@@ -85,21 +86,21 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
     return replace(data, sd=np.sqrt(points.sd**2 + variance) / spread)
 
 
-def _common_variance(data: ls.Points) -> tuple[float, Law]:
+def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
     """The variance that the points need about the law that needs least, and that law."""
-    laws = _flexible(data) or [LAWS["coulomb-viscous"]]
+    laws = _flexible(data) or [LINE]
     return min(((_variance_needed(data, law), law) for law in laws), key=lambda found: found[0])
 
 
-def _variance_beside(pairs: ls.Points, rest: ls.Points, law: Law) -> float:
-    """Variance that points resting on the model need about the curve of the pairs, an offset aside where they tell it.
+def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
+    """Variance that points resting on the model need about the curve of the pairs, an offset aside where they show one.
 
     They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
     """
     from scipy.optimize import brentq
 
-    c = ls.quick_rate(pairs, law) if law.has_rate else 0.0
-    k = len(law.symbols) - law.has_rate
+    c = ls.quick_rate(pairs, law) if law.rate is not None else 0.0
+    k = len(law.symbols) - (law.rate is not None)
     columns = np.stack(law.shape(rest.speed, rest.direction, c), axis=-1)
     left = rest.friction - columns @ ls.fit_at(pairs, law, c).estimate[:k]
     freedom = rest.n - (rest.offset is not None)
@@ -113,24 +114,31 @@ def _variance_beside(pairs: ls.Points, rest: ls.Points, law: Law) -> float:
     return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, top, xtol=1e-12 * top))
 
 
-def _flexible(data: ls.Points) -> list[Law]:
-    """The laws that the points could carry, as yardsticks of their scatter: the one that fits best counts."""
+def _flexible(data: ls.Points) -> list[SeparableLaw]:
+    """The laws that the points could carry, as yardsticks of their scatter: the one that fits best counts.
+
+    All that can bend more than the line, the freest first (of equal ones the first listed counts); laws of each
+    direction last, and only where enough points have one.
+    """
     two_sided = bool(np.all(data.direction != 0)) and min(np.sum(data.direction > 0), np.sum(data.direction < 0)) >= 3
-    laws = [LAWS["static-lugre"], LAWS["stribeck-gauss"], LAWS["smooth-coulomb-viscous"]]
-    if two_sided:
-        laws.append(LAWS["asymmetric-coulomb-viscous"])
-    return [law for law in laws if data.n > _free(data, law)]
+    freer = [
+        law
+        for law in LAWS.values()
+        if isinstance(law, SeparableLaw) and law.same_curve_as is None and len(law.symbols) > len(LINE.symbols)
+    ]
+    ordered = sorted(freer, key=lambda law: (law.directional, -len(law.symbols)))
+    return [law for law in ordered if data.n > _free(data, law) and (two_sided or not law.directional)]
 
 
-def _free(data: ls.Points, law: Law) -> int:
+def _free(data: ls.Points, law: SeparableLaw) -> int:
     return len(law.symbols) + (data.offset is not None and not law.directional)
 
 
-def _variance_needed(data: ls.Points, law: Law) -> float:
+def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:
     """Common variance that brings a law's chi-square down to its degrees of freedom; 0 where it is there already."""
     from scipy.optimize import brentq
 
-    c = ls.best_rate(data, law) if law.has_rate else 0.0
+    c = ls.best_rate(data, law) if law.rate is not None else 0.0
     freedom = max(1, data.n - _free(data, law))
 
     def excess(variance: float) -> float:
@@ -161,13 +169,13 @@ def robust_weights(data: ls.Points, method: str) -> FloatArray:
     return min(found, key=lambda pair: pair[1])[0]
 
 
-def _reweighted(data: ls.Points, law: Law, method: str) -> tuple[FloatArray, float]:
+def _reweighted(data: ls.Points, law: SeparableLaw, method: str) -> tuple[FloatArray, float]:
     """Weights (n,) about one law, and the robust standard deviation they rest on."""
     weight, scale = np.ones(data.n), np.inf
     equal = replace(data, sd=np.full(data.n, float(np.median(data.sd))))
     for _ in range(20):
         now = replace(equal, sd=equal.sd / np.sqrt(np.maximum(weight, 1e-6)))
-        c = ls.quick_rate(now, law) if law.has_rate else 0.0
+        c = ls.quick_rate(now, law) if law.rate is not None else 0.0
         fit = ls.fit_at(now, law, c)
         rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
         scale = max(1.4826 * float(np.median(rest)), 1e-12)

@@ -1,4 +1,4 @@
-"""What moves in friction: with running time, temperature, load on the gear, and over position."""
+"""Friction variation: with running time, temperature and load on the gear, and over position."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _BLOCK_S = 2.0
 _MIN_BLOCKS = 12
 _MIN_RUN_S = 60.0
 _MIN_KELVIN = 2.0
-_MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads tells nothing
+_MIN_LOAD = 0.5  # of friction's mean: a smaller span of loads shows nothing
 _MOST_CYCLES = 400  # a turn
 _MOST_SAMPLES = 60_000
 _KNOTS = 8
 _TOGETHER = 4  # neighbouring blocks err alike
-_SHARE_LEFT = 1e-4  # of the column's power, to be told from a law
+_SHARE_LEFT = 1e-4  # of the column's power, to be separated from a law
 _NOTEWORTHY = 0.1
 _ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
 
@@ -78,7 +78,7 @@ def _jackknifed(
 ) -> tuple[float, Bounds] | None:
     """Coefficient of one column beside others, its interval from leaving stretches of time out in turn.
 
-    A stretch that alone tells some of the others from the column weighs as it should: without it the coefficient
+    A stretch that alone separates some of the others from the column weighs as it should: without it the coefficient
     moves (MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38, 2023: the cluster jackknife).
 
     Args:
@@ -101,8 +101,8 @@ def _jackknifed(
     without = np.array(
         [(_inverse(squares.sum(axis=0) - s) @ (total - p))[0] for s, p in zip(squares, products, strict=True)]
     )
-    told = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
-    freedom = max(1.0, float(told.sum() ** 2 / (told @ told)) - 1.0)
+    share = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
+    freedom = max(1.0, float(share.sum() ** 2 / (share @ share)) - 1.0)
     from scipy.stats import t
 
     scatter = (len(parts) - 1) / len(parts) * float(np.sum((without - without.mean()) ** 2))
@@ -178,16 +178,16 @@ def friction_variation(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> d
             continue
         left = settled_residual(prepared, joint, law)
         if left is not None:
-            out[joint] = _of(prepared, joint, left)
+            out[joint] = _joint_variation(prepared, joint, left)
     return out
 
 
-def _of(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:
+def _joint_variation(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:
     name, data = prepared.series.source.name, (left.time_s, left.residual, left.friction)
     thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
     beside = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
     compared = (left.time_s[thin], left.residual[thin], left.friction[thin], beside)
-    trends, untold = [], []
+    trends, undetermined = [], []
     minutes = float(np.ptp(left.time_s)) / 60.0
     found = friction_slope(*compared, left.time_s[thin] / 60.0) if 60.0 * minutes >= _MIN_RUN_S else None
     if found is not None:
@@ -195,7 +195,7 @@ def _of(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:
     else:
         short = 60.0 * minutes < _MIN_RUN_S
         why = f"{60 * minutes:.0f} s of motion are too short" if short else _ALONG
-        untold.append(f"change with running time: {why}")
+        undetermined.append(f"change with running time: {why}")
     if left.temperature is not None:
         span = float(np.ptp(left.temperature))
         found = friction_slope(*compared, left.temperature[thin]) if span >= _MIN_KELVIN else None
@@ -205,26 +205,27 @@ def _of(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:
             trends.append(Trend("temperature", found.per_unit, found.ci95, span, name, fit))
         else:
             why = f"it moved by {span:.2g} K only" if span < _MIN_KELVIN else _ALONG
-            untold.append(f"change with temperature: {why}")
+            undetermined.append(f"change with temperature: {why}")
     span = float(np.ptp(np.quantile(left.load, [0.05, 0.95])))
     enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
     loaded = load_slope(*data, left.load) if enough else None
     if loaded is not None:
         trends.append(Trend("load", *loaded, span, name))
     else:
-        untold.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
+        undetermined.append(f"change with load: gravity and inertia load the joint too evenly (over {span:.2g} N·m)")
     wave = ripple(left.position, left.residual, name)
-    return FrictionVariation(tuple(trends), () if wave is None else (wave,), tuple(untold))
+    return FrictionVariation(tuple(trends), () if wave is None else (wave,), tuple(undetermined))
 
 
 def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionVariation]:
-    """Trends of several logs, joint by joint."""
+    """Friction variation of several logs, joint by joint."""
     out: dict[str, FrictionVariation] = {}
     for part in parts:
         for joint, found in part.items():
             before = out.get(joint, FrictionVariation((), (), ()))
-            untold = tuple(dict.fromkeys((*before.untold, *found.untold)))
-            out[joint] = FrictionVariation((*before.trends, *found.trends), (*before.ripple, *found.ripple), untold)
+            undetermined = tuple(dict.fromkeys((*before.untold, *found.untold)))
+            trends, ripples = (*before.trends, *found.trends), (*before.ripple, *found.ripple)
+            out[joint] = FrictionVariation(trends, ripples, undetermined)
     return out
 
 
@@ -234,7 +235,7 @@ _CODES = {"time": "friction-warm-up", "temperature": "friction-temperature", "lo
 def friction_variation_findings(
     joints: Mapping[str, FrictionVariation], fits: Mapping[str, FrictionFit]
 ) -> list[Finding]:
-    """Trends that are shown and ripple worth a word."""
+    """Findings on trends whose interval excludes zero, and on ripple that explains much of the residual."""
     findings = []
     for joint, found in joints.items():
         for trend in found.trends:

@@ -21,9 +21,13 @@ def identifiability(
     Args:
         data: the points.
         fitted: the law that was taken.
-        richer: the static LuGre law where that one could not be determined, for the motion that would settle it.
+        richer: the reference law where that one could not be determined, for the motion that would settle it.
         units: names of the parameters.
     """
+
+    def key(symbol: str) -> str:
+        return units.key(fitted.law, symbol)
+
     values = _singular_values(fitted.jacobian)
     smallest = values[-1] if values else 0.0
     correlations = {}
@@ -34,7 +38,7 @@ def identifiability(
             for second in symbols[i + 1 :]:
                 a, b = every.index(first), every.index(second)
                 size = np.sqrt(fitted.covariance[a, a] * fitted.covariance[b, b])
-                correlations[f"{units.key(first)} ~ {units.key(second)}"] = float(
+                correlations[f"{key(first)} ~ {key(second)}"] = float(
                     np.clip(fitted.covariance[a, b] / size, -1.0, 1.0)
                 )
     asked = richer if richer is not None else fitted
@@ -42,8 +46,8 @@ def identifiability(
         singular_values=values,
         condition=float(values[0] / smallest) if smallest > _ROUNDING else None,
         correlations=correlations,
-        at_bounds=tuple(units.key(s) for s in fitted.at_bounds),
-        open_sides={units.key(s): side for s, b in fitted.ci95.items() if (side := _open(b)) is not None},
+        at_bounds=tuple(key(s) for s in fitted.at_bounds),
+        open_sides={key(s): side for s, b in fitted.ci95.items() if (side := _open(b)) is not None},
         motion_needed=_motion(data, asked, units) if asked.reasons else (),
     )
 

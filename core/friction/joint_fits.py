@@ -1,4 +1,4 @@
-"""Friction of every judged joint from one or several logs, and what has to be said about it."""
+"""Friction of every judged joint from one or several logs, and the findings about it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 
-#: A friction file may hold a joint without a law and without a word on it.
+#: A friction file may hold a joint without a law and without a reason.
 _UNSTATED = "the friction file has no law for it and does not say why"
 
 
@@ -42,13 +42,7 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
             counts[joint] += len(found.of(joint))
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
             points.setdefault(joint, []).extend(_section_points(log, found, joint, config))
-    return {joint: _fit_joint(joint, its, prepared, config, counts, rejected) for joint, its in points.items()}
-
-
-def joint_points(log: Prepared, config: Config) -> dict[str, tuple[FrictionPoint, ...]]:
-    """Friction points of every judged joint of one log, from its constant-velocity sections."""
-    found = find_sections(log.series, config.sections)
-    return {joint: _section_points(log, found, joint, config) for joint in log.judged}
+    return {joint: _fit_joint(joint, found, prepared, config, counts, rejected) for joint, found in points.items()}
 
 
 def _section_points(log: Prepared, found: SectionSet, joint: str, config: Config) -> tuple[FrictionPoint, ...]:
@@ -63,7 +57,7 @@ def _fit_joint(
     counts: Mapping[str, int],
     rejected: Mapping[str, Counter[str]],
 ) -> FrictionFit:
-    """Fit one joint from its sections; from any motion where that is asked for, or the sections are too few."""
+    """Fit one joint from its sections; from arbitrary motion where that is asked for, or the sections are too few."""
     robot = next(p.robot for p in prepared if joint in p.judged)
     column = robot.joint_names.index(joint)
     units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
@@ -129,8 +123,8 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
         rest = fit.n_points - fit.n_pairs
         if fit.motion == "any":
             text = (
-                f"The friction of joint '{joint}' was read off any motion, {fit.section_count} constant-velocity "
-                "sections being too few or not asked for: errors of the model's torque go into it."
+                f"The friction of joint '{joint}' was estimated from arbitrary motion, {fit.section_count} "
+                "constant-velocity sections being too few or not asked for: errors of the model's torque go into it."
             )
             findings.append(Finding("friction-any-motion", "info", text, joint=joint))
         elif rest:
@@ -145,7 +139,7 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
     return findings
 
 
-def friction_laws(
+def friction_models(
     fits: Mapping[str, FrictionFit], series: UniformSeries
 ) -> tuple[dict[str, FrictionModel], list[Finding]]:
     """Laws that can be used on this log: fitted, and in a torque unit."""

@@ -9,8 +9,9 @@ import numpy as np
 from collaudit.core.data.friction_result import Bounds
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import Quality
-from collaudit.core.friction.friction_laws import LAWS, Law
 from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, SeparableLaw
+from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
 
 _SIGNIFICANT = 0.01
@@ -21,7 +22,7 @@ class Candidate:
     """A fitted law.
 
     Attributes:
-        model: name of the law.
+        law: the law.
         values: parameters by symbol.
         ci95: intervals by symbol; None where there is none at all.
         covariance: (p, p) in the order of ``values``, or None.
@@ -32,9 +33,10 @@ class Candidate:
         reasons: why the parameters are not determined; empty when they are.
         jacobian: (n, p) weighted derivatives by the natural coefficients, or None.
         at_bounds: symbols at the edge of what was searched or allowed.
+        ridge: on the weights of a ridge law.
     """
 
-    model: str
+    law: FrictionLaw
     values: dict[str, float]
     ci95: dict[str, Bounds | None]
     covariance: FloatArray | None
@@ -45,9 +47,15 @@ class Candidate:
     reasons: tuple[str, ...]
     jacobian: FloatArray | None
     at_bounds: tuple[str, ...] = ()
+    ridge: float | None = None
+
+    @property
+    def model(self) -> str:
+        """Name of the law."""
+        return self.law.name
 
 
-def fit_linear_law(data: ls.Points, law: Law) -> Candidate:
+def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     """A law without a rate: ordinary weighted least squares."""
     design, target = data.design(law), data.target
     fit = ls.solve(design, target)
@@ -63,7 +71,7 @@ def fit_linear_law(data: ls.Points, law: Law) -> Candidate:
     for symbol in held:
         ci[symbol] = (0.0, (ci[symbol] or (0.0, 0.0))[1])
     return Candidate(
-        model=law.name,
+        law=law,
         values=values,
         ci95=ci,
         covariance=quality.scale * fit.covariance[:k, :k],
@@ -77,7 +85,7 @@ def fit_linear_law(data: ls.Points, law: Law) -> Candidate:
     )
 
 
-def _non_negative(design: FloatArray, target: FloatArray, law: Law) -> tuple[ls.LinearFit, tuple[str, ...]]:
+def _non_negative(design: FloatArray, target: FloatArray, law: SeparableLaw) -> tuple[ls.LinearFit, tuple[str, ...]]:
     """Coefficients held at zero or above; the offset stays free."""
     from scipy.optimize import lsq_linear
 
@@ -90,14 +98,14 @@ def _non_negative(design: FloatArray, target: FloatArray, law: Law) -> tuple[ls.
     return ls.LinearFit(estimate, ls.solve(design).covariance, float(rest @ rest)), held
 
 
-def fit_rate_law(data: ls.Points, law: Law, simple: ls.LinearFit, units: FrictionUnits) -> Candidate:
-    """A law with a rate C: profile over C, everything uncertain read off the profile."""
+def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: FrictionUnits) -> Candidate:
+    """A law with a rate C: profile over C, every interval taken from the profile."""
     prof = ls.profile(data, law)
     k = len(law.symbols) - 1
     freedom = data.n - prof.estimate.shape[1] - 1
     quality = Quality.of(float(prof.sum_squares[prof.best]), freedom)
     c_interval = ls.interval_of_c(prof, quality.allowance)
-    reasons = _why_not(data, prof, simple, quality, c_interval, law, units)
+    reasons = _why_not(data, prof, quality, c_interval, term, units)
     linear, c = prof.estimate[prof.best], float(prof.c[prof.best])
     values = law.named(linear[:k], c)
     jac = ls.jacobian(data, law, linear, c)
@@ -114,7 +122,7 @@ def fit_rate_law(data: ls.Points, law: Law, simple: ls.LinearFit, units: Frictio
     low, high = ls.search_range(data)
     edge = tuple(s for s in law.symbols if by_rate[s] and not low * 1.01 < c < high * 0.99)
     return Candidate(
-        model=law.name,
+        law=law,
         values=values,
         ci95=ci,
         covariance=None if reasons else _covariance(jac, quality, weights, by_rate, law, k),
@@ -128,7 +136,7 @@ def fit_rate_law(data: ls.Points, law: Law, simple: ls.LinearFit, units: Frictio
     )
 
 
-def _translation(law: Law, k: int, c: float) -> tuple[dict[str, FloatArray], dict[str, float]]:
+def _translation(law: SeparableLaw, k: int, c: float) -> tuple[dict[str, FloatArray], dict[str, float]]:
     """Derivatives of each named parameter by the linear coefficients (k,) and by C."""
     zero = np.zeros(k)
     base = law.named(zero, c)
@@ -145,7 +153,12 @@ def _reciprocal(interval: Bounds) -> Bounds:
 
 
 def _covariance(
-    jac: FloatArray, quality: Quality, weights: dict[str, FloatArray], by_rate: dict[str, float], law: Law, k: int
+    jac: FloatArray,
+    quality: Quality,
+    weights: dict[str, FloatArray],
+    by_rate: dict[str, float],
+    law: SeparableLaw,
+    k: int,
 ) -> FloatArray:
     pick = [*range(k), jac.shape[1] - 1]
     natural = ls.solve(jac).covariance[np.ix_(pick, pick)]
@@ -154,39 +167,29 @@ def _covariance(
 
 
 def _why_not(
-    data: ls.Points,
-    prof: ls.Profile,
-    simple: ls.LinearFit,
-    quality: Quality,
-    c_interval: Bounds,
-    law: Law,
-    units: FrictionUnits,
+    data: ls.Points, prof: ls.Profile, quality: Quality, c_interval: Bounds, term: RateTerm, units: FrictionUnits
 ) -> tuple[str, ...]:
-    """Sentences on why the rate cannot be told from Coulomb + viscous; empty when it can."""
+    """Sentences on why the rate is not determined beside Coulomb + viscous friction; empty when it is."""
     from scipy.stats import f
 
     slowest, fastest = float(data.speed.min()), float(data.speed.max())
     span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
-    more = prof.estimate.shape[1] + 1 - simple.estimate.size
-    gain = (simple.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
+    line = ls.fit_at(data, LINE, 0.0)
+    more = prof.estimate.shape[1] + 1 - line.estimate.size
+    gain = (line.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
     p_value = float(f.sf(gain, more, data.n - prof.estimate.shape[1] - 1))
     low, high = c_interval
-    term, unknown = law.rate_text, " and ".join(s for s in law.symbols if s not in ("A", "D", "Fc", "sigma2"))
-    verb = "are" if " and " in unknown else "is"
-    rate = "C" if "C" in term else "1/v_s"
-    straight = f"{rate} may be so small that {term} is a straight line {span}; faster motion would settle it"
-    end = "level" if law.name.startswith("smooth") else "gone"
-    gone = f"{rate} may be so large that {term} is {end} at {slowest:.3g} {units.speed}; slower motion would settle it"
-    open_sides = [text for text, side in ((straight, low), (gone, high)) if side is None]
+    verb = "are" if len(term.unknown) > 1 else "is"
+    open_rate = f"{' and '.join(term.unknown)} {verb} not determined"
+    straight = f"{term.rate} may be so small that {term.text} is a straight line {span}; faster motion would settle it"
+    large = (
+        f"{term.rate} may be so large that {term.text} is {term.large} at {slowest:.3g} {units.speed}; "
+        "slower motion would settle it"
+    )
+    open_sides = [text for text, side in ((straight, low), (large, high)) if side is None]
     if p_value > _SIGNIFICANT:
         reason = (
-            f"Coulomb + viscous friction explains the points {span} as well (F test p = {p_value:.2g}): "
-            f"{unknown} {verb} not determined"
+            f"Coulomb + viscous friction explains the points {span} as well (F test p = {p_value:.2g}): {open_rate}"
         )
         return ("; ".join([reason, *open_sides]) + ".",)
-    return tuple(f"{text}. {unknown} {verb} not determined." for text in open_sides)
-
-
-def line_fit(data: ls.Points) -> ls.LinearFit:
-    """Coulomb + viscous, the yardstick of every richer law."""
-    return ls.fit_at(data, LAWS["coulomb-viscous"], 0.0)
+    return tuple(f"{text}. {open_rate}." for text in open_sides)

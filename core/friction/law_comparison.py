@@ -8,9 +8,10 @@ import numpy as np
 
 from collaudit.core.data.friction_result import ModelComparison
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.friction_laws import LAWS, RBF, law_curve
 from collaudit.core.friction.law_candidates import Candidate
-from collaudit.core.friction.rbf_law import fit_rbf
+from collaudit.core.friction.ridge_fit import fit_ridge_law
+from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
+from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _FOLDS = 10
@@ -42,12 +43,12 @@ def speed_folds(speed: FloatArray) -> IntArray | None:
     return np.asarray(cluster % min(_FOLDS, count + 1), dtype=np.int64)
 
 
-def held_out(data: ls.Points, model: str, folds: IntArray, ridge: float | None = None) -> HeldOut | None:
+def held_out(data: ls.Points, law: FrictionLaw, folds: IntArray, ridge: float | None = None) -> HeldOut | None:
     """Fit without each fold of speeds in turn and predict it; None where what is left cannot carry the law."""
     errors = np.full(data.n, np.nan)
     for fold in range(int(folds.max()) + 1):
         rest, out = (np.asarray(np.flatnonzero(x), dtype=np.int64) for x in (folds != fold, folds == fold))
-        predicted = _predict(data.take(rest), data.take(out), model, ridge)
+        predicted = _predict(data.take(rest), data.take(out), law, ridge)
         if predicted is None:
             return None
         errors[out] = data.friction[out] - predicted
@@ -57,21 +58,30 @@ def held_out(data: ls.Points, model: str, folds: IntArray, ridge: float | None =
     return HeldOut(float(square.mean()), se, float(np.sqrt(np.mean(errors**2))))
 
 
-def _predict(train: ls.Points, test: ls.Points, model: str, ridge: float | None) -> FloatArray | None:
-    if model == RBF:
-        if train.n < 6:
-            return None
-        fitted, _ = fit_rbf(train, ridge)
-        curve = law_curve(RBF, fitted.values, test.speed, test.direction)
-        if train.offset is None or test.offset is None:
-            return curve
-        rest = train.friction - fitted.predicted
-        offset = float(np.sum(rest * train.offset / train.sd**2) / np.sum(train.offset**2 / train.sd**2))
-        return np.asarray(curve + offset * test.offset)
-    law = LAWS[model]
+def _predict(train: ls.Points, test: ls.Points, law: FrictionLaw, ridge: float | None) -> FloatArray | None:
+    """Friction at the test points by a fit to the others, their offset included; None where they cannot carry it."""
+    if isinstance(law, RidgeLaw):
+        return _predict_ridge(train, test, law, ridge)
+    assert isinstance(law, SeparableLaw)
+    return _predict_separable(train, test, law)
+
+
+def _predict_ridge(train: ls.Points, test: ls.Points, law: RidgeLaw, ridge: float | None) -> FloatArray | None:
+    if train.n < law.least_held_out:
+        return None
+    fitted = fit_ridge_law(train, law, ridge)
+    curve = law.curve(fitted.values, test.speed, test.direction)
+    if train.offset is None or test.offset is None:
+        return curve
+    rest = train.friction - fitted.predicted
+    offset = float(np.sum(rest * train.offset / train.sd**2) / np.sum(train.offset**2 / train.sd**2))
+    return np.asarray(curve + offset * test.offset)
+
+
+def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> FloatArray | None:
     if train.n < len(law.symbols) + (train.offset is not None) + 1:
         return None
-    c = ls.quick_rate(train, law) if law.has_rate else 0.0
+    c = ls.quick_rate(train, law) if law.rate is not None else 0.0
     design = train.design(law, c)
     if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
         return None
@@ -83,7 +93,7 @@ def _predict(train: ls.Points, test: ls.Points, model: str, ridge: float | None)
 
 def aicc(data: ls.Points, candidate: Candidate) -> float | None:
     """n·ln(SS/n) + 2k + 2k(k+1)/(n-k-1), the offset and the error scale counted (Hurvich and Tsai 1989)."""
-    k = candidate.parameters + (data.offset is not None and candidate.model != "asymmetric-coulomb-viscous") + 1
+    k = candidate.parameters + (data.offset is not None and not candidate.law.directional) + 1
     spare = data.n - k - 1
     if spare <= 0:
         return None
@@ -91,12 +101,12 @@ def aicc(data: ls.Points, candidate: Candidate) -> float | None:
     return float(data.n * np.log(chi / data.n) + 2 * k + 2 * k * (k + 1) / spare)
 
 
-def compare(data: ls.Points, candidates: list[Candidate], ridge: float | None) -> list[ModelComparison]:
+def compare(data: ls.Points, candidates: list[Candidate]) -> list[ModelComparison]:
     """The table, in the order of ``candidates``; nothing chosen yet."""
     folds = speed_folds(data.speed)
     rows = []
     for candidate in candidates:
-        out = None if folds is None else held_out(data, candidate.model, folds, ridge)
+        out = None if folds is None else held_out(data, candidate.law, folds, candidate.ridge)
         note = "" if out is not None else "too few speeds to leave any out"
         if candidate.reasons:
             note = "its parameters are not determined by the data"
@@ -150,11 +160,11 @@ def choose(rows: list[ModelComparison], usable: list[bool]) -> tuple[int | None,
 
 
 def _size(row: ModelComparison) -> tuple[bool, int]:
-    return row.model == RBF, round(row.parameters or 0.0)
+    return law_named(row.model).data_driven, round(row.parameters or 0.0)
 
 
 def _within(row: ModelComparison, best: ModelComparison) -> bool:
     """Whether a law's score is within one standard error of the best (two where the best is data-driven)."""
     se = max(row.held_out_score_se or 0.0, best.held_out_score_se or 0.0)
-    reach = 2.0 if best.model == RBF else 1.0
+    reach = 2.0 if law_named(best.model).data_driven else 1.0
     return (row.held_out_score or 0.0) <= (best.held_out_score or 0.0) + reach * se

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.friction.friction_laws import LAWS, Law
+from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _COARSE = 161
@@ -50,13 +50,13 @@ class Points:
         parts = [*shape] if self.offset is None else [*shape, self.offset]
         return self._weighted(np.stack(parts, axis=-1))
 
-    def raw(self, law: Law, c: float = 0.0) -> FloatArray:
+    def raw(self, law: SeparableLaw, c: float = 0.0) -> FloatArray:
         """(n, k) columns of a law at a rate, not weighted; directional laws carry the offset themselves."""
         shape = law.shape(self.speed, self.direction, c)
         parts = [*shape] if self.offset is None or law.directional else [*shape, self.offset]
         return np.asarray(np.stack(parts, axis=-1))
 
-    def design(self, law: Law, c: float = 0.0) -> FloatArray:
+    def design(self, law: SeparableLaw, c: float = 0.0) -> FloatArray:
         """(n, k) weighted design matrix of a law at a rate."""
         return self._weighted(self.raw(law, c))
 
@@ -123,12 +123,7 @@ def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
     return LinearFit(estimate, covariance, float(rest @ rest))
 
 
-def fit_coulomb_viscous(points: Points) -> LinearFit:
-    """A + D·v (and the offset)."""
-    return solve(points.design(LAWS["coulomb-viscous"]), points.target)
-
-
-def fit_at(points: Points, law: Law, c: float) -> LinearFit:
+def fit_at(points: Points, law: SeparableLaw, c: float) -> LinearFit:
     """The linear coefficients of a law (and the offset) at a fixed C."""
     return solve(points.design(law, c), points.target)
 
@@ -138,11 +133,11 @@ def search_range(points: Points) -> tuple[float, float]:
     return 0.03 / float(points.speed.max()), 12.0 / float(points.speed.min())
 
 
-def profile(points: Points, law: Law) -> Profile:
+def profile(points: Points, law: SeparableLaw) -> Profile:
     """Fit the linear coefficients along a logarithmic grid of C, dense around the best.
 
     A well determined C has an interval far narrower than one step of the coarse grid, and every interval
-    is read off this profile: the dense part spans about four standard errors to either side.
+    is taken from this profile: the dense part spans about four standard errors to either side.
     """
     low, high = search_range(points)
     best = best_rate(points, law)
@@ -152,7 +147,7 @@ def profile(points: Points, law: Law) -> Profile:
     return Profile(grid, sums, estimate, covariance, int(np.argmin(sums)))
 
 
-def best_rate(points: Points, law: Law) -> float:
+def best_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares, by a grid and a bounded search about its minimum."""
     from scipy.optimize import minimize_scalar
 
@@ -167,7 +162,7 @@ def best_rate(points: Points, law: Law) -> float:
     return float(np.exp(found.x))
 
 
-def quick_rate(points: Points, law: Law) -> float:
+def quick_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares on a grid, a parabola through the three lowest; for many fits in a row."""
     grid = np.geomspace(*search_range(points), _COARSE)
     sums = _solve_all(points, law, grid)[2]
@@ -180,7 +175,7 @@ def quick_rate(points: Points, law: Law) -> float:
     return float(grid[k] * (grid[1] / grid[0]) ** shift)
 
 
-def _solve_all(points: Points, law: Law, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Estimates (m, k), unscaled covariances (m, k, k) and sums of squares (m,) at every rate, all at once."""
     design = np.stack([points.design(law, float(c)) for c in grid])
     target = points.target
@@ -195,7 +190,7 @@ def _solve_all(points: Points, law: Law, grid: FloatArray) -> tuple[FloatArray, 
     return estimate, covariance, np.einsum("mn,mn->m", rest, rest)
 
 
-def _near(points: Points, law: Law, best: float, low: float, high: float) -> FloatArray:
+def _near(points: Points, law: SeparableLaw, best: float, low: float, high: float) -> FloatArray:
     """Dense grid about the best C, as wide as its standard error (linearised) asks."""
     fit = fit_at(points, law, best)
     jac = jacobian(points, law, fit.estimate, best)
@@ -210,7 +205,7 @@ def _near(points: Points, law: Law, best: float, low: float, high: float) -> Flo
     return np.clip(best + reach, low, high)
 
 
-def jacobian(points: Points, law: Law, estimate: FloatArray, c: float) -> FloatArray:
+def jacobian(points: Points, law: SeparableLaw, estimate: FloatArray, c: float) -> FloatArray:
     """(n, k + 1) weighted derivatives of the model by its linear coefficients (offset included), then by C."""
     step = 1e-5 * c
     up, down = points.design(law, c + step) @ estimate, points.design(law, c - step) @ estimate

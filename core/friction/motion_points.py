@@ -1,4 +1,4 @@
-"""Friction points from any motion: what the model leaves, in bins of speed and direction."""
+"""Friction points from arbitrary motion: what the model leaves, in bins of speed and direction."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.identification.identification_samples import SLOWEST
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.prepare.prepared import Prepared
@@ -44,7 +44,7 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     if rows.size == 0:
         return ()
     speed = np.abs(v[rows])
-    edges = np.geomspace(max(SLOWEST, float(np.quantile(speed, 0.02))), float(speed.max()) * 1.0001, _BINS + 1)
+    edges = np.geomspace(max(MOVING_RAD_S, float(np.quantile(speed, 0.02))), float(speed.max()) * 1.0001, _BINS + 1)
     stretch = np.asarray(np.floor(series.time_s[rows] / _STRETCH_S), dtype=np.int64)
     points = []
     for sign in (1, -1):
@@ -110,23 +110,32 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
 
 def _settled(v: FloatArray, margin: int) -> IntArray:
     """Samples at which the joint has moved one way for a while and will for a while longer."""
-    direction = np.where(np.abs(v) > SLOWEST, np.sign(v), 0.0)
+    direction = np.where(np.abs(v) > MOVING_RAD_S, np.sign(v), 0.0)
     change = np.flatnonzero(np.diff(direction, prepend=np.nan) != 0)
     starts, stops = change, np.append(change[1:], v.size)
     out = [np.arange(a + margin, b - margin) for a, b in zip(starts, stops, strict=True) if direction[a] != 0]
     return np.concatenate(out).astype(np.int64) if out else np.empty(0, dtype=np.int64)
 
 
-def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
-    ids, label = np.unique(stretch, return_inverse=True)
-    if ids.size < _MIN_STRETCHES:
-        return None
+def clustered_mean(values: FloatArray, cluster: IntArray) -> tuple[float, float]:
+    """Mean, and its standard error where errors within a cluster are alike (cluster-robust, G/(G - 1) clusters).
+
+    Args:
+        values: (n,) samples.
+        cluster: (n,) number of the cluster that a sample belongs to; two clusters at least.
+    """
+    ids, label = np.unique(cluster, return_inverse=True)
     count = np.bincount(label)
-    total = np.bincount(label, weights=friction)
-    mean = float(friction.mean())
-    # ratio estimator of a mean over clusters of unequal size
-    score = total - mean * count
-    se = float(np.sqrt(ids.size / (ids.size - 1) * np.sum(score**2))) / friction.size
+    total = np.bincount(label, weights=values)
+    mean = float(values.mean())
+    score = total - mean * count  # ratio estimator of a mean over clusters of unequal size
+    return mean, float(np.sqrt(ids.size / (ids.size - 1) * np.sum(score**2))) / values.size
+
+
+def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
+    if np.unique(stretch).size < _MIN_STRETCHES:
+        return None
+    mean, se = clustered_mean(friction, stretch)
     return FrictionPoint(
         speed_rad_s=float(speed.mean()),
         friction_nm=mean,

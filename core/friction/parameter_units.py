@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from collaudit.core.data.joint_log import EffortUnit, JointType
+from collaudit.core.friction_laws.friction_law import FrictionLaw
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +38,18 @@ class FrictionUnits:
         """Unit of D."""
         return f"{self.effort}·s/{self.length}"
 
-    def key(self, symbol: str) -> str:
-        """Key of a parameter in friction.json: its symbol and its unit."""
-        first = symbol.rstrip("0123456789")
-        if symbol == "C":
-            return f"C_s_per_{self.length}"
-        if symbol in ("D", "Dp", "Dm", "sigma2"):
-            return f"{symbol}_{self.suffix}_s_per_{self.length}"
-        if first in ("vs", "v"):
-            return f"{symbol}_{self.length}_per_s"
-        return symbol if symbol == "w" else f"{symbol}_{self.suffix}"
+    def key(self, law: FrictionLaw, symbol: str) -> str:
+        """Key of a law's parameter in friction.json: its symbol and its unit."""
+        unit = {
+            "friction": f"_{self.suffix}",
+            "viscous": f"_{self.suffix}_s_per_{self.length}",
+            "rate": f"_s_per_{self.length}",
+            "speed": f"_{self.length}_per_s",
+            "number": "",
+        }
+        return symbol + unit[law.parameter(symbol).kind]
+
+
+def parameter_symbol(key: str) -> str:
+    """The symbol in a key: ``A_nm`` → ``A``."""
+    return key.partition("_")[0]

@@ -1,4 +1,4 @@
-"""Constant-velocity sections: where M·ddq and C·dq vanish and friction can be read off (eq. 12)."""
+"""Constant-velocity sections: where M·ddq and C·dq vanish and effort is gravity and friction (eq. 12)."""
 
 from __future__ import annotations
 

@@ -20,29 +20,29 @@ _NEAR_K = 1.0  # beyond the fit's temperatures and not worth a word
 
 
 def laws_at_temperature(
-    laws: Mapping[str, FrictionModel], trends: Mapping[str, FrictionVariation], series: UniformSeries
+    laws: Mapping[str, FrictionModel], variation: Mapping[str, FrictionVariation], series: UniformSeries
 ) -> tuple[dict[str, FrictionModel], list[Finding]]:
-    """Laws that follow the log's temperatures, and what has to be said of it.
+    """Laws that follow the log's temperatures, and findings about that.
 
     Args:
         laws: friction by joint.
-        trends: what the friction file knows; of several logs the trend with the narrowest interval counts.
+        variation: what the friction file knows; of several logs the trend with the narrowest interval counts.
         series: the log to be judged.
     """
     out = dict(laws)
     findings: list[Finding] = []
     unknown: list[str] = []
     for joint, law in laws.items():
-        trend = _told(trends.get(joint))
+        trend = _temperature_trend(variation.get(joint))
         if trend is None:
             continue
         heat = None if series.temperature_c is None else series.temperature_c[:, series.column(joint)]
         if heat is None or not np.isfinite(heat).any():
             unknown.append(joint)
             continue
-        warmth = _warmth(trend)
-        out[joint] = replace(law, warmth=warmth)
-        findings += _said(joint, trend, warmth, heat[np.isfinite(heat)])
+        model = _temperature_model(trend)
+        out[joint] = replace(law, temperature_model=model)
+        findings += _temperature_findings(joint, trend, model, heat[np.isfinite(heat)])
     if unknown:
         names = ", ".join(f"'{joint}'" for joint in unknown)
         text = (
@@ -53,21 +53,21 @@ def laws_at_temperature(
     return out, findings
 
 
-def _told(found: FrictionVariation | None) -> Trend | None:
+def _temperature_trend(found: FrictionVariation | None) -> Trend | None:
     """The best known trend with temperature of one joint; None where none is shown, or its place is not on file."""
     shown = [t for t in (found.trends if found is not None else ()) if t.against == "temperature" and t.shown and t.fit]
     return min(shown, key=lambda t: (t.ci95[1] or 0.0) - (t.ci95[0] or 0.0), default=None)
 
 
-def _warmth(trend: Trend) -> TemperatureModel:
+def _temperature_model(trend: Trend) -> TemperatureModel:
     assert trend.fit is not None
     half = 0.5 * ((trend.ci95[1] or 0.0) - (trend.ci95[0] or 0.0))
     at = trend.fit
     return TemperatureModel(trend.per_unit, half / _STANDARD_ERRORS, at.mean, at.level, (at.lowest, at.highest))
 
 
-def _said(joint: str, trend: Trend, warmth: TemperatureModel, heat: FloatArray) -> list[Finding]:
-    low, high = warmth.range_c
+def _temperature_findings(joint: str, trend: Trend, model: TemperatureModel, heat: FloatArray) -> list[Finding]:
+    low, high = model.range_c
     here = f"{heat.min():.1f} to {heat.max():.1f} °C"
     text = (
         f"The friction of joint '{joint}' is taken at its temperature, {here}: it {trend_words(trend)} in the log "

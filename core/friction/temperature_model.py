@@ -1,4 +1,4 @@
-"""Friction as a share of its law over the joint's temperature."""
+"""The temperature model: friction as a share of its law over the joint's temperature."""
 
 from __future__ import annotations
 

@@ -87,11 +87,11 @@ def friction_bounds(
     along_low = np.where(resting, -hold, size - (size + hold) * left)
     along_high = np.where(resting, hold, size + (hold - size) * left)
     loose = np.where(forward, (along_low, along_high), (-along_high, -along_low))
-    heat = None if law.warmth is None or series.temperature_c is None else series.temperature_c[:, j]
-    if law.warmth is None or heat is None:
+    heat = None if law.temperature_model is None or series.temperature_c is None else series.temperature_c[:, j]
+    if law.temperature_model is None or heat is None:
         return FrictionBounds(sliding, steady, k, loose)
-    share = law.warmth.share(heat)
-    return FrictionBounds(share * sliding, steady, k, share[k] * loose, law.warmth.doubt(heat))
+    share = law.temperature_model.share(heat)
+    return FrictionBounds(share * sliding, steady, k, share[k] * loose, law.temperature_model.doubt(heat))
 
 
 def _settled(

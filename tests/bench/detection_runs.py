@@ -15,7 +15,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
-from collaudit.core.friction.joint_fits import friction_laws
+from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.prepared import Prepared, judged_series
 from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, Score, score
@@ -84,7 +84,7 @@ class Bench:
 
     def with_friction(self, friction: FrictionFile) -> Bench:
         """The same log against another calibration."""
-        laws, _ = friction_laws(friction.joints, judged_series(self.prepared))
+        laws, _ = friction_models(friction.joints, judged_series(self.prepared))
         return replace(self, inputs=replace(self.inputs, laws=laws))
 
     def judged(self, name: str, causal: bool) -> DetectorRun:
@@ -111,7 +111,7 @@ def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None)
     loaded = load_config(log.with_suffix(".toml"), overrides)
     prepared = prepare((log,), loaded)
     series = judged_series(prepared)
-    laws, _ = friction_laws(friction.joints, series)
+    laws, _ = friction_models(friction.joints, series)
     rule, watched, _ = make_rule(series, prepared.phases, loaded.config)
     contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
     return Bench(

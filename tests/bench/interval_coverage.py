@@ -21,8 +21,8 @@ from tables import put
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
-from collaudit.core.friction.joint_fits import joint_points
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.joint_fits import fit_joints
+from collaudit.core.friction.parameter_units import FrictionUnits, parameter_symbol
 from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.robots import robot_named
@@ -46,7 +46,8 @@ def points_of(cache: Path, robot: str, seeds: int) -> Iterator[dict[str, list[Fr
             if trace is None:
                 trace = motion(plan("friction", arm, model, rngs[0]), arm, model, cache / f"{robot}-friction.npz")
             prepared = prepare(logged(trace, arm, model, rngs[2]), model, Config())
-            found = {joint: [asdict(p) for p in its] for joint, its in joint_points(prepared, Config()).items()}
+            fits = fit_joints([prepared], Config())
+            found = {joint: [asdict(p) for p in fit.points] for joint, fit in fits.items()}
             kept.write_text(dumps(found), encoding="utf-8")
         stored = loads(kept.read_text(encoding="utf-8"))
         yield {joint: [FrictionPoint(**p) for p in its] for joint, its in stored.items()}
@@ -76,9 +77,8 @@ class Tally:
     def add(self, fit: FrictionFit, symbol: str, value: float) -> None:
         """Count one parameter of one fit."""
         self.asked += 1
-        key = UNITS.key(symbol)
-        if key not in fit.parameters and symbol in SAME:
-            key = UNITS.key(SAME[symbol])
+        keys = {parameter_symbol(key): key for key in fit.parameters}
+        key = keys.get(symbol) or keys.get(SAME.get(symbol, ""), "")
         bounds = fit.ci95.get(key)
         if fit.identifiable and bounds is not None and bounds[0] is not None and bounds[1] is not None:
             self.closed += 1

@@ -26,7 +26,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
-from collaudit.core.friction.joint_fits import friction_laws
+from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.logs import read_log
 from collaudit.core.numeric.allocator import keep_freed_memory
 from collaudit.core.prepare.prepared import Prepared, judged_series, prepare
@@ -51,7 +51,7 @@ def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, flo
     prepared = prepare(log, load_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
     marks.append(time.perf_counter())
     series = judged_series(prepared)
-    laws, _ = friction_laws(read_friction(path.with_suffix(".friction.json")).joints, series)
+    laws, _ = friction_models(read_friction(path.with_suffix(".friction.json")).joints, series)
     rule, watch, _ = make_rule(series, prepared.phases, loaded.config)
     found = run_detector(prepared, DetectionInputs(laws, frozenset(), rule, watch), loaded.config)
     marks.append(time.perf_counter())

@@ -14,6 +14,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import find_sections
+from collaudit.core.friction_laws.law_registry import LAWS
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 SPEEDS = np.geomspace(0.02, 1.2, 30)
@@ -193,10 +194,11 @@ def test_an_offset_between_directions_does_not_bias_model_points() -> None:
 
 
 def test_parameter_names_say_their_unit() -> None:
+    law = LAWS["static-lugre"]
     raw = FrictionUnits.of("revolute", "raw")
-    assert [raw.key(p) for p in "ABCD"] == ["A_raw", "B_raw", "C_s_per_rad", "D_raw_s_per_rad"]
+    assert [raw.key(law, p) for p in "ABCD"] == ["A_raw", "B_raw", "C_s_per_rad", "D_raw_s_per_rad"]
     lift = FrictionUnits.of("prismatic", "Nm")
-    assert [lift.key(p) for p in "ABCD"] == ["A_n", "B_n", "C_s_per_m", "D_n_s_per_m"]
+    assert [lift.key(law, p) for p in "ABCD"] == ["A_n", "B_n", "C_s_per_m", "D_n_s_per_m"]
 
 
 def test_slow_sampling_gives_points_or_none_but_never_breaks() -> None:

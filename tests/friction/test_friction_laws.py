@@ -9,9 +9,9 @@ import pytest
 
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
-from collaudit.core.friction.friction_laws import LAWS, law_curve
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction_laws.law_registry import LAWS
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 SPEEDS = np.geomspace(0.02, 1.2, 30)
@@ -33,7 +33,7 @@ def points_of(model: str, sd: float, seed: int) -> list[FrictionPoint]:
     both = LAWS[model].directional
     speeds = np.repeat(SPEEDS, 2) if both else SPEEDS
     direction = np.tile([1, -1], SPEEDS.size) if both else np.zeros(SPEEDS.size)
-    true = law_curve(model, TRUTH[model], speeds, direction)
+    true = LAWS[model].curve(TRUTH[model], speeds, direction)
     size = sd * rng.uniform(0.5, 2.0, speeds.size)
     seen = size * np.sqrt(rng.chisquare(BLOCKS - 1, speeds.size) / (BLOCKS - 1))
     return [
@@ -55,7 +55,7 @@ def test_every_law_is_recovered_from_its_own_points(model: str) -> None:
     law = FrictionModel.of(fit)
     assert law is not None
     v = np.concatenate([-SPEEDS, SPEEDS])
-    expected = np.sign(v) * law_curve(model, TRUTH[model], np.abs(v), np.sign(v))
+    expected = np.sign(v) * LAWS[model].curve(TRUTH[model], np.abs(v), np.sign(v))
     assert law.torque(v) == pytest.approx(expected, abs=1e-3)
     assert law.torque(np.zeros(3)).tolist() == [0.0, 0.0, 0.0]
 
@@ -97,7 +97,7 @@ def test_auto_finds_the_law_behind_the_points(true: str, accepted: set[str]) -> 
 def test_auto_shows_every_law_it_compared() -> None:
     fit = fit_friction(points_of("static-lugre", 0.04, 3), UNITS)
     table = {row.model: row for row in fit.comparison}
-    assert set(table) == {*(set(LAWS) - {"stribeck-tustin"}), "rbf"}
+    assert set(table) == {*(set(LAWS) - {"stribeck-tustin"})}
     assert [m for m, row in table.items() if row.chosen] == ["static-lugre"]
     assert "average both" in table["asymmetric-coulomb-viscous"].note
     best = table["static-lugre"]
@@ -147,7 +147,7 @@ def test_robust_fits_weigh_outliers_down_and_say_so(robust: str) -> None:
     ]
     plain = fit_friction(spoilt, UNITS, "static-lugre")
     held = fit_friction(spoilt, UNITS, "static-lugre", robust)
-    truth = law_curve("static-lugre", TRUTH["static-lugre"], SPEEDS, np.ones(SPEEDS.size))
+    truth = LAWS["static-lugre"].curve(TRUTH["static-lugre"], SPEEDS, np.ones(SPEEDS.size))
     errors = []
     for fit in (plain, held):
         law = FrictionModel.of(fit)
@@ -162,7 +162,7 @@ def test_robust_fits_weigh_outliers_down_and_say_so(robust: str) -> None:
 
 def test_open_sides_are_named_with_the_motion_that_would_close_them() -> None:
     gone = {"A": 7.0, "B": 2.5, "C": 400.0, "D": 3.0}
-    friction = law_curve("static-lugre", gone, SPEEDS, np.ones(SPEEDS.size))
+    friction = LAWS["static-lugre"].curve(gone, SPEEDS, np.ones(SPEEDS.size))
     rng = np.random.default_rng(2)
     points = [
         FrictionPoint(float(v), float(f + 0.05 * e), 0.2, 0.05, "pair", 0, False)
@@ -183,7 +183,7 @@ def test_open_sides_are_named_with_the_motion_that_would_close_them() -> None:
 def test_singular_values_and_correlations_tell_a_good_fit_from_a_poor_one() -> None:
     good = fit_friction(points_of("static-lugre", 0.02, 0), UNITS, "static-lugre").identifiability
     slow = SPEEDS[SPEEDS < 0.06]
-    friction = law_curve("static-lugre", TRUTH["static-lugre"], slow, np.ones(slow.size))
+    friction = LAWS["static-lugre"].curve(TRUTH["static-lugre"], slow, np.ones(slow.size))
     points = [
         FrictionPoint(float(v), float(f), 0.02, 0.005, "pair", 0, False) for v, f in zip(slow, friction, strict=True)
     ]

@@ -13,7 +13,6 @@ from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
 from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
-from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.channel_delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
@@ -275,13 +274,6 @@ def test_a_log_is_judged_at_its_own_temperature(warmed: tuple[Config, FrictionFi
         assert after is not None
         assert after < 0.7 * before
     assert said(judged(heated_log(10.0, 1.0))) == {"friction-temperature-used", "friction-temperature-beyond"}
-
-
-def test_friction_beyond_the_fits_temperatures_is_held_at_its_ends() -> None:
-    warmth = TemperatureModel(-0.01, 0.002, 30.0, 0.02, (20.0, 40.0))
-    heat = np.array([10.0, 20.0, np.nan, 40.0, 90.0])
-    assert warmth.share(heat) == pytest.approx([1.12, 1.12, 1.02, 0.92, 0.92])
-    assert warmth.doubt(heat) == pytest.approx(0.02)
 
 
 def test_a_dead_effort_has_no_delay() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from collaudit.core.friction.friction_laws import law_curve
+from collaudit.core.friction_laws.law_registry import LAWS
 
 pytestmark = pytest.mark.real
 
@@ -104,7 +104,7 @@ def test_ur3_names_and_signs_by_config(cli, data_dir: Path) -> None:  # type: ig
     for joint, fit in fits.items():
         values = {key.partition("_")[0]: value for key, value in fit["parameters"].items()}
         speeds = np.array(fit["speed_range_rad_s"])
-        both = [law_curve(fit["model"], values, speeds, sign * np.ones(2)) for sign in (1, -1)]
+        both = [LAWS[fit["model"]].curve(values, speeds, sign * np.ones(2)) for sign in (1, -1)]
         assert np.all(np.mean(both, axis=0) > 0), joint
     audits = {}
     for name, log in {

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.friction.friction_variation import any_law, friction_slope, load_slope, ripple
+from collaudit.core.friction.temperature_model import TemperatureModel
 
 
 def motion(seconds: float = 300.0) -> tuple[np.ndarray, np.ndarray]:
@@ -94,3 +95,10 @@ def test_ripple_is_found_with_its_frequency_and_share() -> None:
     quiet = ripple(q, 0.4 * rng.standard_normal(q.size), "log")
     assert quiet is not None
     assert quiet.explained < 0.02
+
+
+def test_friction_beyond_the_fits_temperatures_is_held_at_its_ends() -> None:
+    model = TemperatureModel(-0.01, 0.002, 30.0, 0.02, (20.0, 40.0))
+    temperature = np.array([10.0, 20.0, np.nan, 40.0, 90.0])
+    assert model.share(temperature) == pytest.approx([1.12, 1.12, 1.02, 0.92, 0.92])
+    assert model.doubt(temperature) == pytest.approx(0.02)

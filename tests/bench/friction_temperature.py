@@ -1,8 +1,8 @@
-"""What ``detect`` gains from friction against temperature: ``python friction_warmth.py CACHE [DOCS]``.
+"""What ``detect`` gains from friction against temperature: ``python friction_temperature.py CACHE [DOCS]``.
 
 CACHE is a folder for the simulated motions. Friction is fitted on logs of an arm that warms up, with a temperature of
 each joint, and judges logs of a cold, a warm and a much colder arm, with their temperatures and without. DOCS is the
-page whose table between ``<!-- friction-warmth -->`` marks is replaced.
+page whose table between ``<!-- friction-temperature-use -->`` marks is replaced.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def main(cache: Path, docs: Path | None) -> None:
     lines = list(table(cache))
     print("\n".join(lines))
     if docs is not None:
-        put(docs, "friction-warmth", lines)
+        put(docs, "friction-temperature-use", lines)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,232 @@
+"""What a friction law is: a curve, and the facts that fitting, files and reports need to know about it.
+
+Every law is ``f(v) = sgn(v) · curve(|v|)``. Two kinds differ in how they are fitted: a separable law is linear in all
+but one parameter, a ridge law is linear in many whose size is held small. A new law is an instance of one of them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import FloatArray
+
+Values = Mapping[str, float]
+Interval = tuple[float | None, float | None]
+Coefficients = tuple[FloatArray, float]
+Shape = Callable[[FloatArray, FloatArray, float], tuple[FloatArray, ...]]
+ParameterKind = Literal["friction", "viscous", "rate", "speed", "number"]
+Role = Literal["line", "reference", "alternative"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter of a law.
+
+    Attributes:
+        symbol: as in the formula; the key in friction.json is the symbol and its unit.
+        kind: its dimension: ``friction`` (N·m), ``viscous`` (N·m·s/rad), ``rate`` (s/rad), ``speed`` (rad/s) or
+            ``number`` (none); N and m of prismatic joints.
+        meaning: a few words for reports.
+        numbered: whether it stands for a series, its symbol followed by 1, 2, …
+    """
+
+    symbol: str
+    kind: ParameterKind
+    meaning: str = ""
+    numbered: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class RateTerm:
+    """The part of a separable law that its rate C belongs to, as messages name it.
+
+    Attributes:
+        text: the term.
+        noun: the term in words.
+        rate: C as the formula writes it.
+        large: what the term is at speeds where C·v is large: ``gone`` or ``level``.
+        unknown: symbols that are not determined where C is not.
+    """
+
+    text: str
+    noun: str
+    rate: str
+    large: str
+    unknown: tuple[str, ...]
+
+
+def no_remarks(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
+    """Nothing has to be said about a fit of the law."""
+    return ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionLaw(ABC):
+    """Facts about a law that do not depend on how it is fitted.
+
+    Attributes:
+        name: as in the configuration and in friction.json.
+        title: in words.
+        formula: text of the curve.
+        parameters: in the order of the file.
+        role: ``line`` is the plain straight line that every law is compared with and that is fallen back to;
+            ``reference`` is the law whose undetermined parameters explain why the line was taken, and which an F test
+            takes where no speed can be held out. One law each.
+        same_curve_as: name of the law whose curve this one has, under other symbols or within bounds.
+        breakaway: whether its value towards zero speed is breakaway, once its parameters are determined.
+        directional: whether both directions have parameters of their own.
+        remarks: sentences on what a fit means, from its intervals by symbol.
+    """
+
+    name: str
+    title: str
+    formula: str
+    parameters: tuple[Parameter, ...]
+    role: Role = "alternative"
+    same_curve_as: str | None = None
+    breakaway: bool = False
+    directional: bool = False
+    remarks: Callable[[Mapping[str, Interval | None]], tuple[str, ...]] = no_remarks
+
+    def __post_init__(self) -> None:
+        """Check that keys of friction.json can be told apart: a symbol ends at the first underscore."""
+        symbols = [p.symbol for p in self.parameters]
+        if len(set(symbols)) < len(symbols) or not all(s.isalnum() for s in symbols):
+            raise ValueError(f"{self.name}: symbols must differ and consist of letters and digits, found {symbols}")
+
+    @abstractmethod
+    def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
+        """Friction against the motion.
+
+        Args:
+            values: parameters by symbol.
+            speed: (n,) > 0.
+            direction: (n,) +1 or -1.
+
+        Returns:
+            (n,) positive where it opposes the motion.
+        """
+
+    @property
+    def bounded(self) -> bool:
+        """Whether parameters are held within bounds in the fit."""
+        return False
+
+    @property
+    def data_driven(self) -> bool:
+        """Whether only the curve means anything, and not its parameters."""
+        return False
+
+    @property
+    def in_auto(self) -> bool:
+        """Whether ``model = "auto"`` compares it: not where it is another law under other symbols."""
+        return self.same_curve_as is None or self.bounded
+
+    def parameter(self, symbol: str) -> Parameter:
+        """The parameter of a symbol; of a series, the one of ``W3`` is ``W``.
+
+        Raises:
+            KeyError: the law has no such parameter.
+        """
+        for p in self.parameters:
+            if symbol == p.symbol and not p.numbered:
+                return p
+            if p.numbered and symbol.rstrip("0123456789") == p.symbol != symbol:
+                return p
+        raise KeyError(symbol)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeparableLaw(FrictionLaw):
+    """A law that is linear in its parameters at a fixed rate C, so that one separable least squares fits it.
+
+    ``shape`` gives the columns; ``named`` and ``natural`` translate between their coefficients and C on one side and
+    the parameters a reader knows on the other.
+
+    Attributes:
+        shape: columns of the k linear coefficients from speed (n,), direction (n,) and C.
+        named: coefficients (k,) and C to parameters by symbol.
+        natural: the way back.
+        rate: the term that C belongs to; None for a law without one.
+        non_negative: whether the coefficients are held at zero or above; only for a law without a rate.
+        as_line: of the reference law: what level and slope of the straight line stand for, by the interval of C.
+    """
+
+    shape: Shape
+    named: Callable[[FloatArray, float], dict[str, float]]
+    natural: Callable[[Values], Coefficients]
+    rate: RateTerm | None = None
+    non_negative: bool = False
+    as_line: Callable[[Interval], tuple[str, str]] | None = None
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Parameters in the order of the file."""
+        return tuple(p.symbol for p in self.parameters)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether parameters are held within bounds in the fit."""
+        return self.non_negative
+
+    def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
+        """Friction against the motion; see :meth:`FrictionLaw.curve`."""
+        linear, c = self.natural(values)
+        return np.asarray(sum(x * column for x, column in zip(linear, self.shape(speed, direction, c), strict=True)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RidgeLaw(FrictionLaw):
+    """The line ``A + D·v`` and weighted columns ``W1, W2, …`` of speed, laid out by the speeds measured.
+
+    The weights are held small by a ridge, chosen by the data. A law of this kind has the parameters A, D, W and those
+    of its layout.
+
+    Attributes:
+        layout: parameters that the speeds measured (n,) set, by symbol.
+        columns: (n, k) columns of the weights at speeds (n,), from the layout.
+        least_points: fewer friction points than this cannot carry it.
+        least_held_out: the same of the points that are left when speeds are held out.
+    """
+
+    layout: Callable[[FloatArray], dict[str, float]]
+    columns: Callable[[FloatArray, Values], FloatArray]
+    least_points: int
+    least_held_out: int
+
+    @property
+    def data_driven(self) -> bool:
+        """Whether only the curve means anything, and not its parameters."""
+        return True
+
+    def curve(self, values: Values, speed: FloatArray, direction: FloatArray) -> FloatArray:
+        """Friction against the motion; see :meth:`FrictionLaw.curve`."""
+        columns = self.columns(speed, values)
+        weights = np.array([values[f"W{k}"] for k in range(1, columns.shape[-1] + 1)])
+        return np.asarray(values["A"] + values["D"] * speed + columns @ weights)
+
+
+def plain(
+    *symbols: str, rate: str = ""
+) -> tuple[Callable[[FloatArray, float], dict[str, float]], Callable[[Values], Coefficients]]:
+    """``named`` and ``natural`` of a law whose parameters are its coefficients and its rate themselves.
+
+    Args:
+        symbols: parameters in the order of the file.
+        rate: which of them is C.
+    """
+    linear = tuple(s for s in symbols if s != rate)
+
+    def named(x: FloatArray, c: float) -> dict[str, float]:
+        known = dict(zip(linear, (float(v) for v in x), strict=True))
+        return {s: known.get(s, float(c)) for s in symbols}
+
+    def natural(values: Values) -> Coefficients:
+        return np.array([values[s] for s in linear]), values.get(rate, 0.0)
+
+    return named, natural

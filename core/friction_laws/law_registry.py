@@ -1,0 +1,101 @@
+"""The one table of friction laws, and their names as a type that is checked against it.
+
+A new law is an instance of ``SeparableLaw`` or ``RidgeLaw`` in a file of this room and a line in ``LAWS``. Everything
+else follows: the configuration takes its name, ``model = "auto"`` compares it, friction.json and reports name its
+parameters. No other room compares or lists names of laws.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from collaudit.core.errors import CollauditError
+from collaudit.core.friction_laws.friction_law import FrictionLaw, Role, SeparableLaw
+from collaudit.core.friction_laws.gaussian_bumps import RBF
+from collaudit.core.friction_laws.smooth_coulomb import SMOOTH_COULOMB_VISCOUS
+from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS, COULOMB_VISCOUS, DAMPING_COULOMB
+from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS, STRIBECK_TUSTIN
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic_core import CoreSchema
+
+#: Simplest first: of laws that explain the points as well with as many parameters, the earlier is taken.
+LAWS: dict[str, FrictionLaw] = {
+    law.name: law
+    for law in (
+        COULOMB_VISCOUS,
+        DAMPING_COULOMB,
+        SMOOTH_COULOMB_VISCOUS,
+        ASYMMETRIC_COULOMB_VISCOUS,
+        STATIC_LUGRE,
+        STRIBECK_TUSTIN,
+        STRIBECK_GAUSS,
+        RBF,
+    )
+}
+
+
+def law_named(name: str) -> FrictionLaw:
+    """The law of a name.
+
+    Raises:
+        CollauditError: there is none.
+    """
+    if name not in LAWS:
+        raise CollauditError("there is no friction law of this name", found=name, expected=" or ".join(LAWS))
+    return LAWS[name]
+
+
+def _only(role: Role) -> SeparableLaw:
+    """The one law of a role."""
+    (law,) = (law for law in LAWS.values() if law.role == role)
+    assert isinstance(law, SeparableLaw)
+    return law
+
+
+#: The straight line that every law is compared with.
+LINE = _only("line")
+#: The law that explains what the line leaves open.
+REFERENCE = _only("reference")
+
+
+@dataclass(frozen=True, slots=True)
+class NameOfLaw:
+    """Check of a text against the table, for pydantic: at the time of the check, so that a law added later is known.
+
+    Attributes:
+        besides: other texts that are allowed.
+    """
+
+    besides: tuple[str, ...] = ()
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """All texts that are allowed."""
+        return (*self.besides, *LAWS)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A text, then the check."""
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_after_validator_function(self._checked, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The published schema lists the names."""
+        return {"enum": [*self.choices], **handler(schema)}
+
+    def _checked(self, name: str) -> str:
+        from pydantic_core import PydanticCustomError
+
+        if name not in self.choices:
+            expected = " or ".join(repr(choice) for choice in self.choices)
+            raise PydanticCustomError("literal_error", "Input should be {expected}", {"expected": expected})
+        return name
+
+
+#: The name of a law.
+LawName = Annotated[str, NameOfLaw()]
+#: What the configuration may ask for.
+LawChoice = Annotated[str, NameOfLaw(("auto",))]

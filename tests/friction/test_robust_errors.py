@@ -1,0 +1,96 @@
+"""Cluster-robust errors and robust weights against statsmodels, wherever both claim the same."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from scipy.stats import t as student
+
+from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.friction.fit_quality import point_arrays, robust_weights
+from collaudit.core.friction.friction_variation import friction_slope, load_slope
+from collaudit.core.friction.motion_points import clustered_mean
+
+
+def wander(rng: np.random.Generator, n: int, alike: int) -> np.ndarray:
+    """Noise whose neighbours err alike."""
+    return np.repeat(rng.standard_normal(n // alike + 1), alike)[:n] + 0.3 * rng.standard_normal(n)
+
+
+def test_the_error_of_a_mean_over_stretches_is_cluster_robust() -> None:
+    rng = np.random.default_rng(0)
+    cluster = np.sort(rng.integers(0, 9, 400)) * 3  # of unequal size, numbers with gaps
+    values = 7.0 + wander(rng, 400, 40)
+    mean, error = clustered_mean(values, cluster)
+    other = sm.OLS(values, np.ones(400)).fit(cov_type="cluster", cov_kwds={"groups": cluster})
+    assert mean == pytest.approx(other.params[0], rel=1e-12)
+    assert error == pytest.approx(other.bse[0], rel=1e-12)
+
+
+def test_the_interval_of_load_is_cluster_robust() -> None:
+    """Clusters are four blocks of two seconds; G/(G - 2) of them, and as many degrees of freedom."""
+    rng = np.random.default_rng(1)
+    time_s = 0.1 * np.arange(1600)
+    friction = 8.0 * np.sign(np.cos(0.7 * time_s))
+    load = np.abs(30.0 * np.sin(0.05 * time_s)) + rng.uniform(0, 2, time_s.size)
+    along = 0.04 * load + wander(rng, time_s.size, 25)
+    found = load_slope(time_s, along * np.sign(friction), friction, load)
+    assert found is not None
+    groups = np.floor(time_s / 8.0).astype(int)
+    options = {"groups": groups, "use_correction": False}
+    other = sm.OLS(along, sm.add_constant(load)).fit(cov_type="cluster", cov_kwds=options)
+    freedom = np.unique(groups).size - 2
+    half = student.ppf(0.975, freedom) * other.bse[1] * np.sqrt((freedom + 2) / freedom)
+    slope = other.params[1]
+    assert found[0] == pytest.approx(slope, rel=1e-10)
+    assert found[1] == pytest.approx((slope - half, slope + half), rel=1e-8)
+
+
+def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:
+    """Each cluster left out of an ordinary regression in turn; freedom is Satterthwaite's from the clusters' shares."""
+    rng = np.random.default_rng(2)
+    time_s = 0.05 * np.arange(2400)
+    speed = np.abs(np.sin(0.9 * time_s)) + 0.05
+    sign = np.sign(np.sin(0.9 * time_s))
+    friction = sign * (8.0 + 3.0 * speed)
+    beside = np.column_stack([np.ones_like(speed), sign, sign * speed])
+    residual = -0.01 * friction * time_s / 60.0 + wander(rng, time_s.size, 30)
+    found = friction_slope(time_s, residual, friction, beside, time_s / 60.0)
+    assert found is not None
+    middle = np.sum(friction**2 * time_s / 60.0) / np.sum(friction**2)
+    design = np.column_stack([friction * (time_s / 60.0 - middle), beside])
+    groups = np.floor(time_s / 8.0).astype(int)
+    ids = np.unique(groups)
+    slope = sm.OLS(residual, design).fit().params[0]
+    without = np.array([sm.OLS(residual[groups != g], design[groups != g]).fit().params[0] for g in ids])
+    left = sm.OLS(design[:, 0], beside).fit().resid  # what the others leave of the column
+    share = np.array([np.sum(left[groups == g] ** 2) for g in ids])
+    freedom = share.sum() ** 2 / np.sum(share**2) - 1.0
+    error = np.sqrt((ids.size - 1) / ids.size * np.sum((without - without.mean()) ** 2))
+    half = student.ppf(0.975, freedom) * error
+    assert found.per_unit == pytest.approx(slope, rel=1e-8)
+    assert found.ci95 == pytest.approx((slope - half, slope + half), rel=1e-6)
+
+
+@pytest.mark.parametrize(("method", "norm"), [("huber", sm.robust.norms.HuberT()), ("bisquare", None)])
+def test_robust_weights_are_those_of_m_estimation(method: str, norm: sm.robust.norms.RobustNorm | None) -> None:
+    """Directions that differ are followed by the law of two lines alone, which is linear in all its parameters."""
+    rng = np.random.default_rng(3)
+    speed = np.repeat(np.linspace(0.1, 1.2, 20), 2)
+    direction = np.tile([1.0, -1.0], 20)
+    true = np.where(direction > 0, 9.0 + 1.0 * speed, 4.0 + 6.0 * speed)
+    friction = true + 0.05 * rng.standard_normal(40)
+    friction[[5, 22]] += (0.6, -0.4)
+    points = [
+        FrictionPoint(float(v), float(f), 0.1, 0.03, "model", int(d), False)
+        for v, f, d in zip(speed, friction, direction, strict=True)
+    ]
+    found = robust_weights(point_arrays(points), method)
+    ahead = direction > 0
+    design = np.column_stack([ahead, ~ahead, ahead * speed, ~ahead * speed]).astype(float)
+    model = sm.RLM(friction, design, M=norm or sm.robust.norms.TukeyBiweight(4.685))
+    other = model.fit(scale_est="mad", conv="weights", tol=1e-6, maxiter=200)
+    assert found == pytest.approx(other.weights, abs=5e-3)
+    assert found[[5, 22]] == pytest.approx(0.0, abs=0.2)
+    assert np.median(found) > 0.8

@@ -1,7 +1,7 @@
 """The robot as a rigid-body model: torques from motion.
 
 :func:`robot_joints` is cheap and reads text only; :func:`load_robot` reaches Pinocchio, which is imported
-in ``core/robot/rigid_bodies.py`` and nowhere else.
+in ``core/robot/pinocchio_model.py`` and nowhere else.
 """
 
 from __future__ import annotations

@@ -8,14 +8,14 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.rigid_bodies import RigidBodies
+from collaudit.core.robot.pinocchio_model import PinocchioModel
 from collaudit.core.robot.robot_description import Description
 
 
-def inertial_findings(description: Description, bodies: RigidBodies) -> tuple[bool, tuple[Finding, ...]]:
+def inertial_findings(description: Description, model: PinocchioModel) -> tuple[bool, tuple[Finding, ...]]:
     """Whether torques can be computed at all, and what limits them. To be called before a tool is added."""
     where = description.where
-    parts = bodies.bodies()
+    parts = model.bodies()
     links = {joint.name: joint.link for joint in description.joints}
     empty = [name for name, mass, _ in parts if mass <= 0.0]
     if len(empty) == len(parts):
@@ -46,7 +46,7 @@ def locked_findings(
     locked: Mapping[str, float],
     parked: Sequence[str],
     names: Sequence[str],
-    whole: RigidBodies,
+    whole: PinocchioModel,
 ) -> list[Finding]:
     """Which joints are held, and how much that matters.
 
@@ -58,7 +58,7 @@ def locked_findings(
         locked: joints that are held, and where.
         parked: those of them whose place was stated.
         names: joints of the log.
-        whole: the bodies with all joints free.
+        whole: the model with all joints free.
     """
     heavy = [name for name, mass, _ in whole.bodies() if name in locked and mass >= _LIGHT_KG]
     order = [joint.name for joint in description.joints]

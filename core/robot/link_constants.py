@@ -32,7 +32,7 @@ class Link:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class FramePlacement:
     """A frame: the number of the joint that moves it (-1: none), and its (3, 3), (3,) pose in that joint's axes."""
 
     link: int

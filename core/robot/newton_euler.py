@@ -17,7 +17,7 @@ from typing import TypeAlias
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.link_constants import Link, Place
+from collaudit.core.robot.link_constants import FramePlacement, Link
 from collaudit.core.robot.recorded_program import Program, Scalar, Tape, Value
 
 Vector: TypeAlias = tuple[Scalar, Scalar, Scalar]
@@ -33,7 +33,10 @@ def inverse_dynamics_program(links: Sequence[Link], gravity_m_s2: FloatArray) ->
 
 
 def torques_program(
-    links: Sequence[Link], gravity_m_s2: FloatArray, place: Place, carried: tuple[Place, float, FloatArray] | None
+    links: Sequence[Link],
+    gravity_m_s2: FloatArray,
+    place: FramePlacement,
+    carried: tuple[FramePlacement, float, FloatArray] | None,
 ) -> Program:
     """Inverse dynamics, and what a wrist sensor's reading is at the joints, with the motion of the links in common.
 
@@ -109,7 +112,9 @@ def momentum_program(links: Sequence[Link], gravity_m_s2: FloatArray) -> Program
     return tape.program([*momentum, *rest])
 
 
-def force_program(links: Sequence[Link], place: Place, carried: tuple[Place, float, FloatArray] | None) -> Program:
+def force_program(
+    links: Sequence[Link], place: FramePlacement, carried: tuple[FramePlacement, float, FloatArray] | None
+) -> Program:
     """J(q)^T F of a wrench in a frame, less what accelerating a point mass takes.
 
     Inputs: q of each joint, with ``carried`` also v and a, then force and moment at the frame's origin in its axes.
@@ -132,7 +137,7 @@ def force_program(links: Sequence[Link], place: Place, carried: tuple[Place, flo
     return tape.program([_along(j.link, w) for j, w in zip(joints, _carried(joints, wrenches), strict=True)])
 
 
-def _in_link(place: Place, wrench: Sequence[Value]) -> tuple[Vector, Vector]:
+def _in_link(place: FramePlacement, wrench: Sequence[Value]) -> tuple[Vector, Vector]:
     """A force and a moment at a frame's origin, about the origin of its link and in its axes."""
     force = _times(place.rotation.tolist(), wrench[:3])
     moment = _times(place.rotation.tolist(), wrench[3:])
@@ -153,7 +158,7 @@ def _turned_into(joints: Sequence[_Joint], link: int, vector: Vector) -> Vector:
 
 
 def weight_program(
-    links: Sequence[Link], place: Place, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray
+    links: Sequence[Link], place: FramePlacement, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray
 ) -> Program:
     """Weight of a point mass at ``com_m`` (3,) of a frame. Inputs: q of each joint; outputs: force and moment there."""
     tape, joints, _ = _start(links, 0)

@@ -16,7 +16,8 @@ from collaudit.core.errors import RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.inertial_checks import inertial_findings, locked_findings
-from collaudit.core.robot.rigid_bodies import RigidBodies, dh_model, urdf_model
+from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
+from collaudit.core.robot.rigid_bodies import RigidBodies
 from collaudit.core.robot.robot_description import Description, JointFacts, describe_robot, dh_names
 from collaudit.core.robot.robot_model import RobotModel, Tool
 from collaudit.core.robot.unknown_names import unknown_name
@@ -45,17 +46,17 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
     moving = {*names, *(joint.name for joint in follow)}
     _check_parked(config, description, moving)
     locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
-    bodies = whole.locked(locked)
-    expansion, offset = _expansion(bodies.joint_names, names, follow)
+    model = whole.locked(locked)
+    expansion, offset = _expansion(model.joint_names, names, follow)
     gravity = np.array(config.gravity_m_s2)
     base_gravity = rotation_rpy(config.base_rpy_deg).T @ gravity
-    bodies.set_gravity(base_gravity)
+    model.set_gravity(base_gravity)
     armature = _armature(config, description, names)
-    bodies.set_armature(np.array([armature.get(name, 0.0) for name in bodies.joint_names]))
-    has_inertials, findings = inertial_findings(description, bodies)
+    model.set_armature(np.array([armature.get(name, 0.0) for name in model.joint_names]))
+    has_inertials, findings = inertial_findings(description, model)
     if locked:
         findings = (*findings, *locked_findings(description, locked, tuple(config.parked), names, whole))
-    tool, tool_findings = _add_tool(config, bodies, kept[-1].link)
+    tool, tool_findings = _add_tool(config, model, kept[-1].link)
     return RobotModel(
         joint_names=names,
         joint_types=tuple(joint.kind for joint in kept),
@@ -67,7 +68,7 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
         gravity_m_s2=frozen(gravity),
         gravity_base_m_s2=frozen(base_gravity),
         tool=tool,
-        bodies=bodies,
+        bodies=RigidBodies(model),
         expansion=frozen(expansion),
         offset=frozen(offset),
     )
@@ -81,7 +82,7 @@ def _check_parked(config: RobotConfig, description: Description, moving: Set[str
             raise RobotError("a parked joint is in the log", where="robot.parked", found=name)
 
 
-def _whole(description: Description) -> RigidBodies:
+def _whole(description: Description) -> PinocchioModel:
     if description.urdf_xml is not None:
         return urdf_model(description.urdf_xml, description.where)
     return dh_model(description.rows, dh_names(description.rows), description.convention or "standard")
@@ -123,11 +124,11 @@ def _armature(config: RobotConfig, description: Description, names: Sequence[str
     )
 
 
-def _add_tool(config: RobotConfig, bodies: RigidBodies, last_link: str) -> tuple[Tool | None, tuple[Finding, ...]]:
+def _add_tool(config: RobotConfig, model: PinocchioModel, last_link: str) -> tuple[Tool | None, tuple[Finding, ...]]:
     settings = config.tool
     frame = settings.frame or last_link
-    if frame not in bodies.frame_names:
-        raise unknown_name("the robot has no such frame", "robot.tool.frame", frame, bodies.frame_names)
+    if frame not in model.frame_names:
+        raise unknown_name("the robot has no such frame", "robot.tool.frame", frame, model.frame_names)
     if settings.mass_kg == "estimate":
         text = (
             "The tool's mass is to be estimated: collaudit fit puts it into the friction file; without such a file the "
@@ -136,7 +137,7 @@ def _add_tool(config: RobotConfig, bodies: RigidBodies, last_link: str) -> tuple
         return None, (Finding("model-approximate", "warning", text, where="robot.tool.mass_kg"),)
     if not settings.mass_kg:
         return None, ()
-    bodies.add_body(frame, settings.mass_kg, settings.com_m)
+    model.add_point_mass(frame, settings.mass_kg, settings.com_m)
     return Tool(frame, settings.mass_kg, settings.com_m), ()
 
 
@@ -160,16 +161,6 @@ def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
         expansion=frozen(np.eye(len(names))),
         offset=frozen(np.zeros(len(names))),
     )
-
-
-def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
-    """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll), angles in degrees: base axes in the world."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(np.radians(rpy_deg)), np.cos(np.radians(rpy_deg))
-    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
-    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
-    out: FloatArray = about_z @ about_y @ about_x
-    return out
 
 
 def _sha256(config: RobotConfig, content: str | None) -> str:

@@ -1,0 +1,339 @@
+"""Pinocchio behind plain arrays: the only file that imports it.
+
+:class:`PinocchioModel` builds and describes an arm, :class:`Workspace` runs the library's algorithms on it. Both hand
+out arrays and numbers only, so that everything else in this room can be read, and tested, without the library.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from collaudit.core.config.schema import DhRow
+from collaudit.core.errors import RobotError
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.link_constants import FramePlacement, Link
+
+
+def urdf_model(xml: str, where: str) -> PinocchioModel:
+    """Build from a normalised URDF.
+
+    Raises:
+        RobotError: Pinocchio refuses it.
+    """
+    try:
+        return PinocchioModel(pin.buildModelFromXML(xml))
+    except ValueError as error:
+        raise RobotError("the robot description cannot be used", where=where, found=str(error)) from error
+
+
+def dh_model(rows: Sequence[DhRow], names: Sequence[str], convention: str) -> PinocchioModel:
+    """Build from Denavit-Hartenberg rows.
+
+    Standard: T_i = Rz(θ) Tz(d) Tx(a) Rx(α). Modified (Craig): T_i = Rx(α) Tx(a) Rz(θ) Tz(d), with a and α in the
+    row of the joint they precede. Link frames are called ``link1`` …, the base ``base``, the last link also ``tool0``.
+
+    Args:
+        rows: base to tip; inertia about the centre of mass along the link frame's axes, as matrix elements
+            (a product is xy = -∫xy dm, as in URDF).
+        names: joint names.
+        convention: ``standard`` or ``modified``.
+    """
+    model = pin.Model()
+    model.addFrame(pin.Frame("base", 0, 0, pin.SE3.Identity(), pin.FrameType.FIXED_JOINT))
+    parent, before = 0, pin.SE3.Identity()
+    for i, (row, name) in enumerate(zip(rows, names, strict=True), 1):
+        twist = _pose(x=row.a, about_x=row.alpha)
+        turn = _pose(z=row.d, about_z=row.theta_offset)
+        placement, link = (before, turn * twist) if convention == "standard" else (before * twist, turn)
+        joint = pin.JointModelRZ() if row.joint == "revolute" else pin.JointModelPZ()
+        parent = model.addJoint(parent, joint, placement, name)
+        model.addJointFrame(parent)
+        model.addBodyFrame(f"link{i}", parent, link, model.nframes - 1)
+        if row.mass_kg:
+            com = np.array(row.com_m or (0.0, 0.0, 0.0))
+            inertia = _symmetric(row.inertia_kg_m2 or (0.0,) * 6)
+            model.appendBodyToJoint(parent, pin.Inertia(row.mass_kg, com, inertia), link)
+        before = link
+    model.addFrame(pin.Frame("tool0", parent, model.nframes - 1, before, pin.FrameType.OP_FRAME))
+    return PinocchioModel(model)
+
+
+def rotation_rpy(rpy_deg: Sequence[float]) -> FloatArray:
+    """(3, 3) rotation Rz(yaw) Ry(pitch) Rx(roll), angles in degrees: base axes in the world."""
+    roll, pitch, yaw = np.radians(rpy_deg)
+    return np.asarray(pin.utils.rotate("z", yaw) @ pin.utils.rotate("y", pitch) @ pin.utils.rotate("x", roll))
+
+
+class PinocchioModel:
+    """An arm while it is built, and what is asked of it. Columns follow :attr:`joint_names`; frames go by name."""
+
+    def __init__(self, model: Any) -> None:
+        """``model``: a ``pinocchio.Model`` whose joints have one position each."""
+        self._model = model
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints in the model's own order."""
+        return tuple(self._model.names)[1:]
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Every frame's name."""
+        return tuple(frame.name for frame in self._model.frames)
+
+    @property
+    def joint_count(self) -> int:
+        """Number j of joints."""
+        return int(self._model.nv)
+
+    @property
+    def gravity_m_s2(self) -> FloatArray:
+        """(3,) in base axes."""
+        return np.array(self._model.gravity.linear)
+
+    def set_gravity(self, gravity_m_s2: FloatArray) -> None:
+        """Gravity in base axes, (3,) m/s²."""
+        self._model.gravity.linear = gravity_m_s2
+
+    @property
+    def armature(self) -> FloatArray:
+        """(j,) reflected rotor inertia, kg·m² or kg."""
+        return np.array(self._model.armature, dtype=float)
+
+    def set_armature(self, armature: FloatArray) -> None:
+        """Reflected rotor inertia (j,), kg·m² or kg; Pinocchio adds it to the diagonal of the mass matrix."""
+        self._model.armature = armature
+
+    def copy(self) -> PinocchioModel:
+        """An independent copy."""
+        return PinocchioModel(self._model.copy())
+
+    def locked(self, positions: Mapping[str, float]) -> PinocchioModel:
+        """A model in which the named joints are fixed at the given positions (rad or m)."""
+        at = pin.neutral(self._model)
+        ids = [self._model.getJointId(name) for name in positions]
+        for joint, value in zip(ids, positions.values(), strict=True):
+            at[self._model.joints[joint].idx_q] = value
+        return PinocchioModel(pin.buildReducedModel(self._model, ids, at) if ids else self._model.copy())
+
+    def add_point_mass(self, frame: str, mass_kg: float, com_m: Sequence[float] | FloatArray) -> None:
+        """Fix a point mass at ``com_m`` (3,) of a frame."""
+        at = self._frame(frame)
+        body = pin.Inertia(mass_kg, np.array(com_m, dtype=float), np.zeros((3, 3)))
+        self._model.appendBodyToJoint(at.parentJoint, body, at.placement)
+
+    def only_point_mass(
+        self, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray
+    ) -> PinocchioModel:
+        """The arm without rotors and without any mass but a point at ``com_m`` (3,) of a frame, under this gravity."""
+        alone = self.copy()
+        alone.set_gravity(np.array(gravity_m_s2, dtype=np.float64))
+        alone.set_armature(np.zeros(self.joint_count))
+        for k in range(len(alone._model.inertias)):
+            alone._model.inertias[k] = pin.Inertia.Zero()
+        alone.add_point_mass(frame, mass_kg, com_m)
+        return alone
+
+    def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
+        """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
+        moved = {self._model.getJointId(name) for name in kept}
+        out = []
+        for name in names:
+            joint = self._model.getJointId(name)
+            inside, outside = set(self._model.supports[joint]), set(self._model.subtrees[joint])
+            if moved & inside and moved & outside:
+                out.append(name)
+        return out
+
+    def bodies(self) -> list[tuple[str, float, FloatArray]]:
+        """Per joint: its name, the mass (kg) it moves directly, the (3, 3) inertia about that mass's centre."""
+        parts = list(self._model.inertias)[1:]
+        return [(n, float(b.mass), np.array(b.inertia)) for n, b in zip(self.joint_names, parts, strict=True)]
+
+    def inertial_parameters(self) -> FloatArray:
+        """(10 j,) parameters in the order of :meth:`Workspace.torque_regressor`, tool included."""
+        return np.concatenate([body.toDynamicParameters() for body in list(self._model.inertias)[1:]])
+
+    def set_inertial_parameters(self, parameters: FloatArray) -> None:
+        """Replace the inertial parameters (10 j,) of the bodies whose parameters differ."""
+        for k, ten in enumerate(parameters.reshape(-1, 10), 1):
+            if not np.array_equal(ten, self._model.inertias[k].toDynamicParameters()):
+                self._model.inertias[k] = pin.Inertia.FromDynamicParameters(ten)
+
+    def frame_number(self, frame: str) -> int:
+        """Number of a frame for :class:`Workspace`.
+
+        Raises:
+            RobotError: there is no such frame.
+        """
+        if not self._model.existFrame(frame):
+            raise RobotError("the model has no such frame", found=frame)
+        return int(self._model.getFrameId(frame))
+
+    def frame_joint(self, frame: str) -> str | None:
+        """The joint that moves a frame; None for the base."""
+        joint = self._frame(frame).parentJoint
+        return None if joint == 0 else str(self._model.names[joint])
+
+    def frame_in_joint(self, frame: str) -> tuple[FloatArray, FloatArray, int]:
+        """Rotation, position (m) of a frame in the joint that moves it, and that joint's number from 0."""
+        at = self._frame(frame)
+        return at.placement.rotation.copy(), at.placement.translation.copy(), int(at.parentJoint) - 1
+
+    def frame_offset(self, of: str, relative_to: str) -> tuple[FloatArray, FloatArray] | None:
+        """Constant pose (rotation, translation) of one frame in another; None when a joint lies between."""
+        of_frame, to_frame = self._frame(of), self._frame(relative_to)
+        if of_frame.parentJoint != to_frame.parentJoint:
+            return None
+        pose = to_frame.placement.inverse() * of_frame.placement
+        return pose.rotation.copy(), pose.translation.copy()
+
+    def beyond(self, frame: str) -> tuple[float, FloatArray]:
+        """Mass (kg) and first moments (3,) kg·m, in its joint, of the links that the description fixes to a frame."""
+        frames, own = self._model.frames, self._model.getFrameId(frame)
+        mass, first, outside = 0.0, np.zeros(3), {own}
+        for number in range(own + 1, len(frames)):
+            part = frames[number]
+            if part.parentFrame in outside and part.parentJoint == frames[own].parentJoint:
+                outside.add(number)
+                mass += float(part.inertia.mass)
+                first += part.inertia.mass * (part.placement * part.inertia.lever)
+        return mass, first
+
+    def frame_placement(self, frame: str) -> FramePlacement:
+        """Where a frame is, for the recursions."""
+        at = self._frame(frame)
+        pose = self._aligned()[at.parentJoint].inverse() * at.placement
+        return FramePlacement(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
+
+    def links(self) -> list[Link]:
+        """The recursions' constants, one joint and its body each."""
+        model, aligned, out = self._model, self._aligned(), []
+        for k in range(1, model.njoints):
+            pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
+            mass, *rest = aligned[k].actInv(model.inertias[k]).toDynamicParameters()
+            xx, xy, yy, xz, yz, zz = rest[3:]
+            inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            out.append(Link(model.parents[k] - 1, self._prismatic(k), pose.rotation.copy(), pose.translation.copy(),
+                            float(mass), np.array(rest[:3]), inertia, float(model.armature[k - 1])))  # fmt: skip
+        return out
+
+    def workspace(self) -> Workspace:
+        """Memory for the library's algorithms on this model; each thread needs its own."""
+        return Workspace(self._model)
+
+    def _frame(self, name: str) -> Any:
+        return self._model.frames[self._model.getFrameId(name)]
+
+    def _axis(self, joint: int) -> FloatArray:
+        """(6,) motion of a joint per its speed, in its own axes."""
+        data = self._model.createData()
+        pin.computeJointJacobians(self._model, data, pin.neutral(self._model))
+        jacobian = np.reshape(pin.getJointJacobian(self._model, data, joint, pin.LOCAL), (6, -1))
+        return np.asarray(jacobian[:, self._model.joints[joint].idx_v])  # a single joint's Jacobian comes back flat
+
+    def _prismatic(self, joint: int) -> bool:
+        return bool(np.linalg.norm(self._axis(joint)[3:]) < 0.5)
+
+    def _aligned(self) -> list[Any]:
+        """Of the base and of every joint, a rotation of its axes that puts z along its motion."""
+        out = [pin.SE3.Identity()]
+        for k in range(1, self._model.njoints):
+            axis = self._axis(k)
+            out.append(pin.SE3(_z_onto(axis[:3] if self._prismatic(k) else axis[3:]), np.zeros(3)))
+        return out
+
+
+class Workspace:
+    """The library's algorithms, one sample at a time, in memory of their own.
+
+    Arrays handed in must be (j,) float64; those handed out may be that memory, valid until the next call.
+    """
+
+    def __init__(self, model: Any) -> None:
+        """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
+        self._model, self._data = model, model.createData()
+
+    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(j,) torque M(q) a + C(q, v) v + G(q), rotor inertia included (recursive Newton-Euler algorithm)."""
+        out: FloatArray = pin.rnea(self._model, self._data, q, v, a)
+        return out
+
+    def forward_dynamics(self, q: FloatArray, v: FloatArray, torque: FloatArray) -> FloatArray:
+        """(j,) acceleration (articulated-body algorithm)."""
+        out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
+        return out
+
+    def mass_matrix(self, q: FloatArray) -> FloatArray:
+        """(j, j) M(q), rotor inertia included (composite rigid-body algorithm)."""
+        upper = np.triu(pin.crba(self._model, self._data, q))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
+    def coriolis_matrix(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """(j, j) C(q, v) with dM/dt = C + C^T."""
+        out: FloatArray = pin.computeCoriolisMatrix(self._model, self._data, q, v)
+        return out
+
+    def gravity_torque(self, q: FloatArray) -> FloatArray:
+        """(j,) torque G(q) that holds the arm against gravity."""
+        out: FloatArray = pin.computeGeneralizedGravity(self._model, self._data, q)
+        return out
+
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
+        out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
+        return out
+
+    def frame_jacobian(self, q: FloatArray, frame: int) -> FloatArray:
+        """(6, j) Jacobian of a frame in its own axes; linear rows first."""
+        out: FloatArray = pin.computeFrameJacobian(self._model, self._data, q, frame, pin.LOCAL)
+        return out
+
+    def frame_rotation(self, q: FloatArray, frame: int) -> FloatArray:
+        """(3, 3) axes of a frame in the base."""
+        pin.forwardKinematics(self._model, self._data, q)
+        return np.array(pin.updateFramePlacement(self._model, self._data, frame).rotation)
+
+    def update(self, q: FloatArray) -> None:
+        """Compute joint Jacobians and frame poses at ``q`` for the two calls below."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateFramePlacements(self._model, self._data)
+
+    def pose(self, frame: int) -> tuple[FloatArray, FloatArray]:
+        """(3, 3) rotation and (3,) position of a frame in the base, after :meth:`update`."""
+        place = self._data.oMf[frame]
+        return place.rotation, place.translation
+
+    def jacobian(self, frame: int, point_m: FloatArray | None = None) -> FloatArray:
+        """(6, j) Jacobian in base axes at the frame's origin, or at a point (3,) of the frame; linear rows first."""
+        out: FloatArray = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
+        if point_m is not None:
+            arm = self._data.oMf[frame].rotation @ point_m
+            out[:3] -= pin.skew(arm) @ out[3:]
+        return out
+
+
+def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:
+    rotation = pin.utils.rotate("z", about_z) @ pin.utils.rotate("x", about_x)
+    return pin.SE3(rotation, np.array([x, 0.0, z]))
+
+
+def _symmetric(six: Sequence[float]) -> FloatArray:
+    xx, yy, zz, xy, yz, xz = six
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _z_onto(axis: FloatArray) -> FloatArray:
+    """A rotation that takes e_z onto the unit vector ``axis``."""
+    z = axis / np.linalg.norm(axis)
+    if z[2] > 1.0 - 1e-12:
+        return np.eye(3)
+    helper = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < math.sqrt(0.5) else np.array([0.0, 1.0, 0.0])
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])

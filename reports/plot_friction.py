@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.reports.friction_band import band, curve
 from collaudit.reports.svg import CURVE, INK, drawing, figure, inline, quiet_axis
 
 _SAMPLES = 200
-_Z95 = 1.959963984540054
 
 
 def draw_friction(fit: FrictionFit, torque_unit: str, speed_unit: str, name: str, label: str) -> Markup:
@@ -58,7 +58,7 @@ def _draw_curve(axes: Axes, fit: FrictionFit, law: FrictionModel, slowest: float
 def _draw_points(axes: Axes, points: list[FrictionPoint], shape: str, face: str) -> None:
     if not points:
         return
-    half: FloatArray = np.array([_Z95 * p.se_nm if np.isfinite(p.se_nm) else 0.0 for p in points])
+    half: FloatArray = np.array([NORMAL_QUANTILE_975 * p.se_nm if np.isfinite(p.se_nm) else 0.0 for p in points])
     axes.errorbar(
         [p.speed_rad_s for p in points],
         [p.friction_nm for p in points],

@@ -6,14 +6,12 @@ from math import ceil
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
-
-#: A joint faster than this, in rad/s, moves.
-_MOVING_RAD_S = 0.02
 
 
 def saturation(effort: FloatArray, period_s: float) -> BoolArray:
@@ -82,7 +80,7 @@ def _constant(effort: FloatArray, velocity: FloatArray, joint: str) -> list[Find
     if known.size == 0:
         return [Finding("log-effort-missing", "error", f"Joint '{joint}' has no effort values.", joint=joint)]
     first = known[0]
-    if (known != first).any() or not np.nanmax(np.abs(velocity), initial=0.0) > _MOVING_RAD_S:
+    if (known != first).any() or not np.nanmax(np.abs(velocity), initial=0.0) > MOVING_RAD_S:
         return []
     text = f"The effort of joint '{joint}' is {first:g} all the time although the joint moves."
     return [Finding("log-effort-constant", "error", text, joint=joint)]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray
@@ -14,8 +15,6 @@ from collaudit.core.numeric.runs import run_bounds
 
 #: This many repeats in a row, and this many times the usual number, are a stall and not a slow source.
 _LEAST, _TIMES = 8, 4
-#: An arm slower than this may well give the same numbers twice, rad/s.
-_MOVING_RAD_S = 0.02
 _LISTED = 20
 
 
@@ -60,12 +59,12 @@ def _repeats(log: JointLog) -> BoolArray:
 
 def _moved(log: JointLog, start: int, stop: int) -> bool:
     speed = np.zeros(1) if log.velocity_rad_s is None else np.nan_to_num(np.abs(log.velocity_rad_s[start]))
-    if float(speed.max()) > _MOVING_RAD_S:
+    if float(speed.max()) > MOVING_RAD_S:
         return True
     if stop >= log.time_s.size:
         return False
     way = np.nan_to_num(np.abs(log.position_rad[stop] - log.position_rad[start - 1]))
-    return float(way.max()) > _MOVING_RAD_S * float(log.time_s[stop] - log.time_s[start - 1])
+    return float(way.max()) > MOVING_RAD_S * float(log.time_s[stop] - log.time_s[start - 1])
 
 
 def _only(log: JointLog, keep: BoolArray, findings: tuple[Finding, ...]) -> JointLog:

@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.stats import robust_sd
 
 MIN_SEGMENT_SAMPLES = 12
 #: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.
@@ -136,7 +137,7 @@ def _usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
 
 def _gap_limit(steps: FloatArray, period: float, gap_factor: float) -> float:
     """A step longer than this is a gap; wider where stamps scatter, up to three periods."""
-    scatter = 1.4826 * float(np.median(np.abs(steps - period)))
+    scatter = robust_sd(steps - period)
     return min(max(gap_factor * period, period + 8.0 * scatter), max(3.0, gap_factor) * period)
 
 

@@ -14,7 +14,9 @@ from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 
-_MOVING_RAD_S = 0.02
+#: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
+#: friction is not that of sliding, and the same position twice is no surprise.
+MOVING_RAD_S = 0.02
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 
 
@@ -77,7 +79,7 @@ def choose_velocity(
             compare = low_pass(own, segments, period_s, bandwidth_hz, velocity[:, j])
             chosen, said = _choose(own, compare, smooth, derived, joint_names[j])
             if chosen is own:
-                lag = velocity_lag(compare, smooth, rows, period_s, _MOVING_RAD_S)
+                lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
                 late = lag is not None and lag.matters(period_s)
                 chosen = derived if source == "position" or (late and source == "auto") else own
             if chosen is not own:
@@ -132,7 +134,7 @@ def _choose(
     both = np.isfinite(compare + smooth)
     if not both.any():
         return derive(f"Joint '{joint}' has no velocity values")
-    moving = both & (np.abs(smooth) > _MOVING_RAD_S)
+    moving = both & (np.abs(smooth) > MOVING_RAD_S)
     if np.count_nonzero(moving) < 10:
         return logged, []
     if np.all(logged[moving] == 0.0):

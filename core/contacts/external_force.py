@@ -16,6 +16,7 @@ from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
 #: Lever arms below this (m) see a force too faintly to say anything.
@@ -24,7 +25,6 @@ _BLIND_M = 0.03
 #: torque that this adds is no misfit.
 _OFF_ORIGIN_M = 0.05
 _AVERAGED_S = 0.02
-_Z95 = 1.96
 #: A link further out explains the joints as well if its weighted squared misfit is not larger by this.
 _CHI2 = 6.0
 #: Residual level assumed where the log has too little clean motion to measure it, N·m.
@@ -138,7 +138,7 @@ def _noise(prepared: Prepared, run: DetectorRun, j: int) -> float:
     if np.count_nonzero(judged) < _LEAST_CLEAN:
         return _DEFAULT_NOISE_NM
     x = _unsmoothed(prepared, run, slice(None), [j])[judged, 0]
-    return 1.4826 * float(np.nanmedian(np.abs(x)))
+    return robust_sd(x[~np.isnan(x)])
 
 
 def _solve(
@@ -166,9 +166,9 @@ def _solve(
     blind = [rotation @ d for d in directions[size < _BLIND_M]]
     total = float(np.linalg.norm(force))
     along = amount / total if total > 0 else np.ones_like(amount) / np.sqrt(amount.size)
-    width = _Z95 * float(np.sqrt(along @ covariance @ along))
+    width = STANDARD_ERRORS_95 * float(np.sqrt(along @ covariance @ along))
     hidden = [any(abs(b[axis]) > 0.5 for b in blind) for axis in range(3)]
-    half = [None if hidden[i] else _Z95 * float(np.sqrt(spread[i, i])) for i in range(3)]
+    half = [None if hidden[i] else STANDARD_ERRORS_95 * float(np.sqrt(spread[i, i])) for i in range(3)]
     return ContactForce(
         frame=frame,
         force_n=(float(in_base[0]), float(in_base[1]), float(in_base[2])),

@@ -11,6 +11,7 @@ from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
 
@@ -178,9 +179,9 @@ def _reweighted(data: ls.Points, law: SeparableLaw, method: str) -> tuple[FloatA
         c = ls.quick_rate(now, law) if law.rate is not None else 0.0
         fit = ls.fit_at(now, law, c)
         rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
-        scale = max(1.4826 * float(np.median(rest)), 1e-12)
+        scale = max(robust_sd(rest), 1e-12)
         ratio = rest / scale
-        fresh = np.minimum(1.0, 1.345 / np.maximum(ratio, 1e-12))
+        fresh = np.minimum(1.0, HUBER_BOUND / np.maximum(ratio, 1e-12))
         if method == "bisquare":
             fresh = np.where(ratio < 4.685, (1.0 - (ratio / 4.685) ** 2) ** 2, 0.0)
         change, weight = float(np.max(np.abs(fresh - weight))), np.asarray(fresh)

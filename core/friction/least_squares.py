@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.stats import parabola_minimum
 
 _COARSE = 161
 _DENSE = 121
@@ -169,10 +170,7 @@ def quick_rate(points: Points, law: SeparableLaw) -> float:
     k = int(np.argmin(sums))
     if k in (0, _COARSE - 1):
         return float(grid[k])
-    below, here, above = sums[k - 1 : k + 2]
-    bend = below - 2.0 * here + above
-    shift = 0.5 * (below - above) / bend if bend > 0 else 0.0
-    return float(grid[k] * (grid[1] / grid[0]) ** shift)
+    return float(grid[k] * (grid[1] / grid[0]) ** float(parabola_minimum(*sums[k - 1 : k + 2])))
 
 
 def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -14,8 +14,8 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_variation import trend_words
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
-_STANDARD_ERRORS = 1.96  # in half of a 95 % interval
 _NEAR_K = 1.0  # beyond the fit's temperatures and not worth a word
 
 
@@ -63,7 +63,7 @@ def _temperature_model(trend: Trend) -> TemperatureModel:
     assert trend.fit is not None
     half = 0.5 * ((trend.ci95[1] or 0.0) - (trend.ci95[0] or 0.0))
     at = trend.fit
-    return TemperatureModel(trend.per_unit, half / _STANDARD_ERRORS, at.mean, at.level, (at.lowest, at.highest))
+    return TemperatureModel(trend.per_unit, half / STANDARD_ERRORS_95, at.mean, at.level, (at.lowest, at.highest))
 
 
 def _temperature_findings(joint: str, trend: Trend, model: TemperatureModel, heat: FloatArray) -> list[Finding]:

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.conditioning.velocity_lag import SAMPLES
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.channel_shift import (
-    MOVING,
     Delay,
     basis_of,
     best_shift,
@@ -87,7 +87,7 @@ def wrench_delay(prepared: Prepared, config: Config) -> Delay | None:
     known &= np.isfinite(series.acceleration_rad_s2).all(axis=1)
     if not known.any() or float(np.std(gravity[known], axis=0).max()) < 1.0:
         return None
-    moving = known & (np.abs(series.velocity_rad_s) > MOVING).any(axis=1)
+    moving = known & (np.abs(series.velocity_rad_s) > MOVING_RAD_S).any(axis=1)
     rows = thinned(np.flatnonzero(moving), series, force)
 
     def costs(pick: IntArray) -> Callable[[int], FloatArray]:

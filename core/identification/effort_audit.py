@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.channel_shift import Delay
@@ -17,7 +18,6 @@ _AS_TORQUE = (0.6, 1.67)
 _DOUBLED = (1.75, 2.3)
 _ALIKE = 1.6
 _MOST = 0.6  # of the load, borne by joints with like gains
-_MOVING = 0.02
 _COARSE = 0.5
 #: Standard deviation of Gaussian noise over the median of |successive differences|: 1.4826 / sqrt(2).
 _SD_PER_MEDIAN_DIFFERENCE = 1.05
@@ -113,7 +113,7 @@ def _steps(prepared: Prepared) -> list[Finding]:
     findings = []
     for joint in prepared.judged:
         j = series.column(joint)
-        moving = np.abs(series.velocity_rad_s[:, j]) > _MOVING
+        moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
         effort = series.effort[moving & np.isfinite(series.effort[:, j]), j]
         step = _step(effort)
         if step is None:

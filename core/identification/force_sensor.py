@@ -15,11 +15,11 @@ from collaudit.core.data.identification_result import Bounds, SensorFacts
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.prepare.prepared import Prepared
 
 _STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
 _MIN_POSES = 4
-_Z95 = 1.96
 _STANDARD_G = 9.80665
 
 
@@ -96,11 +96,11 @@ def _centre_sd(estimate: FloatArray, covariance: FloatArray) -> FloatArray:
 
 def sensor_facts(found: SensorCalibration, config: Config) -> SensorFacts:
     """A calibration with its intervals."""
-    e, half = found.estimate, _Z95 * found.sd
+    e, half = found.estimate, STANDARD_ERRORS_95 * found.sd
     com = com_ci = None
     if e[0] > half[0]:
         centre = e[1:4] / e[0]
-        com, com_ci = _three(centre), _bounds(centre, _Z95 * found.centre_sd)
+        com, com_ci = _three(centre), _bounds(centre, STANDARD_ERRORS_95 * found.centre_sd)
     return SensorFacts(
         frame=config.log.wrench_frame or "",
         poses=found.poses,
@@ -111,9 +111,9 @@ def sensor_facts(found: SensorCalibration, config: Config) -> SensorFacts:
         offset=tuple(float(x) for x in e[4:]),
         offset_ci95=_bounds(e[4:], half[4:]),
         turn_deg=None if found.turn_deg is None else _three(found.turn_deg),
-        turn_half_deg=None if found.turn_sd_deg is None else _Z95 * found.turn_sd_deg,
+        turn_half_deg=None if found.turn_sd_deg is None else STANDARD_ERRORS_95 * found.turn_sd_deg,
         drift=tuple(float(x) for x in found.drift),
-        drift_ci95=_bounds(found.drift, _Z95 * found.drift_sd),
+        drift_ci95=_bounds(found.drift, STANDARD_ERRORS_95 * found.drift_sd),
         missing=found.missing,
     )
 

@@ -27,10 +27,10 @@ from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.identification.standard_errors import Errors, errors
 from collaudit.core.identification.tool_estimate import identified_tool, point_mass_inertia
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
-_Z95 = 1.96
 _HELD_OUT_STEPS = 4
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
 
@@ -214,7 +214,7 @@ def _held_out(terms: Terms, unknowns: Unknowns, blocks: int) -> list[float | Non
 
 
 def _interval(value: float, sd: float) -> Bounds:
-    return value - _Z95 * sd, value + _Z95 * sd
+    return value - STANDARD_ERRORS_95 * sd, value + STANDARD_ERRORS_95 * sd
 
 
 def _bodies(job: _Job) -> dict[str, IdentifiedBody]:

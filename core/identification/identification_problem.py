@@ -19,9 +19,9 @@ from collaudit.core.identification.identification_samples import Motion
 from collaudit.core.identification.nuisance import projector
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _ITERATIONS = 12
-_HUBER = 1.345
 _CHANGE = 1e-4
 
 
@@ -194,14 +194,14 @@ def reweigh(terms: Terms, state: State) -> None:
         use = terms.motion.moving[:, j]
         if not use.any():
             continue
-        state.sigma[j] = max(1.4826 * float(np.median(np.abs(rest[use, j]))), 1e-4)
+        state.sigma[j] = max(robust_sd(rest[use, j]), 1e-4)
         ratio = np.abs(rest[:, j]) / state.sigma[j]
-        weight = np.where(use, np.minimum(1.0, _HUBER / np.maximum(ratio, 1e-9)), 0.0)
+        weight = np.where(use, np.minimum(1.0, HUBER_BOUND / np.maximum(ratio, 1e-9)), 0.0)
         together = terms.by_cluster(np.where(use, weight * rest[:, j], 0.0))
         alone = float(np.sum((weight * rest[:, j])[use] ** 2))
         design = max(1.0, float(np.sum(together**2)) / max(alone, 1e-30))
         state.weight[:, j] = weight / design
-        state.slope[:, j] = np.where(use & (ratio <= _HUBER), 1.0 / design, 0.0)
+        state.slope[:, j] = np.where(use & (ratio <= HUBER_BOUND), 1.0 / design, 0.0)
 
 
 def jacobian(

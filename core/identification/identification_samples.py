@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -14,8 +15,6 @@ from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.channel_shift import prompt_motion, steady
 from collaudit.core.prepare.prepared import Prepared
 
-#: Slower than this, friction is not steady and says nothing of the law (rad/s or m/s).
-SLOWEST = 0.02
 _CLUSTER_S = 1.0
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
 _SETTLED_S = 0.05
@@ -131,7 +130,7 @@ def _valid(prepared: Prepared, v: FloatArray, a: FloatArray) -> tuple[IntArray, 
     known = np.isfinite(series.position_rad + v + a).all(axis=1)
     if prepared.contact_nm is not None:
         known &= np.isfinite(prepared.contact_nm).all(axis=1)
-    moves = (np.abs(v) > SLOWEST).any(axis=1)
+    moves = (np.abs(v) > MOVING_RAD_S).any(axis=1)
     return np.asarray(np.flatnonzero(known & moves & ~series.edge), dtype=np.int64), effort
 
 
@@ -144,7 +143,7 @@ def _part(
     use = np.isfinite(effort[rows]) & ~series.saturated[rows]
     margin = round(_SETTLED_S / series.period_s)
     for j in range(v.shape[1]):
-        use[:, j] &= steady(velocity[:, j], SLOWEST, margin)[rows]
+        use[:, j] &= steady(velocity[:, j], MOVING_RAD_S, margin)[rows]
     return q, v, a, np.nan_to_num(effort[rows]), contact, use.astype(np.float64)
 
 

@@ -25,8 +25,8 @@ from collaudit.core.identification.identification_problem import (
 from collaudit.core.identification.nuisance import OFFSET
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
-_Z95 = 1.959964
 _MOST = 0.9
 
 
@@ -84,6 +84,6 @@ def _covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
 
     part = share / np.maximum(share.sum(axis=0), 1e-300)
     clusters = 1.0 / np.maximum(np.sum(part**2, axis=0), 1e-12)
-    reach = t.ppf(0.975, np.clip(clusters - 1.0, 1.0, 1e6)) / _Z95
+    reach = t.ppf(0.975, np.clip(clusters - 1.0, 1.0, 1e6)) / NORMAL_QUANTILE_975
     raised = influence / (1.0 - np.minimum(part, _MOST)) * reach
     return np.asarray(raised.T @ raised)

@@ -9,9 +9,8 @@ from collaudit.core.data.identification_result import Bounds, IdentifiedTool
 from collaudit.core.identification.identification_problem import Solution
 from collaudit.core.identification.standard_errors import Errors
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
-
-_Z95 = 1.96
 
 
 def point_mass_inertia(before: FloatArray, after: FloatArray) -> FloatArray:
@@ -54,12 +53,15 @@ def identified_tool(
     jacobian = np.column_stack([-turn.T @ place, turn.T])
     sd = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
     mass_sd = float(np.sqrt(max(covariance[0, 0], 0.0)))
-    bounds: list[Bounds] = [(float(x - _Z95 * s), float(x + _Z95 * s)) for x, s in zip(in_frame, sd, strict=True)]
-    centre = in_frame / total if total > _Z95 * mass_sd else None
+    bounds: list[Bounds] = [
+        (float(x - STANDARD_ERRORS_95 * s), float(x + STANDARD_ERRORS_95 * s))
+        for x, s in zip(in_frame, sd, strict=True)
+    ]
+    centre = in_frame / total if total > STANDARD_ERRORS_95 * mass_sd else None
     return IdentifiedTool(
         frame=frame,
         mass_kg=total,
-        mass_ci95=(total - _Z95 * mass_sd, total + _Z95 * mass_sd),
+        mass_ci95=(total - STANDARD_ERRORS_95 * mass_sd, total + STANDARD_ERRORS_95 * mass_sd),
         com_m=None if centre is None else (float(centre[0]), float(centre[1]), float(centre[2])),
         moment_ci95_kg_m=(bounds[0], bounds[1], bounds[2]),
     )

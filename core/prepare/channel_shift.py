@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.conditioning.velocity_lag import SAMPLES
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import MEDIAN_INEFFICIENCY, parabola_minimum, robust_sd
 from collaudit.core.robot.robot_model import RobotModel
 
 _REACH_S = (-0.2, 0.7)
@@ -19,7 +21,6 @@ _COARSE_S = 0.01
 _STEADY_S = 0.1
 _BLOCKS = 10
 _MAX_ROWS = 12_000
-MOVING = 0.02
 
 #: Of some samples (their numbers): the sums of squares (k,) at a shift in samples of the grid.
 Costs = Callable[[IntArray], Callable[[int], FloatArray]]
@@ -58,7 +59,7 @@ def effort_shift(
     known = np.isfinite(series.position_rad + v + a).all(axis=1) & ~series.edge
     if contact is not None:
         known &= np.isfinite(contact).all(axis=1)
-    slides = {j: steady(v[:, j], MOVING, round(_STEADY_S / series.period_s)) for j in loaded}
+    slides = {j: steady(v[:, j], MOVING_RAD_S, round(_STEADY_S / series.period_s)) for j in loaded}
     rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, effort[:, loaded])
     if rows.size == 0:
         return None
@@ -129,16 +130,17 @@ def best_shift(count: int, costs: Costs, period_s: float) -> Delay | None:
         cost = costs(part)
         sums = np.array([(cost(int(k)) / weights).sum() for k in shifts])
         k = int(np.clip(np.argmin(sums), 1, shifts.size - 2))
-        bend = sums[k - 1] - 2 * sums[k] + sums[k + 1]
-        move = 0.5 * (sums[k - 1] - sums[k + 1]) / bend if bend > 0 else 0.0
+        move = float(parabola_minimum(*sums[k - 1 : k + 2]))
         best.append((shifts[k] + float(np.clip(move, -1, 1))) * period_s)
     from scipy.stats import t
 
     values = np.array(best)
     middle = float(np.median(values))
-    spread = 1.4826 * float(np.median(np.abs(values - middle)))
+    spread = robust_sd(values - middle)
     # a block without acceleration says nothing of time: medians, and the efficiency of a median
-    half = float(t.ppf(0.975, _BLOCKS - 1)) * 1.2533 * max(spread, 0.02 * period_s) / float(np.sqrt(_BLOCKS))
+    half = (
+        float(t.ppf(0.975, _BLOCKS - 1)) * MEDIAN_INEFFICIENCY * max(spread, 0.02 * period_s) / float(np.sqrt(_BLOCKS))
+    )
     return Delay(middle, (middle - half, middle + half))
 
 

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
-_MOVING = 0.02  # rad/s
 _CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8
 _MAX_SAMPLES = 50_000
@@ -85,7 +86,7 @@ def _samples(effort: FloatArray, model: FloatArray, velocity: FloatArray) -> Int
     found: IntArray = np.empty(0, dtype=np.int64)
     for step in sorted({max(1, effort.size // (4 * _MAX_SAMPLES)), 1}, reverse=True):
         x, tau, v = effort[::step], model[::step], velocity[::step]
-        found = step * np.flatnonzero(np.isfinite(x) & np.isfinite(tau) & (np.abs(v) > _MOVING))
+        found = step * np.flatnonzero(np.isfinite(x) & np.isfinite(tau) & (np.abs(v) > MOVING_RAD_S))
         if found.size >= _MAX_SAMPLES:
             break
     return found[:: max(1, found.size // _MAX_SAMPLES)]
@@ -108,7 +109,7 @@ def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArr
     score = np.bincount(label, weights=x_free * (y_free - gain * x_free))
     small_sample = ids.size / (ids.size - 1)
     se = float(np.sqrt(small_sample * np.sum(score**2))) / power
-    half = 1.96 * (1.0 + 2.0 / ids.size) * se
+    half = STANDARD_ERRORS_95 * (1.0 + 2.0 / ids.size) * se
     spread = float(y_free @ y_free)
     explained = gain**2 * power / spread if spread > 0 else 0.0
     return EffortGain(joint, gain, (gain - half, gain + half), min(1.0, explained))

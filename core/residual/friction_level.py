@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stats import parabola_minimum
 
 #: Levels considered, as deviations from the calibration.
 LARGEST = 0.3
@@ -92,9 +93,7 @@ def _minimum(cost: FloatArray) -> FloatArray:
     """(blocks,) grid minimum, refined by the parabola through its neighbours."""
     best = np.clip(np.argmin(cost, axis=1), 1, _GRID.size - 2)
     rows = np.arange(cost.shape[0])
-    left, middle, right = (cost[rows, best + k] for k in (-1, 0, 1))
-    bend = left - 2.0 * middle + right
-    shift = np.where(bend > 0, 0.5 * (left - right) / np.where(bend > 0, bend, 1.0), 0.0)
+    shift = parabola_minimum(*(cost[rows, best + k] for k in (-1, 0, 1)))
     step = _GRID[1] - _GRID[0]
     return np.asarray(np.clip(_GRID[best] + np.clip(shift, -1.0, 1.0) * step, -LARGEST, LARGEST))
 

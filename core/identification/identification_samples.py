@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class Motion:
     Attributes:
         position, velocity, acceleration: (n, j).
         effort: (n, j) in the log's unit, low-passed as the motion was.
-        contact: (n, j) torque of the meant tool force, zero without a wrench.
+        contact: (n, j) torque of the commanded tool force, zero without a wrench.
         moving: (n, j) where a joint has moved one way for a while and will, and its effort is known.
         drift: (n, d) functions of time that an offset may follow.
         cluster: (n,) stretch of one second that a sample belongs to; errors inside one are alike.
@@ -49,21 +49,6 @@ class Motion:
     block: IntArray
     rate_hz: float
     loss: str
-
-    def take(self, rows: BoolArray) -> Motion:
-        """Only these samples."""
-        return replace(
-            self,
-            position=self.position[rows],
-            velocity=self.velocity[rows],
-            acceleration=self.acceleration[rows],
-            effort=self.effort[rows],
-            contact=self.contact[rows],
-            moving=self.moving[rows],
-            drift=self.drift[rows],
-            cluster=self.cluster[rows],
-            block=self.block[rows],
-        )
 
     @property
     def count(self) -> int:

@@ -10,6 +10,7 @@ from collaudit.core.identification.identification_problem import Solution
 from collaudit.core.identification.standard_errors import Errors
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 
 
@@ -19,8 +20,7 @@ def point_mass_inertia(before: FloatArray, after: FloatArray) -> FloatArray:
     for k in range(0, before.size, 10):
         mass, moment = float(after[k] - before[k]), after[k + 1 : k + 4] - before[k + 1 : k + 4]
         if mass > 1e-3:
-            inertia = (float(moment @ moment) * np.eye(3) - np.outer(moment, moment)) / mass
-            out[k + 4 : k + 10] = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+            out[k + 4 : k + 10] = point_mass_parameters(mass, moment)[4:]
     return out
 
 

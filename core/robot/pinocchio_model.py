@@ -329,7 +329,10 @@ def _symmetric(six: Sequence[float]) -> FloatArray:
 
 
 def _z_onto(axis: FloatArray) -> FloatArray:
-    """A rotation that takes e_z onto the unit vector ``axis``."""
+    """A rotation that takes e_z onto the unit vector ``axis``.
+
+    Pinocchio's ``Quaternion.FromTwoVectors`` gives one with fewer zeros: a UR10's program would be a fifth longer.
+    """
     z = axis / np.linalg.norm(axis)
     if z[2] > 1.0 - 1e-12:
         return np.eye(3)

@@ -20,28 +20,28 @@ from collaudit.core.numeric.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A number of the computation that is recorded: plus or minus a node of its tape."""
+    """A number of the computation that is recorded: plus or minus a node of its recording."""
 
-    tape: Tape
+    recorder: Recorder
     node: int
     negative: bool = False
 
     def __neg__(self) -> Value:
-        return Value(self.tape, self.node, not self.negative)
+        return Value(self.recorder, self.node, not self.negative)
 
     def __add__(self, other: Scalar) -> Scalar:
-        return self.tape.sum_of(self, other)
+        return self.recorder.sum_of(self, other)
 
     __radd__ = __add__
 
     def __sub__(self, other: Scalar) -> Scalar:
-        return self.tape.sum_of(self, -other)
+        return self.recorder.sum_of(self, -other)
 
     def __rsub__(self, other: Scalar) -> Scalar:
-        return self.tape.sum_of(-self, other)
+        return self.recorder.sum_of(-self, other)
 
     def __mul__(self, other: Scalar) -> Scalar:
-        return self.tape.product_of(self, other)
+        return self.recorder.product_of(self, other)
 
     __rmul__ = __mul__
 
@@ -79,7 +79,7 @@ class _Step:
         return {x for x in self.operands if isinstance(x, int)}
 
 
-class Tape:
+class Recorder:
     """Records operations on values, each only once."""
 
     def __init__(self, inputs: int) -> None:

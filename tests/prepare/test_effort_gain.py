@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import statsmodels.api as sm
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.prepare.effort_gain import effort_gain_findings, effort_gains
 
@@ -56,3 +58,27 @@ def test_an_unloaded_joint_is_undecided_not_guessed() -> None:
 def test_the_interval_covers_the_gain() -> None:
     hits = sum(g.ci95[0] <= 1.0 <= g.ci95[1] for seed in range(20) for g in run(1.0, 10.0, seed)[0])
     assert hits >= 15
+
+
+def test_the_interval_is_cluster_robust_as_statsmodels_has_it() -> None:
+    """Liang and Zeger's standard error over one-second clusters with c / (c - 1), and 1 + 2 / c for few of them."""
+    rng = np.random.default_rng(5)
+    t = PERIOD * np.arange(8000)
+    q, v = 0.8 * np.sin(0.9 * t), 0.72 * np.cos(0.9 * t)
+    model = 20.0 * np.cos(q + 0.5)
+    effort = 0.9 * model + 5 * np.sign(v) + 2 * v + 0.5 * np.sin(3.0 * t) + rng.normal(0, 0.3, t.size)
+    series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
+    (found,) = effort_gains(series, model[:, None])
+
+    assert series.effort is not None
+    speed = series.velocity_rad_s[:, 0]
+    use = np.abs(speed) > MOVING_RAD_S
+    design = np.column_stack([model, np.sign(speed), speed, np.ones_like(speed)])[use]
+    cluster = np.floor(series.time_s[use]).astype(int)
+    count = np.unique(cluster).size
+    fit = sm.OLS(series.effort[use, 0], design).fit(
+        cov_type="cluster", cov_kwds={"groups": cluster, "use_correction": False}
+    )
+    assert found.gain == pytest.approx(fit.params[0], rel=1e-9)
+    half = 1.96 * (1.0 + 2.0 / count) * np.sqrt(count / (count - 1)) * fit.bse[0]
+    assert 0.5 * (found.ci95[1] - found.ci95[0]) == pytest.approx(half, rel=1e-9)

@@ -11,10 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collaudit.core.robot import newton_euler
-from collaudit.core.robot import reference_dynamics as reference
+from collaudit.core.robot import newton_euler, reference_dynamics
 from collaudit.core.robot.pinocchio_model import PinocchioModel
-from collaudit.core.robot.recorded_program import Program, Tape
+from collaudit.core.robot.recorded_program import Program, Recorder
 from collaudit.core.robot.rigid_bodies import RigidBodies
 from collaudit.core.robot.sample_batches import Batched, OneByOne, Signal, evaluate
 
@@ -57,17 +56,17 @@ def compared(program: Batched, slow: OneByOne, seed: int = 1) -> None:
 def test_any_tree(seed: int, joints: int) -> None:
     pin.seed(seed)
     model, bodies = tree(seed, joints)
-    compared(bodies.inverse_dynamics(), reference.inverse_dynamics(model))
-    compared(bodies.momentum(), reference.momentum(model))
+    compared(bodies.inverse_dynamics(), reference_dynamics.inverse_dynamics(model))
+    compared(bodies.momentum(), reference_dynamics.momentum(model))
     for frame in (f"f{joints - 1}", "f0", "base"):
-        compared(bodies.force(frame), reference.force(model, frame, None))
+        compared(bodies.force(frame), reference_dynamics.force(model, frame, None))
         body = (f"f{joints // 2}", 1.7, np.array([0.1, -0.2, 0.3]))
-        compared(bodies.force(frame, body), reference.force(model, frame, body))
+        compared(bodies.force(frame, body), reference_dynamics.force(model, frame, body))
         mass = (frame, 0.8, np.array([0.1, 0.0, -0.2]), G)
-        compared(bodies.weight(*mass), reference.weight(model, *mass))
-        compared(bodies.torques(frame), reference.torques(model, frame, None))
+        compared(bodies.weight(*mass), reference_dynamics.weight(model, *mass))
+        compared(bodies.torques(frame), reference_dynamics.torques(model, frame, None))
         body = (frame, 1.7, np.array([0.1, -0.2, 0.3]))
-        compared(bodies.torques(frame, body), reference.torques(model, frame, body))
+        compared(bodies.torques(frame, body), reference_dynamics.torques(model, frame, body))
 
 
 def test_a_recursion_that_is_wrong_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,7 +99,7 @@ def test_the_reference_works_in_threads() -> None:
     model, bodies = tree(8, 5)
     q = np.random.default_rng(1).normal(size=(30_000, 5))
     mass = ("f4", 1.0, np.array([0.1, 0.2, 0.3]), G)
-    fast, slow = (evaluate(p, [Signal(q)])[0] for p in (bodies.weight(*mass), reference.weight(model, *mass)))
+    fast, slow = (evaluate(p, [Signal(q)])[0] for p in (bodies.weight(*mass), reference_dynamics.weight(model, *mass)))
     np.testing.assert_allclose(slow, fast, atol=1e-9)
 
 
@@ -109,7 +108,7 @@ def test_a_change_of_the_model_afterwards_changes_no_program() -> None:
     as_it_was = model.copy()
     model.set_armature(model.armature + 1.0)
     model.set_gravity(np.zeros(3))
-    compared(bodies.momentum(), reference.momentum(as_it_was))
+    compared(bodies.momentum(), reference_dynamics.momentum(as_it_was))
 
 
 def test_other_parameters_are_recorded_anew() -> None:
@@ -134,17 +133,17 @@ def carry_out(kind: str, p: Any, q: Any, number: float, sine: Any, cosine: Any) 
 
 @settings(max_examples=200, deadline=None)
 @given(operations=operations, wanted=st.lists(picks, min_size=1, max_size=5))
-def test_a_tape_replays_what_was_computed(operations: list[tuple[str, int, int, float]], wanted: list[int]) -> None:
+def test_a_program_replays_what_was_computed(operations: list[tuple[str, int, int, float]], wanted: list[int]) -> None:
     """The same arithmetic on values and on arrays, with constants 0 and 1 among them and results used often."""
     x = np.random.default_rng(2).normal(size=(3, 11))
-    tape = Tape(3)
-    recorded: list[Any] = [*tape.inputs(), 0.0, 1.0, -1.0]
+    recorder = Recorder(3)
+    recorded: list[Any] = [*recorder.inputs(), 0.0, 1.0, -1.0]
     computed: list[Any] = [*x, 0.0, 1.0, -1.0]
     for kind, a, b, number in operations:
-        for values, functions in ((recorded, (tape.sine, tape.cosine)), (computed, (np.sin, np.cos))):
+        for values, functions in ((recorded, (recorder.sine, recorder.cosine)), (computed, (np.sin, np.cos))):
             values.append(carry_out(kind, values[a % len(values)], values[b % len(values)], number, *functions))
     picked = [k % len(recorded) for k in wanted]
-    run = tape.program([recorded[k] for k in picked]).run_of(11)
+    run = recorder.program([recorded[k] for k in picked]).run_of(11)
     run.inputs[:] = x
     run.run()
     for row, k in zip(run.outputs, picked, strict=True):

@@ -17,7 +17,8 @@ _MATTERS_S = 0.02
 def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, list[Finding]]:
     """Everything that can be said about the channels of one log."""
     effort, wrench = effort_delay(prepared), wrench_delay(prepared, config)
-    late = effort is not None and is_significant(effort, prepared.series.period_s) and abs(effort.seconds) > _MATTERS_S
+    shown = effort is not None and is_significant(effort, prepared.series.period_s)
+    spoils_gains = shown and effort is not None and abs(effort.seconds) > _MATTERS_S
     calibration = calibrate_sensor(prepared, config)
     velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
@@ -28,7 +29,7 @@ def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, li
         wrench_delay_ci95_ms=_bounds_ms(wrench),
         sensor=None if calibration is None else sensor_facts(calibration, config),
     )
-    findings = audit_effort(prepared, effort if late else None)
+    findings = audit_effort(prepared, effort if spoils_gains else None)
     findings += audit_delays(prepared, config, effort, wrench)
     return facts, findings + audit_force_sensor(prepared, config, facts.sensor)
 

@@ -70,10 +70,10 @@ def effort_delay(prepared: Prepared) -> Delay | None:
 
 
 def _velocity_words(series: UniformSeries) -> str:
-    late = series.velocity_lag_s
-    if late is None or late < SAMPLES * series.period_s:
+    lag = series.velocity_lag_s
+    if lag is None or lag < SAMPLES * series.period_s:
         return ""
-    return f" The logged velocity is {1e3 * late:.1f} ms behind the positions, as one that the drive filters is."
+    return f" The logged velocity is {1e3 * lag:.1f} ms behind the positions, as one that the drive filters is."
 
 
 def wrench_delay(prepared: Prepared, config: Config) -> Delay | None:

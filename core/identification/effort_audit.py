@@ -24,24 +24,24 @@ _SD_PER_MEDIAN_DIFFERENCE = 1.05
 _HEARD = 1e-3  # a joint with less of the load than this does not speak of signs
 
 
-def audit_effort(prepared: Prepared, late: Delay | None = None) -> list[Finding]:
+def audit_effort(prepared: Prepared, delay: Delay | None = None) -> list[Finding]:
     """What all joints' efforts together look like, and efforts in coarse steps. Nothing is changed by it.
 
     Args:
         prepared: the log.
-        late: a delay of the effort that would spoil its gains, to be taken off before they are read.
+        delay: a delay of the effort that would spoil its gains, to be taken off before they are read.
     """
-    return [*_kind(prepared, late), *_steps(prepared)]
+    return [*_kind(prepared, delay), *_steps(prepared)]
 
 
-def _kind(prepared: Prepared, late: Delay | None) -> list[Finding]:
+def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
     """One verdict for the log: a single joint's gain may be off because its model is, all together are not."""
     if prepared.rigid_nm is None:
         return []
     gains = prepared.gains
-    if late is not None:
+    if delay is not None:
         contact = 0.0 if prepared.contact_nm is None else np.nan_to_num(prepared.contact_nm)
-        gains = gains_at(prepared.series, prepared.rigid_nm + contact, late)
+        gains = gains_at(prepared.series, prepared.rigid_nm + contact, delay)
     known = [g for g in gains if g.known and g.joint in prepared.judged]
     if not known:
         return []
@@ -55,8 +55,8 @@ def _kind(prepared: Prepared, late: Delay | None) -> list[Finding]:
     negative = float(np.mean(gain[heard] < 0))
     numbers = "; ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g}, {g.ci95[1]:.3g}]" for g in known)
     text = _words(known, typical, alike, negative, prepared.series.effort_unit)
-    if late is not None:
-        text = f"With its delay of {1e3 * late.seconds:.0f} ms taken off: {text[0].lower()}{text[1:]}"
+    if delay is not None:
+        text = f"With its delay of {1e3 * delay.seconds:.0f} ms taken off: {text[0].lower()}{text[1:]}"
     doubt = prepared.series.effort_unit == "Nm" and not (alike >= _MOST and _AS_TORQUE[0] <= typical < _DOUBLED[0])
     text = f"{text} Effort per N·m of model torque [95 %]: {numbers}."
     return [Finding("effort-kind", "warning" if doubt else "info", text)]

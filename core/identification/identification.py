@@ -18,13 +18,20 @@ from collaudit.core.data.identification_result import (
 )
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.base_parameters import BaseMap, base_map
-from collaudit.core.identification.identification_problem import Solution, Unknowns, residual, settle, solve, terms_of
+from collaudit.core.identification.identification_problem import (
+    Solution,
+    Unknowns,
+    refit_nuisance,
+    residual,
+    solve,
+    terms_of,
+)
 from collaudit.core.identification.identification_samples import collect
 from collaudit.core.identification.inertial_consistency import is_consistent, make_consistent
 from collaudit.core.identification.nuisance import OFFSET
-from collaudit.core.identification.priors import ARMATURE_SHARE, Gains, drive_gains, unknowns_of
+from collaudit.core.identification.priors import ARMATURE_SHARE, Gains, drive_gains, inertial_prior_sd, unknowns_of
 from collaudit.core.identification.problem_terms import Terms
-from collaudit.core.identification.standard_errors import Errors, errors
+from collaudit.core.identification.standard_errors import StandardErrors, standard_errors
 from collaudit.core.identification.tool_estimate import identified_tool, point_mass_inertia
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -78,16 +85,16 @@ def identify(prepared: Sequence[Prepared], config: Config) -> Identified | None:
     unknowns, solution = _repaired(terms, unknowns, solve(terms, unknowns), estimate)
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
     made = make_consistent(free, solution.hessian, solution.free, unknowns.inertials.size // 10)
-    final = settle(terms, _with_free(solution, made.free))
-    job = _Job(robot, terms, unknowns, final, errors(terms, solution, unknowns), estimate, gains)
+    final = refit_nuisance(terms, _with_free(solution, made.free))
+    job = _Job(robot, terms, unknowns, final, standard_errors(terms, solution, unknowns), estimate, gains)
     return Identified(
         estimate=estimate,
         joints=_joints(job, config.fit.blocks),
         bodies=_bodies(job),
         base_parameters=_base_parameters(job) if "inertials" in estimate else (),
         tool=_tool(job, config) if "tool" in estimate else None,
-        prior=_prior_words(estimate, config.fit.cad_sd),
-        prior_sd=config.fit.cad_sd,
+        prior=_prior_words(estimate, inertial_prior_sd(config)),
+        prior_sd=inertial_prior_sd(config),
         consistent=made.consistent,
         consistency=made.how,
         samples=motion.count,
@@ -102,7 +109,7 @@ class _Job:
     terms: Terms
     unknowns: Unknowns
     solution: Solution
-    errors: Errors
+    errors: StandardErrors
     estimate: tuple[str, ...]
     gains: Gains | None
 
@@ -118,7 +125,7 @@ def _tool(job: _Job, config: Config) -> IdentifiedTool:
         half = job.terms.over(replace(job.terms.motion, moving=np.asarray(moving & rows)))
         solution = solve(half, job.unknowns, _HELD_OUT_STEPS)
         tool = identified_tool(
-            job.robot, config, job.unknowns.inertials, solution, errors(half, solution, job.unknowns)
+            job.robot, config, job.unknowns.inertials, solution, standard_errors(half, solution, job.unknowns)
         )
         masses.append(tool.mass_kg)
         spread.append(0.5 * ((tool.mass_ci95[1] or 0.0) - (tool.mass_ci95[0] or 0.0)))
@@ -136,7 +143,7 @@ def _repaired(
         unknowns = replace(
             unknowns,
             armature=np.where(negative, 0.0, unknowns.armature),
-            armature_sd=np.where(negative, 0.0, unknowns.armature_sd),
+            armature_prior_sd=np.where(negative, 0.0, unknowns.armature_prior_sd),
         )
         again = True
     if "tool" in estimate and "inertials" not in estimate:
@@ -158,8 +165,8 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
     file_only = replace(
         job.unknowns,
         inertials=job.robot.inertial_parameters,
-        inertials_sd=np.zeros_like(job.unknowns.inertials_sd),
-        armature_sd=np.zeros_like(job.unknowns.armature_sd),
+        inertials_prior_sd=np.zeros_like(job.unknowns.inertials_prior_sd),
+        armature_prior_sd=np.zeros_like(job.unknowns.armature_prior_sd),
         armature=_leader_armature(job.robot),
     )
     motion = job.terms.motion
@@ -171,12 +178,12 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
         offset, known = float(job.solution.nuisance[j, OFFSET]), bool(np.isfinite(gain[j]))
-        told = known and bool(moving[:, j].any()) and not job.terms.one_way[j]
+        offset_known = known and bool(moving[:, j].any()) and not job.terms.one_way[j]
         joints[name] = IdentifiedJoint(
             gain=float(gain[j]) if known else None,
             gain_ci95=_interval(float(gain[j]), float(job.gains.sd[j])) if job.gains is not None and known else None,
             offset_nm=offset if known and not job.terms.one_way[j] else 0.0,
-            offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if told else (None, None),
+            offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),
             armature_file_kg_m2=float(file_only.armature[j]),
             samples=int(np.count_nonzero(moving[:, j])),
@@ -201,15 +208,15 @@ def _rms(rest: FloatArray, moving: BoolArray) -> list[float | None]:
 
 
 def _held_out(terms: Terms, unknowns: Unknowns, blocks: int) -> list[float | None]:
-    """RMS per joint over all blocks of time, each predicted without having been seen."""
+    """RMS per joint over all blocks of time, each predicted from the other blocks."""
     motion, steady = terms.motion, terms.without_drift()
     rest = np.full_like(motion.effort, np.nan)
     for block in range(blocks):
         out = np.asarray(motion.block == block)
         if not out.any() or out.all():
             return [None] * rest.shape[1]
-        seen = steady.over(replace(motion, moving=np.asarray(motion.moving & ~out[:, None])))
-        rest[out] = residual(seen, solve(seen, unknowns, _HELD_OUT_STEPS))[out]
+        others = steady.over(replace(motion, moving=np.asarray(motion.moving & ~out[:, None])))
+        rest[out] = residual(others, solve(others, unknowns, _HELD_OUT_STEPS))[out]
     return _rms(rest, motion.moving)
 
 
@@ -245,7 +252,7 @@ def _base_parameters(job: _Job) -> tuple[BaseParameter, ...]:
     count = pick.size
     covariance[np.ix_(pick, pick)] = job.errors.covariance[:count, :count]
     after = np.sqrt(np.maximum(np.einsum("bp,pq,bq->b", base.matrix, covariance, base.matrix), 0.0))
-    before = np.sqrt(base.matrix**2 @ job.unknowns.inertials_sd**2)
+    before = np.sqrt(base.matrix**2 @ job.unknowns.inertials_prior_sd**2)
     found = []
     for k, name in enumerate(base.names):
         value = float(base.matrix[k] @ job.solution.inertials)

@@ -31,18 +31,18 @@ class Unknowns:
 
     Attributes:
         inertials: (p,) prior of the inertial parameters.
-        inertials_sd: (p,) its standard deviation; 0 holds a parameter.
-        armature, armature_sd: (j,) the same for rotor inertia.
+        inertials_prior_sd: (p,) its standard deviation; 0 holds a parameter.
+        armature, armature_prior_sd: (j,) the same for rotor inertia.
         gain: (j,) starting values of the drive gains.
-        gain_sd: (j,) prior of the gains about ``gain``; 0 holds one, inf leaves it to the data.
+        gain_prior_sd: (j,) prior of the gains about ``gain``; 0 holds one, inf leaves it to the data.
     """
 
     inertials: FloatArray
-    inertials_sd: FloatArray
+    inertials_prior_sd: FloatArray
     armature: FloatArray
-    armature_sd: FloatArray
+    armature_prior_sd: FloatArray
     gain: FloatArray
-    gain_sd: FloatArray
+    gain_prior_sd: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +86,7 @@ class State:
 
 def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms:
     """What :func:`solve` and the others need of the samples, for unknowns with the same parameters free."""
-    return Terms.of(motion, regressor, np.asarray(unknowns.inertials_sd > 0))
+    return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0))
 
 
 def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:
@@ -100,7 +100,9 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
     motion = terms.motion
     joints = motion.effort.shape[1]
     driven = motion.moving.any(axis=0)
-    scales = np.concatenate([unknowns.inertials_sd, unknowns.armature_sd, np.where(driven, unknowns.gain_sd, 0.0)])
+    scales = np.concatenate(
+        [unknowns.inertials_prior_sd, unknowns.armature_prior_sd, np.where(driven, unknowns.gain_prior_sd, 0.0)]
+    )
     free = np.asarray(scales > 0)
     precision = np.zeros(free.size)
     precision[free] = scales[free] ** -2.0
@@ -130,12 +132,12 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
 
 def residual(terms: Terms, solution: Solution) -> FloatArray:
     """(n, j) torque that is left, N·m; meaningful where a joint moves."""
-    return left(terms, resumed(terms, solution))
+    return unexplained_torque(terms, state_of(terms, solution))
 
 
-def settle(terms: Terms, solution: Solution) -> Solution:
+def refit_nuisance(terms: Terms, solution: Solution) -> Solution:
     """The solution with friction and offset fitted again, after other unknowns were moved."""
-    state = resumed(terms, solution)
+    state = state_of(terms, solution)
     for _ in range(3):
         _fit_nuisance(terms, state)
         reweigh(terms, state)
@@ -150,12 +152,12 @@ def _state(
     return State(inertials.copy(), armature.copy(), gain, nuisance, sigma, weight, weight.copy(), inertials, rigid)
 
 
-def resumed(terms: Terms, s: Solution) -> State:
+def state_of(terms: Terms, s: Solution) -> State:
     """The state that a solution ended in, its weights not yet found."""
     return _state(terms, s.inertials, s.armature, s.gain, s.nuisance.copy(), s.sigma.copy())
 
 
-def weighed(state: State) -> list[int]:
+def weighted_joints(state: State) -> list[int]:
     """Joints of which any sample counts."""
     return [j for j in range(state.sigma.size) if state.weight[:, j].any()]
 
@@ -168,7 +170,7 @@ def _move(state: State, before: FloatArray, step: FloatArray, free: BoolArray) -
     state.gain = np.where(np.abs(after[p + joints :]) > 1e-9, after[p + joints :], before[p + joints :])
 
 
-def left(terms: Terms, state: State) -> FloatArray:
+def unexplained_torque(terms: Terms, state: State) -> FloatArray:
     """(n, j) torque that the unknowns leave, N·m."""
     motion = terms.motion
     change = state.inertials - state.prior
@@ -180,7 +182,7 @@ def left(terms: Terms, state: State) -> FloatArray:
 
 def _fit_nuisance(terms: Terms, state: State) -> None:
     """Friction and offset of every joint for what is left by the rest."""
-    rest = left(terms, state)
+    rest = unexplained_torque(terms, state)
     for j in range(rest.shape[1]):
         weight, columns = state.weight[:, j], terms.nuisance[j]
         if np.count_nonzero(weight) >= 4:
@@ -189,7 +191,7 @@ def _fit_nuisance(terms: Terms, state: State) -> None:
 
 def reweigh(terms: Terms, state: State) -> None:
     """Noise level of each joint (median absolute residual), Huber weights, and the design effect of clusters."""
-    rest = left(terms, state)
+    rest = unexplained_torque(terms, state)
     for j in range(rest.shape[1]):
         use = terms.motion.moving[:, j]
         if not use.any():
@@ -223,10 +225,10 @@ def jacobian(
 
 def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Gradient (f,) and data part of the precision matrix (f, f), friction and offset projected out."""
-    rest = left(terms, state)
+    rest = unexplained_torque(terms, state)
     size = int(free.sum())
     gradient, data = np.zeros(size), np.zeros((size, size))
-    for j in weighed(state):
+    for j in weighted_joints(state):
         root = np.sqrt(state.weight[:, j]) / state.sigma[j]
         place, columns = jacobian(terms, state, j, free, rest[:, j], root)
         others, target = terms.nuisance[j] * root[:, None], rest[:, j] * root

@@ -10,7 +10,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.standard_errors import errors
+from collaudit.core.identification.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
@@ -19,6 +19,11 @@ _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
 #: Of a joint's inertia: robot files seldom state rotor inertia at all.
 ARMATURE_SHARE = 0.5
+
+
+def inertial_prior_sd(config: Config) -> float:
+    """Standard deviation of the described inertials, as a share of them; ``cad_sd`` in the configuration."""
+    return config.fit.cad_sd
 
 
 def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple[str, ...], config: Config) -> Unknowns:
@@ -31,7 +36,8 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple
         config: how far the description is believed.
     """
     inertials = robot.inertial_parameters
-    sd = _inertial_sd(inertials, config.fit.cad_sd) if "inertials" in estimate else np.zeros_like(inertials)
+    share = inertial_prior_sd(config)
+    sd = _inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
     if "tool" in estimate:
         last = 10 * (tool_body(robot, config) + 1)
         sd[last - 10] = _TOOL_MASS_SD
@@ -39,14 +45,14 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple
     names = robot.joint_names
     leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
     armature = robot.armature[leader]
-    arm_sd = np.zeros(len(names))
+    armature_prior_sd = np.zeros(len(names))
     if "inertials" in estimate:
-        arm_sd = np.maximum(config.fit.cad_sd * armature, ARMATURE_SHARE * _joint_inertia(robot, prepared[0]))
+        armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * _joint_inertia(robot, prepared[0]))
     gain = np.ones(len(names))
     if "gain" in estimate:
         for found in prepared[0].gains:
             gain[names.index(found.joint)] = found.gain if abs(found.gain) > 1e-6 else 1.0
-    return Unknowns(inertials, sd, armature, arm_sd, gain, np.zeros(len(names)))
+    return Unknowns(inertials, sd, armature, armature_prior_sd, gain, np.zeros(len(names)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,16 +75,21 @@ def drive_gains(
 
     No motion tells a common scale of gains from one of inertials; so gains come first and are then held.
     """
-    sd = np.zeros_like(unknowns.inertials_sd)
+    sd = np.zeros_like(unknowns.inertials_prior_sd)
     if "tool" in estimate:
         k = 10 * tool_body(robot, config)
-        sd[k : k + 4] = unknowns.inertials_sd[k : k + 4]
+        sd[k : k + 4] = unknowns.inertials_prior_sd[k : k + 4]
     count = unknowns.gain.size
-    held = replace(unknowns, inertials_sd=sd, armature_sd=0 * unknowns.armature_sd, gain_sd=np.full(count, np.inf))
+    held = replace(
+        unknowns,
+        inertials_prior_sd=sd,
+        armature_prior_sd=0 * unknowns.armature_prior_sd,
+        gain_prior_sd=np.full(count, np.inf),
+    )
     terms = terms_of(motion, regressor, held)
     first = solve(terms, held)
     error = np.full(first.free.size, np.inf)
-    error[first.free] = np.sqrt(np.diag(errors(terms, first, held).covariance))
+    error[first.free] = np.sqrt(np.diag(standard_errors(terms, first, held).covariance))
     error = error[-count:]
     return Gains(np.where(error < _SHOWN * np.abs(first.gain), first.gain, np.nan), error)
 
@@ -90,7 +101,7 @@ def tool_body(robot: RobotModel, config: Config) -> int:
     return robot.bodies.frame_in_joint(frame)[2]
 
 
-def _inertial_sd(inertials: FloatArray, share: float) -> FloatArray:
+def _inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
     """Share of mass, of mass times size, of mass times size squared; size is the radius of gyration."""
     sd = np.zeros_like(inertials)
     for k in range(0, inertials.size, 10):

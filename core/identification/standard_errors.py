@@ -17,10 +17,10 @@ from collaudit.core.identification.identification_problem import (
     Solution,
     Unknowns,
     jacobian,
-    left,
-    resumed,
     reweigh,
-    weighed,
+    state_of,
+    unexplained_torque,
+    weighted_joints,
 )
 from collaudit.core.identification.nuisance import OFFSET
 from collaudit.core.identification.problem_terms import Terms
@@ -31,7 +31,7 @@ _MOST = 0.9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Errors:
+class StandardErrors:
     """How well a solution is known; standard errors are such that 1.96 of them span the 95 % interval.
 
     Attributes:
@@ -43,18 +43,20 @@ class Errors:
     offset_sd: FloatArray
 
 
-def errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Errors:
+def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> StandardErrors:
     """Covariance of all unknowns together, friction and offset among them."""
-    state = resumed(terms, solution)
+    state = state_of(terms, solution)
     reweigh(terms, state)
-    rest, joints = left(terms, state), state.gain.size
-    scales = np.concatenate([unknowns.inertials_sd, unknowns.armature_sd, unknowns.gain_sd])[solution.free]
+    rest, joints = unexplained_torque(terms, state), state.gain.size
+    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd])[
+        solution.free
+    ]
     kinds = terms.nuisance.shape[2]
     size = scales.size + kinds * joints
     precision, data = np.zeros(size), np.zeros((size, size))
     precision[: scales.size] = scales**-2.0
     parts = []
-    for j in weighed(state):
+    for j in weighted_joints(state):
         place, columns = jacobian(terms, state, j, solution.free, rest[:, j], np.full(len(rest), 1.0 / state.sigma[j]))
         columns = np.concatenate([columns, terms.nuisance[j] / state.sigma[j]], axis=1)
         place = np.concatenate([place, scales.size + kinds * j + np.arange(kinds)])
@@ -69,7 +71,7 @@ def errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Errors:
     full = _covariance(influence, share) + (inverse * precision) @ inverse
     offset = scales.size + kinds * np.arange(joints) + OFFSET
     known = np.sqrt(np.maximum(np.diag(full)[offset], 0.0))
-    return Errors(np.asarray(full[: scales.size, : scales.size]), known)
+    return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known)
 
 
 def _inverse(hessian: FloatArray) -> FloatArray:

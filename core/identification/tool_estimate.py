@@ -7,7 +7,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, IdentifiedTool
 from collaudit.core.identification.identification_problem import Solution
-from collaudit.core.identification.standard_errors import Errors
+from collaudit.core.identification.standard_errors import StandardErrors
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.point_mass import point_mass_parameters
@@ -25,7 +25,7 @@ def point_mass_inertia(before: FloatArray, after: FloatArray) -> FloatArray:
 
 
 def identified_tool(
-    robot: RobotModel, config: Config, before: FloatArray, solution: Solution, errors: Errors
+    robot: RobotModel, config: Config, before: FloatArray, solution: Solution, errors: StandardErrors
 ) -> IdentifiedTool:
     """Mass and centre of what the tool's body carries: the described tool and what was found on top.
 
@@ -67,7 +67,7 @@ def identified_tool(
     )
 
 
-def _covariance(solution: Solution, errors: Errors, k: int) -> FloatArray:
+def _covariance(solution: Solution, errors: StandardErrors, k: int) -> FloatArray:
     """(4, 4) covariance of mass and first moments of one body."""
     place = np.cumsum(solution.free) - 1
     wanted = [int(place[k + i]) for i in range(4)]

@@ -22,7 +22,7 @@ def exceeds(x: FloatArray, level: float | FloatArray, share: float = 1.0) -> Boo
     out = np.empty(x.shape, dtype=np.bool_)
     size = np.empty(min(SAMPLES, x.size))
     for block in blocks(x.size):
-        its = np.abs(x[block], out=size[: block.stop - block.start])
+        magnitude = np.abs(x[block], out=size[: block.stop - block.start])
         limit = level[block] if isinstance(level, np.ndarray) else level
-        np.greater(its, limit if share == 1.0 else share * limit, out=out[block])
+        np.greater(magnitude, limit if share == 1.0 else share * limit, out=out[block])
     return out

@@ -40,17 +40,17 @@ def low_pass(
     warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
     corner = 2.0 / math.pi * math.atan(warped)
     rows = x.reshape(x.shape[0], -1)
-    its = None if out is None else out.reshape(rows.shape)
+    result = None if out is None else out.reshape(rows.shape)
     if corner >= 0.95:  # at or above Nyquist there is nothing to remove
-        its = blank(rows, segments, its)
+        result = blank(rows, segments, result)
         for span in segments:
-            its[span.slice] = rows[span.slice]
-        return its.reshape(x.shape)
+            result[span.slice] = rows[span.slice]
+        return result.reshape(x.shape)
     settle = round(1.5 / (bandwidth_hz * period_s))
-    its, missing = filtered(*butter(2, corner), rows, segments, both_ways=True, pad=settle, out=its)
+    result, missing = filtered(*butter(2, corner), rows, segments, both_ways=True, pad=settle, out=result)
     if missing is not None:
-        its[missing] = np.nan
-    return its.reshape(x.shape)
+        result[missing] = np.nan
+    return result.reshape(x.shape)
 
 
 def differentiate(

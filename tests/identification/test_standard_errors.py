@@ -10,7 +10,7 @@ from scipy.stats import t
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
 from collaudit.core.identification.nuisance import friction_columns
-from collaudit.core.identification.standard_errors import errors
+from collaudit.core.identification.standard_errors import standard_errors
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 CLUSTERS, EACH = 12, 60
@@ -51,7 +51,7 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
     unknowns = Unknowns(np.zeros(2), np.full(2, 1e6), held, held, np.ones(1), held)
     terms = terms_of(motion, columns[:, None, :], unknowns)
     solution = solve(terms, unknowns)
-    found = errors(terms, solution, unknowns)
+    found = standard_errors(terms, solution, unknowns)
 
     design = np.column_stack([columns, friction_columns(velocity, acceleration)])
     fit = sm.OLS(effort, design).fit(cov_type="cluster", cov_kwds={"groups": cluster, "use_correction": False})

@@ -1,5 +1,8 @@
 """The robot as a rigid-body model: torques from motion.
 
+In: the ``[robot]`` table and the URDF or DH rows that it names. Out: joint names, and a RobotModel.
+Elsewhere: signals of a log, and what is made of its torques (conditioning, prepare).
+
 :func:`robot_joints` is cheap and reads text only; :func:`load_robot` reaches Pinocchio, which is imported
 in ``core/robot/pinocchio_model.py`` and nowhere else.
 """

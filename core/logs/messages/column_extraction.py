@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, Path
-from collaudit.core.logs.messages.message_tables import MOTION, GroupKey
-from collaudit.core.logs.messages.profiles import LABEL, Profile
+from collaudit.core.logs.messages.profiles import ANNOTATION, Profile
 from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
@@ -225,10 +225,10 @@ def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int
         return ()
     if profile.role in ("label", "phase"):
         if not named and not counts:
-            paths = ", ".join(path for _, path in profile.labels)
+            paths = ", ".join(path for _, path in profile.annotations)
             raise LayoutError(f"its type has no number or text at {paths}")
         return named
-    counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(LABEL)}
+    counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(ANNOTATION)}
     names = named if profile.names is not None else profile.implied_names(max(counts.values(), default=0))
     if not names:
         raise LayoutError("it names no joints")

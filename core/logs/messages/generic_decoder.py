@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.logs.messages.column_extraction import NS, check_counts, choice_of, usable_counts
+from collaudit.core.logs.messages.decoded_columns import GroupKey
 from collaudit.core.logs.messages.layout import LayoutError
 from collaudit.core.logs.messages.message_schema import SchemaError, typesdict_of
-from collaudit.core.logs.messages.message_tables import GroupKey
 from collaudit.core.logs.messages.profiles import Profile
 from collaudit.core.logs.storage.records import Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray

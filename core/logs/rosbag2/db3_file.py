@@ -24,7 +24,7 @@ _Columns = Sequence[Any]
 
 
 class Db3File:
-    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.records.LogReader`)."""
+    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     format = "ros2-db3"
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
 
 ByteArray = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
+#: Schemas larger than this are not read.
+MAX_SCHEMA_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +78,7 @@ class Damage:
     lost: bool = True
 
 
-class LogReader(Protocol):
+class MessageReader(Protocol):
     """A container of messages. Damage is collected, never raised, once the file is open."""
 
     format: str
@@ -90,6 +93,36 @@ class LogReader(Protocol):
 
     def close(self) -> None:
         """Release the file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overview:
+    """What the summary of a huge file says of it.
+
+    Attributes:
+        reader: of a few of its messages, at least one of each channel; to be closed.
+        counts: channel key to messages.
+        span_ns: first and last time of recording.
+        text: what was read and what was therefore not looked for.
+    """
+
+    reader: MessageReader
+    counts: Mapping[int, int]
+    span_ns: tuple[int, int]
+    text: str
+
+
+def damage_findings(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]:
+    """Findings for what could not be read."""
+    return tuple(
+        Finding(
+            "log-partial",
+            "error" if item.lost else "warning",
+            f"The log is damaged: {item.text}." + (" Only the rest was read." if item.lost else ""),
+            where=where,
+        )
+        for item in damage
+    )
 
 
 def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:

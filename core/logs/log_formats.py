@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collaudit.core.logs.storage.records import MessageReader, Overview
     from collaudit.core.logs.storage.table_reader import TableReader
 
-_HERE = "collaudit.core.logs"
+_LOGS = "collaudit.core.logs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +81,14 @@ def _text(head: bytes) -> bool:
 
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
-    LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"), f"{_HERE}.mcap.mcap_file:McapFile",
-              overview=f"{_HERE}.mcap.mcap_summary:overview_of", in_bag_folders=True),
+    LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
+              f"{_LOGS}.mcap.mcap_file:open_mcap", overview=f"{_LOGS}.mcap.mcap_summary:overview_of",
+              in_bag_folders=True),
     LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",), begins_with(b"#ROSBAG V2.0\n"),
-              f"{_HERE}.rosbag1.bag_file:BagFile"),
+              f"{_LOGS}.rosbag1.bag_file:open_bag"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
-              f"{_HERE}.rosbag2.db3_file:Db3File", in_bag_folders=True),
-    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_HERE}.csv.csv_table:CsvTable", by_content=False),
+              f"{_LOGS}.rosbag2.db3_file:open_db3", in_bag_folders=True),
+    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
 )  # fmt: skip
 
 

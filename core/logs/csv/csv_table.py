@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_fault import Fault, first_fault
 from collaudit.core.logs.csv.csv_parsing import Mend, parse, suits_pandas
 from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
-from collaudit.core.logs.storage.table_reader import TableColumns, numbers_of
+from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
 if TYPE_CHECKING:
@@ -36,13 +36,11 @@ class CsvTable:
         self.dialect = dialect_of(path, settings)
         self.names = self.dialect.names
         self.named = self.dialect.header
-        self.stated = {"delimiter": self.dialect.delimiter, "decimal": self.dialect.decimal}
-
-    @property
-    def layout(self) -> str:
-        """Delimiter and decimal mark, in words."""
         delimiter, decimal = self.dialect.delimiter, self.dialect.decimal
-        return f"{_DELIMITERS.get(delimiter, delimiter)}-separated, decimal {'comma' if decimal == ',' else 'point'}"
+        self.layout = (
+            f"{_DELIMITERS.get(delimiter, delimiter)}-separated, decimal {'comma' if decimal == ',' else 'point'}"
+        )
+        self.stated: Mapping[str, str] = {"delimiter": delimiter, "decimal": decimal}
 
     def first_cells(self, column: int) -> tuple[str, ...]:
         """The cells of a column in the first rows, stripped."""
@@ -181,3 +179,7 @@ def _time_types(first: str) -> list[Any]:
     if re.fullmatch(r"\d{7,}[.,]\d+", text):
         return [pa.decimal128(37, 12), pa.float64()]
     return [pa.float64()]
+
+
+#: How the table of formats opens a file.
+open_csv: Callable[[Path, CsvConfig], TableReader] = CsvTable

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from collaudit.core.logs.mcap.mcap_chunk import Located, heads_of, locate, locat
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MAX_DAMAGE, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress
 from collaudit.core.numeric.parallel import THREADS, ordered_map
 
 _WINDOW = 1 << 20
@@ -157,3 +157,7 @@ class McapFile:
 
 def _may_hold(ref: ChunkRef, wanted: frozenset[int]) -> bool:
     return not ref.index or any(number in wanted for number, _, _ in ref.index)
+
+
+#: How the table of formats opens a file.
+open_mcap: Callable[[Path], MessageReader] = McapFile

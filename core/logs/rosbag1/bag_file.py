@@ -7,7 +7,7 @@ index, so that unindexed and still-active bags are read the same way as closed o
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.rosbag1.bag_chunk import BagLocated, fields_of, locate_bag
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress, ros_type
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
@@ -211,3 +211,7 @@ class BagFile:
             if (keys is None or number in keys) and number in self.connections and claimed != found.get(number, 0):
                 topic = self.connections[number].topic
                 self._note(f"its index counts {claimed} messages on {topic}, {found.get(number, 0)} were found")
+
+
+#: How the table of formats opens a file.
+open_bag: Callable[[Path], MessageReader] = BagFile

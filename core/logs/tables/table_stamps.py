@@ -26,7 +26,8 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
         return _since_first(np.asarray(ns), 1), _first(ns), "iso"
     if len(stamps) == 0:
         return np.empty(0), None, "s"
-    numbers = numbers_of(stamps.cast(pa.float64(), safe=False).combine_chunks())
+    whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
+    numbers = numbers_of(whole)
     known = np.flatnonzero(np.isfinite(numbers))
     size = float(np.abs(numbers[known]).max()) if known.size else 0.0
     used = unit if unit not in ("auto", "iso") else guess_time_unit(size)

@@ -236,6 +236,17 @@ def test_a_huge_mcap_is_described_by_its_summary(tmp_path: Path) -> None:
     assert describe_by_overview([bare], least_bytes=0) is None
 
 
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_bag_folder_without_its_list_is_read_by_what_its_files_are(storage: str, tmp_path: Path) -> None:
+    folder = w.write_folder(tmp_path / "bag", w.motion(COUNT), storage=storage)
+    w.storage_file(folder).rename(folder / "storage")
+    (folder / "metadata.yaml").write_text("")
+    (folder / "other").write_bytes(b"#ROSBAG V2.0\n")  # another format, which ROS 2 does not store in
+    log = read_log((folder,), LogConfig(), robot_joints=None)
+    assert log.time_s.shape == (COUNT,)
+    assert [finding.code for finding in log.findings if "storage was read" in finding.text] == ["log-partial"]
+
+
 def test_the_hash_is_that_of_the_bytes_and_survives_a_copy(tmp_path: Path) -> None:
     """It is computed beside what follows the reading; copied or pickled it is the text."""
     path = tmp_path / "log.csv"

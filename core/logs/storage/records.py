@@ -16,6 +16,7 @@ ByteArray = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
 #: Schemas larger than this are not read.
 MAX_SCHEMA_BYTES = 1 << 20
+NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,26 +124,6 @@ def damage_findings(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]
         )
         for item in damage
     )
-
-
-def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:
-    """Copy ``width`` bytes from each offset into the rows of a matrix.
-
-    Args:
-        data: (b,) bytes.
-        start: (n,) offsets, each with ``0 <= start`` and ``start + width <= b``.
-        width: bytes per row, at least 1.
-
-    Returns:
-        (n, width) bytes.
-    """
-    count = start.shape[0]
-    if count == 0 or width == 0:
-        return np.empty((count, width), dtype=np.uint8)
-    windows = np.ndarray(
-        shape=(data.shape[0] - width + 1,), dtype=np.dtype(f"V{width}"), buffer=data.data, strides=(1,)
-    )
-    return windows[start].view(np.uint8).reshape(count, width)
 
 
 def ros_type(name: str) -> str:

@@ -11,7 +11,7 @@ import click
 from collaudit.cli.group import example_command
 from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_PASS
-from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS
+from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS, format_of_suffix
 
 SIMULATED_SCHEMA = "collaudit/simulated/1"
 
@@ -65,7 +65,7 @@ def command(
             scenario,
             robot,
             seed,
-            fmt or _format_of(output),
+            fmt or format_of_suffix(output.suffix),
             output,
             mismatch_percent=mismatch,
             duration_s=duration,
@@ -80,16 +80,11 @@ def command(
     return EXIT_PASS
 
 
-def _format_of(output: Path) -> str:
-    """The format a suffix stands for; without a suffix, a bag folder."""
-    return {".csv": "csv", ".mcap": "mcap", ".bag": "bag"}.get(output.suffix.lower(), "db3")
-
-
 command.help = "\n\n".join(
     [
         cleandoc(command.help or ""),
         _listed("Scenarios:", SCENARIOS),
         _listed("Robots:", ROBOTS),
-        _listed("Formats:", FORMATS),
+        _listed("Formats:", {name: form.summary for name, form in FORMATS.items()}),
     ]
 )

@@ -70,7 +70,7 @@ def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
         raw_velocity_rad_s=frozen(motion.raw_rad_s),
         velocity_lag_s=motion.lag_s,
         temperature_c=None if heat is None else frozen(heat),
-        labels=log.labels,
+        annotations=log.annotations,
         phases=log.phases,
     )
 

@@ -32,7 +32,7 @@ class UniformSeries:
         findings: those of the log and those made here.
         raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept.
         velocity_lag_s: how late the logged velocity is against the positions, s; None where that is not told.
-        labels, phases: those of the log.
+        annotations, phases: those of the log.
         temperature_c: (n, j), or None.
     """
 
@@ -53,7 +53,7 @@ class UniformSeries:
     findings: tuple[Finding, ...] = ()
     raw_velocity_rad_s: FloatArray | None = None
     velocity_lag_s: float | None = None
-    labels: tuple[Annotation, ...] = ()
+    annotations: tuple[Annotation, ...] = ()
     phases: tuple[Annotation, ...] = ()
     temperature_c: FloatArray | None = None
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 #: Raised when what is stored, or how logs are read, changes.
-CACHE_FORMAT = 2
+CACHE_FORMAT = 3
 _META = b"collaudit"
 _QUANTITIES = ("position_rad", "velocity_rad_s", "effort", "temperature_c")
 
@@ -64,8 +64,8 @@ def load(folder: Path, key: str) -> JointLog | None:
             wrench=_wrench(wrench, meta["wrench"]) if wrench is not None else None,
             source=LogSource(**meta["source"]),
             findings=tuple(Finding(**finding) for finding in meta["findings"]),
-            labels=_labels(meta["labels"]),
-            phases=_labels(meta["phases"]),
+            annotations=_annotations(meta["annotations"]),
+            phases=_annotations(meta["phases"]),
             temperature_c=parts.get("temperature_c"),
         )
     except (OSError, KeyError, ValueError, TypeError, pa.ArrowException):
@@ -85,8 +85,8 @@ def store(folder: Path, key: str, log: JointLog) -> None:
         "wrench": log.wrench.topic if log.wrench is not None else None,
         "source": asdict(log.source),
         "findings": [asdict(finding) for finding in log.findings],
-        "labels": [asdict(label) for label in log.labels],
-        "phases": [asdict(label) for label in log.phases],
+        "annotations": [asdict(one) for one in log.annotations],
+        "phases": [asdict(one) for one in log.phases],
     }
     if log.wrench is not None:
         arrays = {"time_s": log.wrench.time_s} | {f"w{k}": log.wrench.wrench[:, k] for k in range(6)}
@@ -97,7 +97,7 @@ def store(folder: Path, key: str, log: JointLog) -> None:
     _write(folder / f"{key}.parquet", pa.table(columns).replace_schema_metadata({_META: json.dumps(meta)}))
 
 
-def _labels(stored: list[dict[str, Any]]) -> tuple[Annotation, ...]:
+def _annotations(stored: list[dict[str, Any]]) -> tuple[Annotation, ...]:
     return tuple(
         Annotation(item["name"], item["source"], tuple((a, b) for a, b in item["intervals_s"]), item["joint"])
         for item in stored

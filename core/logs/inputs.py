@@ -1,4 +1,4 @@
-"""From command-line arguments to logs: files, folders, patterns, and CSVs that belong together."""
+"""From command-line arguments to logs: files, folders, patterns, and tables that belong together."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.file_kind import is_log_name, sniff
+from collaudit.core.logs import log_formats
+from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
+from collaudit.core.logs.opening import open_tables
+from collaudit.core.logs.tables.joined_tables import AssignedTable, assign_columns
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
-    from collaudit.core.logs.csv.csv_log import CsvFile
-
-_BINARY = ("mcap", "ros1-bag", "db3")
 
 
 def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
@@ -44,14 +44,15 @@ def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
 
 
 def _expand(path: Path, *, strict: bool = True) -> list[Path]:
-    if not path.is_dir() or sniff(path) == "bag-folder":
+    if not path.is_dir() or is_bag_folder(path):
         return [path]
     found = _inside(path)
     if not found and strict:
+        *suffixes, last = (known.suffixes[0] for known in log_formats.FORMATS)
         raise LogError(
             "the folder holds no logs",
             where=str(path),
-            expected="files with content or names of .mcap, .bag, .db3 or .csv, or ROS 2 bag folders",
+            expected=f"files with content or names of {', '.join(suffixes)} or {last}, or ROS 2 bag folders",
         )
     return found
 
@@ -62,14 +63,14 @@ def _inside(folder: Path) -> list[Path]:
         if path.name.startswith("."):
             continue
         if path.is_dir():
-            out += [path] if sniff(path) == "bag-folder" else ([] if path.is_symlink() else _inside(path))
-        elif path.is_file() and (is_log_name(path) or sniff(path) in _BINARY):
+            out += [path] if is_bag_folder(path) else ([] if path.is_symlink() else _inside(path))
+        elif path.is_file() and is_log(path):
             out.append(path)
     return out
 
 
 def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path, ...]]:
-    """Put CSVs together that each hold only some quantities and share the time column.
+    """Put tables together that each hold only some quantities and share the time column.
 
     Args:
         paths: inputs, as :func:`expand_inputs` returns them.
@@ -78,11 +79,9 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
     Returns:
         One tuple per log, in the order of its first file. Files that cannot be looked into stand alone.
     """
-    from collaudit.core.logs.log_reading import is_text
-
     groups: list[tuple[tuple[Path, ...], list[_Part]]] = []
     for path in paths:
-        part = _part(path, settings) if not path.is_dir() and path.exists() and is_text(path) else None
+        part = _part(path, settings) if not path.is_dir() and path.exists() and is_table(path) else None
         home = None
         if part is not None:
             home = next((i for i, (_, parts) in enumerate(groups) if parts and part.joins(parts)), None)
@@ -95,15 +94,16 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
 
 
 class _Part:
-    """What a CSV holds, and the ends of its time column."""
+    """What a table holds, and the beginning of its time column."""
 
-    def __init__(self, file: CsvFile) -> None:
-        self.folder = file.path.resolve().parent
-        self.quantities = set(file.assignment.quantities)
-        self.stamps = _stamp_cells(file)
+    def __init__(self, table: AssignedTable) -> None:
+        self.folder = table.reader.path.resolve().parent
+        self.quantities = set(table.assignment.quantities)
+        time = table.assignment.time
+        self.stamps = () if time is None else table.reader.first_cells(time)
 
     def joins(self, others: Sequence[_Part]) -> bool:
-        """Whether this file is a further part of the log the others make up."""
+        """Whether this table is a further part of the log the others make up."""
         if not self.quantities or not self.stamps:
             return False
         held = set().union(*(other.quantities for other in others))
@@ -112,25 +112,7 @@ class _Part:
 
 
 def _part(path: Path, settings: LogConfig) -> _Part | None:
-    from collaudit.core.logs.csv.csv_log import open_csvs
-
     try:
-        return _Part(open_csvs([path], settings.csv)[0])
+        return _Part(assign_columns(open_tables([path], settings.csv), settings.csv)[0])
     except LogError:
         return None
-
-
-def _stamp_cells(file: CsvFile) -> tuple[str, ...]:
-    """The first time cells, as text: equal in files that were written from one recording."""
-    from collaudit.core.logs.csv.csv_text import read_head, split
-
-    time = file.assignment.time
-    if time is None:
-        return ()
-    lines = read_head(file.path).decode(file.dialect.encoding, errors="replace").splitlines()
-    cells = []
-    for line in lines[file.dialect.skip : file.dialect.skip + 50]:
-        row = split(line, file.dialect.delimiter)
-        if time < len(row):
-            cells.append(row[time].strip())
-    return tuple(cells)

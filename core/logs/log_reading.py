@@ -2,41 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs.file_kind import sniff
-from collaudit.core.logs.opening import Hashing, sha256_of
+from collaudit.core.logs.log_formats import is_table
+from collaudit.core.logs.log_hashing import Hashing, sha256_of
+from collaudit.core.logs.opening import check_there, log_name, misnamed, open_messages, open_tables
+from collaudit.core.logs.storage.records import Progress
+from collaudit.core.logs.tables.joined_tables import also_files
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
-
-_BINARY_SUFFIXES = (".mcap", ".bag", ".db3")
-
-
-def log_name(paths: Sequence[Path]) -> str:
-    """File names without their folders, joined by ``+``."""
-    return "+".join(path.name for path in paths)
-
-
-def is_text(path: Path) -> bool:
-    """Whether a file is a CSV, by its content; a compressed file is taken as one."""
-    return sniff(path) in ("csv", "compressed")
-
-
-def misnamed(path: Path, error: LogError) -> LogError:
-    """Say of a text file that is called .mcap, .bag or .db3 that it is none, first of all."""
-    if path.suffix.lower() not in _BINARY_SUFFIXES:
-        return error
-    return LogError(
-        f"is called {path.suffix} and holds text, which is no table of joint signals either ({error.message})",
-        where=str(path),
-        found=error.found,
-        hint="check that the file was copied whole, and not as a Git LFS pointer or an error page",
-    )
 
 
 def read_log(
@@ -44,14 +23,14 @@ def read_log(
     settings: LogConfig,
     *,
     robot_joints: Sequence[str] | None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     prismatic: Sequence[str] = (),
     cache: Path | None = None,
 ) -> JointLog:
     """Read one log.
 
     Args:
-        paths: one file or bag folder, or several CSV files with the same time column.
+        paths: one file or bag folder, or several tables with the same time column.
         settings: topics, names, clock and units.
         robot_joints: the robot's joints in model order; None keeps all of the log's.
         progress: called with (bytes done, bytes in all).
@@ -66,15 +45,14 @@ def read_log(
         LogError: the log cannot be read or holds no joint signals of this robot.
         ConfigError: the configuration is ambiguous or contradicts itself.
     """
-    for path in paths:
-        if not path.exists():
-            raise LogError("there is no such file or folder", where=str(path))
+    check_there(paths)
     if cache is None:
         return _read(paths, settings, robot_joints, prismatic, progress)
     from collaudit.core.logs.cache import cache_key, load, store
 
     names = [path.name for path in paths]
-    key = cache_key(sha256_of([*paths, *_also(paths, settings)]), names, settings, robot_joints, prismatic)
+    further = also_files(paths, settings.csv) if all(is_table(path) for path in paths) else []
+    key = cache_key(sha256_of([*paths, *further]), names, settings, robot_joints, prismatic)
     found = load(cache, key)
     if found is None:
         found = _read(paths, settings, robot_joints, prismatic, progress)
@@ -85,40 +63,43 @@ def read_log(
     return found
 
 
-def _also(paths: Sequence[Path], settings: LogConfig) -> list[Path]:
-    """The further CSV files of the configuration, on which the result depends too."""
-    if not settings.csv.also or not all(is_text(path) for path in paths):
-        return []
-    from collaudit.core.logs.csv.csv_log import also_files
-
-    return also_files(paths, settings.csv)
-
-
 def _read(
     paths: tuple[Path, ...],
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
-    progress: Callable[[int, int], None] | None,
+    progress: Progress | None,
 ) -> JointLog:
-    texts = [is_text(path) for path in paths]
+    tables = [is_table(path) for path in paths]
     hashing = Hashing(paths)
     try:
-        if all(texts):
-            from collaudit.core.logs.csv.csv_reading import read_csv_log
-
-            try:
-                log = read_csv_log(paths, settings, robot_joints, prismatic, hashing)
-            except LogError as error:
-                raise misnamed(paths[0], error) from error
-        elif any(texts):
+        if all(tables):
+            log = _read_tables(paths, settings, robot_joints, prismatic, hashing)
+        elif any(tables):
             raise LogError("tables and recordings cannot be one log", where=log_name(paths))
         else:
-            from collaudit.core.logs.messages.message_reading import read_message_log
+            from collaudit.core.logs.topics.message_reading import read_message_log
 
-            log = read_message_log(paths, settings, robot_joints, prismatic, hashing, progress)
+            reader, name = open_messages(paths), log_name(paths)
+            log = read_message_log(reader, name, settings, robot_joints, prismatic, hashing, progress)
     except BaseException:
         hashing.abandon()
         raise
     hashing.start()
     return log
+
+
+def _read_tables(
+    paths: tuple[Path, ...],
+    settings: LogConfig,
+    robot_joints: Sequence[str] | None,
+    prismatic: Sequence[str],
+    hashing: Hashing,
+) -> JointLog:
+    from collaudit.core.logs.tables.table_reading import read_table_log
+
+    try:
+        readers = open_tables([*paths, *also_files(paths, settings.csv)], settings.csv)
+        return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, hashing)
+    except LogError as error:
+        raise misnamed(paths[0], error) from error

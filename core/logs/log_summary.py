@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,3 +66,12 @@ class LogSummary:
     topics: tuple[TopicInfo, ...]
     csv_columns: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+
+def rate_and_gap(time_s: FloatArray) -> tuple[float | None, float | None]:
+    """1 / median step in Hz and the longest step in s of sorted times; None where there are too few."""
+    steps = np.diff(time_s)
+    if not steps.size or not np.isfinite(steps).all():
+        return None, None
+    middle = float(np.median(steps))
+    return (1.0 / middle if middle > 0 else None), float(steps.max())

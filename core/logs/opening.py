@@ -1,87 +1,38 @@
-"""Opening a log: the reader for its format, several files of one recording as one, and its hash."""
+"""Opening a log: the reader for its format, and several files of one recording as one."""
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
-import os
-import sys
-import threading
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
-from collaudit.core.logs.file_kind import Kind, head_of, sniff
+from collaudit.core.logs import log_formats
+from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, LogReader, Progress
+from collaudit.core.logs.storage.file_head import head_of, looks_like_text
+from collaudit.core.logs.storage.joined_recording import JoinedRecording
+from collaudit.core.logs.storage.records import Damage, MessageReader
+from collaudit.core.logs.storage.table_reader import TableReader
 
-_BLOCK = 1 << 20
-_NICENESS = 10
-_AT_ONCE = 1 << 30  # bytes: a log larger than this may not stay in the page cache
-_EXPECTED = "MCAP, ROS 1 bag (2.0), ROS 2 bag (sqlite3, mcap), or CSV"
-
-
-class ManyFiles:
-    """Several files of one recording read as one log, in the order given."""
-
-    def __init__(self, readers: Sequence[tuple[Path, LogReader]], damage: Sequence[Damage]) -> None:
-        self._readers = tuple(readers)
-        self._folder_damage = tuple(damage)
-        self.format = self._readers[0][1].format
-        self.channels, self._keys = _joined([reader.channels for _, reader in self._readers])
-
-    @property
-    def damage(self) -> list[Damage]:
-        """The damage of all files, each with its name."""
-        return [
-            Damage(f"{path.name}: {item.text}", item.lost) for path, reader in self._readers for item in reader.damage
-        ]
-
-    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
-        """Raw messages, file after file."""
-        total = sum(path.stat().st_size for path, _ in self._readers)
-        done = 0
-        for (path, reader), names in zip(self._readers, self._keys, strict=True):
-            wanted = frozenset(inner for inner, key in names.items() if keys is None or key in keys)
-            inner = _shifted(progress, done, total)
-            for batch in reader.batches(wanted, inner) if wanted else ():
-                yield replace(batch, key=names[batch.key])
-            done += path.stat().st_size
-
-    def close(self) -> None:
-        """Release the files."""
-        for _, reader in self._readers:
-            reader.close()
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig
 
 
-def _joined(files: Sequence[Sequence[Channel]]) -> tuple[tuple[Channel, ...], tuple[dict[int, int], ...]]:
-    """The channels of all files, and for each file its keys to theirs.
+def log_name(paths: Sequence[Path]) -> str:
+    """File names without their folders, joined by ``+``."""
+    return "+".join(path.name for path in paths)
 
-    A channel that goes on in the next file, told by topic and definition, stays one: its clock can be followed. Several
-    of the same kind on one topic are told by their order.
+
+def check_there(paths: Sequence[Path]) -> None:
+    """Refuse paths at which there is nothing.
+
+    Raises:
+        LogError: a path names no file or folder.
     """
-    out: dict[tuple[Channel, int], Channel] = {}
-    keys = []
-    for channels in files:
-        met: Counter[Channel] = Counter()
-        names = {}
-        for channel in channels:
-            kind = replace(channel, key=0)
-            its = out.setdefault((kind, met[kind]), replace(channel, key=len(out)))
-            met[kind] += 1
-            names[channel.key] = its.key
-        keys.append(names)
-    return tuple(out.values()), tuple(keys)
-
-
-def _shifted(progress: Progress | None, base: int, total: int) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda done, _: progress(base + done, total)
+    for path in paths:
+        if not path.exists():
+            raise LogError("there is no such file or folder", where=str(path))
 
 
 def data_files(path: Path) -> tuple[Path, ...]:
@@ -90,18 +41,18 @@ def data_files(path: Path) -> tuple[Path, ...]:
     Raises:
         LogError: a folder holds no storage file.
     """
-    return folder_files(path)[0] if path.is_dir() else (path,)
+    return folder_files(path, is_bag_storage)[0] if path.is_dir() else (path,)
 
 
-def open_messages(paths: Sequence[Path]) -> LogReader:
-    """Open a container of messages.
+def open_messages(paths: Sequence[Path]) -> MessageReader:
+    """Open a recording of messages.
 
     Raises:
         LogError: a file is empty, of no known format, or cannot be read at all.
     """
-    damage = [item for path in paths if path.is_dir() for item in folder_files(path)[1]]
+    damage = [item for path in paths if path.is_dir() for item in folder_files(path, is_bag_storage)[1]]
     files = [file for path in paths for file in data_files(path)]
-    readers: list[tuple[Path, LogReader]] = []
+    readers: list[tuple[Path, MessageReader]] = []
     refused: list[LogError] = []
     for file in files:
         try:
@@ -114,31 +65,38 @@ def open_messages(paths: Sequence[Path]) -> LogReader:
     if len(readers) == 1:
         readers[0][1].damage.extend(damage)
         return readers[0][1]
-    return ManyFiles(readers, damage)
+    return JoinedRecording(readers, damage)
 
 
-def _open_one(path: Path) -> LogReader:
-    kind = sniff(path)
-    if kind == "mcap":
-        from collaudit.core.logs.mcap.mcap_file import McapFile
+def open_tables(paths: Sequence[Path], settings: CsvConfig) -> list[TableReader]:
+    """Open tables.
 
-        return McapFile(path)
-    if kind == "ros1-bag":
-        from collaudit.core.logs.rosbag1.bag_file import BagFile
+    Args:
+        paths: files that are tables (:func:`~collaudit.core.logs.log_formats.is_table`).
+        settings: what the configuration states about how they are written.
 
-        return BagFile(path)
-    if kind == "db3":
-        from collaudit.core.logs.rosbag2.db3_file import Db3File
+    Raises:
+        LogError: a file is no table, or holds no rows.
+    """
+    readers = []
+    for path in paths:
+        known = format_of(path)
+        if known is None or known.holds != "table":
+            raise _unreadable(path)
+        readers.append(known.open_table(path, settings))
+    return readers
 
-        return Db3File(path)
-    raise unreadable(path, kind)
+
+def _open_one(path: Path) -> MessageReader:
+    known = format_of(path)
+    if known is None or known.holds != "messages":
+        raise _unreadable(path)
+    return known.open_messages(path)
 
 
-def unreadable(path: Path, kind: Kind) -> LogError:
+def _unreadable(path: Path) -> LogError:
     """The error for a file of no known format."""
     where = str(path)
-    if kind == "empty":
-        return LogError("the file is empty", where=where, found="0 bytes", expected=_EXPECTED)
     if path.is_dir():
         return LogError(
             "the folder is no ROS 2 bag",
@@ -146,87 +104,24 @@ def unreadable(path: Path, kind: Kind) -> LogError:
             found="no metadata.yaml",
             expected="a ROS 2 bag folder or a log file",
         )
-    found = "text" if kind == "csv" else f"bytes beginning with {head_of(path, 8)!r}"
-    return LogError("is not a log of a known format", where=where, found=found, expected=_EXPECTED)
+    *titles, last = (known.title for known in log_formats.FORMATS)
+    expected = f"{', '.join(titles)}, or {last}"
+    head = head_of(path)
+    if not head:
+        return LogError("the file is empty", where=where, found="0 bytes", expected=expected)
+    found = "text" if looks_like_text(head) else f"bytes beginning with {head[:8]!r}"
+    return LogError("is not a log of a known format", where=where, found=found, expected=expected)
 
 
-def partial(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]:
-    """Findings for what could not be read."""
-    return tuple(
-        Finding(
-            "log-partial",
-            "error" if item.lost else "warning",
-            f"The log is damaged: {item.text}." + (" Only the rest was read." if item.lost else ""),
-            where=where,
-        )
-        for item in damage
+def misnamed(path: Path, error: LogError) -> LogError:
+    """Say of a table that is named as another format (.mcap, .bag …) that it is none, first of all."""
+    named, known = named_format(path), format_of(path)
+    if named is None or known is None or path.suffix.lower() not in named.suffixes or named == known:
+        return error
+    content = known.title if known.by_content else "text"
+    return LogError(
+        f"is called {path.suffix} and holds {content}, which is no table of joint signals either ({error.message})",
+        where=str(path),
+        found=error.found,
+        hint="check that the file was copied whole, and not as a Git LFS pointer or an error page",
     )
-
-
-class Hashing:
-    """The sha256 of files, computed in a thread that gives way to what else is done.
-
-    It is started when the files have been read, and awaited where it is written down, by which time it is there. Files
-    that the page cache may not keep are hashed while they are read. Copied and pickled it is the hash itself.
-    """
-
-    def __init__(self, paths: Sequence[Path]) -> None:
-        self._paths = tuple(paths)
-        self._future: Future[str] | None = None
-        with contextlib.suppress(OSError, LogError):  # who reads them will say it better
-            if sum(file.stat().st_size for path in paths for file in data_files(path)) > _AT_ONCE:
-                self.start()
-
-    def start(self) -> None:
-        """Begin, once."""
-        if self._future is None:
-            pool = ThreadPoolExecutor(1)
-            self._future = pool.submit(_politely, self._paths)
-            pool.shutdown(wait=False)  # the thread ends with its work
-
-    def result(self) -> str:
-        """Wait for the hash."""
-        self.start()
-        assert self._future is not None
-        return self._future.result()
-
-    def abandon(self) -> None:
-        """Wait until no file is open any more, whatever the hash is."""
-        if self._future is not None:
-            wait([self._future])
-
-    def __reduce__(self) -> tuple[type[str], tuple[str]]:
-        return str, (self.result(),)
-
-
-def _politely(paths: Sequence[Path]) -> str:
-    """:func:`sha256_of` in a thread of low priority, where threads have priorities."""
-    if sys.platform == "linux":
-        with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
-    return sha256_of(paths)
-
-
-def sha256_of(paths: Sequence[Path]) -> str:
-    """Hash of a file's bytes; of several files, the hash of their hashes in the order of their names.
-
-    Raises:
-        LogError: a file cannot be read.
-    """
-    files = sorted((file for path in paths for file in data_files(path)), key=lambda file: (file.name, str(file)))
-    hashes = [_file_hash(file) for file in files]
-    if len(hashes) == 1:
-        return hashes[0]
-    return hashlib.sha256("".join(hashes).encode("ascii")).hexdigest()
-
-
-def _file_hash(path: Path) -> str:
-    digest = hashlib.sha256()
-    try:
-        with path.open("rb", buffering=0) as stream:
-            read: Callable[[], bytes] = lambda: stream.read(_BLOCK)  # noqa: E731
-            while block := read():
-                digest.update(block)
-    except OSError as error:
-        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
-    return digest.hexdigest()

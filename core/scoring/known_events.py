@@ -46,18 +46,19 @@ def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Seque
     Raises:
         ConfigError: the log has no such label.
     """
-    missing = [name for name in wanted if not any(_named(label, [name]) for label in series.labels)]
+    missing = [name for name in wanted if not any(_named(label, [name]) for label in series.annotations)]
     if missing:
         raise ConfigError(
             "the log has no such label",
             where="[detect] true_events",
             found=", ".join(missing),
-            expected="some of " + (", ".join(dict.fromkeys(label.name for label in series.labels)) or "none at all"),
+            expected="some of "
+            + (", ".join(dict.fromkeys(label.name for label in series.annotations)) or "none at all"),
             hint="collaudit inspect LOG lists topics; [log] names those that hold labels",
         )
     events = [
         TrueEvent(start, end, dict.fromkeys([label.joint] if label.joint else watched, None), label.joint is None)
-        for label in series.labels
+        for label in series.annotations
         if _named(label, wanted)
         for start, end in label.intervals_s
     ]
@@ -67,7 +68,7 @@ def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Seque
 def controller_alarms_s(series: UniformSeries, config: DetectConfig) -> list[float]:
     """When the controller raised an alarm, s: as configured, and where the log's other labels begin."""
     labelled = {
-        start for label in series.labels if not _named(label, config.true_events) for start, _ in label.intervals_s
+        start for label in series.annotations if not _named(label, config.true_events) for start, _ in label.intervals_s
     }
     return sorted(labelled | set(config.controller_alarms_s))
 

@@ -14,7 +14,7 @@ import pytest
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, expand_inputs, read_log
-from collaudit.core.logs.mcap.mcap_description import by_summary
+from collaudit.core.logs.message_description import describe_by_overview
 from collaudit.core.logs.opening import open_messages
 
 COUNT = 300
@@ -222,7 +222,7 @@ def test_index_entries_left_out_by_the_writer_lose_no_message(tmp_path: Path) ->
 def test_a_huge_mcap_is_described_by_its_summary(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "x.mcap", w.motion(COUNT))
     whole = describe((path,))
-    short = by_summary([path], least_bytes=0)
+    short = describe_by_overview([path], least_bytes=0)
     assert short is not None
     assert [finding.code for finding in short.findings] == ["log-summary-only"]
     assert (short.start_ns, short.duration_s) == (whole.start_ns, whole.duration_s)
@@ -231,9 +231,20 @@ def test_a_huge_mcap_is_described_by_its_summary(tmp_path: Path) -> None:
         assert (brief.role, brief.has_effort) == (full.role, full.has_effort)
         assert brief.rate_hz == pytest.approx(full.rate_hz, rel=0.01)
         assert brief.largest_gap_s is None
-    assert by_summary([path]) is None
+    assert describe_by_overview([path]) is None
     bare = w.write_mcap(tmp_path / "y.mcap", w.motion(COUNT), summary=False)
-    assert by_summary([bare], least_bytes=0) is None
+    assert describe_by_overview([bare], least_bytes=0) is None
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_bag_folder_without_its_list_is_read_by_what_its_files_are(storage: str, tmp_path: Path) -> None:
+    folder = w.write_folder(tmp_path / "bag", w.motion(COUNT), storage=storage)
+    w.storage_file(folder).rename(folder / "storage")
+    (folder / "metadata.yaml").write_text("")
+    (folder / "other").write_bytes(b"#ROSBAG V2.0\n")  # another format, which ROS 2 does not store in
+    log = read_log((folder,), LogConfig(), robot_joints=None)
+    assert log.time_s.shape == (COUNT,)
+    assert [finding.code for finding in log.findings if "storage was read" in finding.text] == ["log-partial"]
 
 
 def test_the_hash_is_that_of_the_bytes_and_survives_a_copy(tmp_path: Path) -> None:

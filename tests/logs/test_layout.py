@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
-from collaudit.core.logs.messages.message_tables import Decoded
 from collaudit.core.logs.messages.profiles import PROFILES, Profile
 from collaudit.core.logs.storage.records import Batch, Channel
 

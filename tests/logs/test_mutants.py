@@ -28,7 +28,8 @@ COUNTS = {
 def test_mutants(kind: str, tmp_path: Path) -> None:
     count = int(os.environ.get("COLLAUDIT_MUTANTS") or COUNTS[kind])
     seed = os.environ.get("COLLAUDIT_MUTANT_SEED", "1")
-    environment = {**os.environ, "MALLOC_ARENA_MAX": "2", "OMP_NUM_THREADS": "1"}
+    helpers = {"PYTHONPATH": str(WORKER.parents[1] / "helpers")}
+    environment = {**os.environ, **helpers, "MALLOC_ARENA_MAX": "2", "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
         [sys.executable, str(WORKER), kind, str(count), seed, str(tmp_path)],
         capture_output=True,

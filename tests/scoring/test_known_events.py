@@ -41,7 +41,7 @@ def facts(
     log: Path, prepared: Prepared, friction: FrictionFile, labels: list[Annotation], *true: str
 ) -> DetectionFacts:
     config = load_config(log.with_suffix(".toml"), {"detect.true_events": list(true)}).config
-    labelled = replace(prepared, series=replace(prepared.series, labels=tuple(labels)))
+    labelled = replace(prepared, series=replace(prepared.series, annotations=tuple(labels)))
     found = audit_log(labelled, config, friction, NOBODY).result.detection
     assert found is not None
     return found

@@ -1,5 +1,5 @@
 """Tables of numbers as text.
 
-In: one or several CSV files. Out: a JointLog.
-Elsewhere: units, names and clocks, which all formats share (logs/signals).
+In: a CSV file. Out: its columns as numbers or text.
+Elsewhere: which column is which signal (logs/tables).
 """

@@ -53,13 +53,13 @@ def first_fault(
                 continue
             before = _whole_lines(path, dialect) if next(rows, None) is None else None
             if len(cells) != width:
-                said = "the row has another number of cells than the columns"
-                error = LogError(said, where=where, found=f"{len(cells)} cells", expected=f"{width}")
+                message = "the row has another number of cells than the columns"
+                error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
                 cut = len(cells) < width and not set(bad) - {len(cells) - 1}
                 return Fault(error, line, before if cut else None)
             name = dialect.names[bad[0]] if dialect.header else f"number {bad[0] + 1}"
-            said = f"the cell in column {name!r} is not a number"
-            error = LogError(said, where=where, found=repr(cells[bad[0]].strip()[:60]))
+            message = f"the cell in column {name!r} is not a number"
+            error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
             return Fault(error, line, before if bad == [width - 1] else None)
     except csv.Error as error:
         return Fault(LogError(f"cannot be cut into cells: {error}", where=str(path)), 0, None)

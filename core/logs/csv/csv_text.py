@@ -12,7 +12,7 @@ from typing import IO, TYPE_CHECKING, Any, Literal
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_stream import BoundedStream, decompression_errors
-from collaudit.core.logs.file_kind import compression_of, head_of
+from collaudit.core.logs.storage.file_head import compression_of, head_of
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

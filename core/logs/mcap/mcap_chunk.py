@@ -8,7 +8,8 @@ import numpy as np
 
 from collaudit.core.logs.mcap.mcap_run import MESSAGE
 from collaudit.core.logs.mcap.mcap_scan import MESSAGE_HEAD, chunk_records
-from collaudit.core.logs.storage.records import ByteArray, gather
+from collaudit.core.logs.storage.message_places import ascending, gather
+from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
@@ -72,15 +73,6 @@ def _apart(heads: Heads, offsets: IntArray, ends: IntArray, size: int) -> bool:
     """Whether the messages are long enough, lie inside the chunk and do not overlap."""
     sane = bool((heads["length"] >= 22).all() and (heads["length"] <= size).all())
     return sane and bool(ends[-1] <= size and (ends[:-1] <= offsets[1:]).all())
-
-
-def ascending(offsets: IntArray) -> IntArray:
-    """Offsets in order, each once."""
-    if not (offsets[1:] > offsets[:-1]).all():
-        offsets = np.sort(offsets, kind="stable")  # a few sorted runs, one a channel, are merged
-        fresh = np.concatenate([[True], offsets[1:] != offsets[:-1]])
-        offsets = offsets if fresh.all() else offsets[fresh]
-    return offsets
 
 
 def _with_gaps(data: bytes, view: ByteArray, offsets: IntArray, ends: IntArray, heads: Heads) -> Located:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from collaudit.core.logs.mcap.mcap_chunk import Located, heads_of, locate, locat
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MAX_DAMAGE, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress
 from collaudit.core.numeric.parallel import THREADS, ordered_map
 
 _WINDOW = 1 << 20
@@ -32,13 +32,13 @@ class _Chunk:
 
 
 class McapFile:
-    """An MCAP file (see :class:`collaudit.core.logs.records.LogReader`)."""
+    """An MCAP file (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     def __init__(self, path: Path, index: McapIndex | None = None) -> None:
         self.file = RandomFile(path)
         self.index = scan(self.file) if index is None else index
         self.damage = self.index.damage
-        self._met: dict[int, int] = {}
+        self._read_counts: dict[int, int] = {}
         self._summed = any(chunk.crc for chunk in self.index.chunks)
         if self._hidden_channels():
             for chunk in ordered_map(self._load, list(self.index.chunks)):
@@ -88,7 +88,7 @@ class McapFile:
         """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
         wanted = keys if keys is not None else frozenset(self.index.channels)
         chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
-        self._met = {}
+        self._read_counts = {}
         largest = max((ref.size for ref in chunks), default=1)
         for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(THREADS, _AHEAD_BYTES // max(1, largest)))):
             self._judge(chunk)
@@ -120,7 +120,7 @@ class McapFile:
         for number in numbers:
             mine = np.flatnonzero(located.channel == number) if len(numbers) > 1 else slice(None)
             start = located.start[mine]
-            self._met[number] = self._met.get(number, 0) + start.shape[0]
+            self._read_counts[number] = self._read_counts.get(number, 0) + start.shape[0]
             if number not in self.index.channels:
                 self._note(f"messages on channel {number}, which it does not define, were left out")
             if number in wanted:
@@ -149,11 +149,15 @@ class McapFile:
 
     def _compare_counts(self, wanted: frozenset[int]) -> None:
         for number in sorted(wanted & set(self.index.counts)):
-            claimed, met = self.index.counts[number], self._met.get(number, 0)
-            if claimed != met:
+            claimed, found = self.index.counts[number], self._read_counts.get(number, 0)
+            if claimed != found:
                 topic = self.index.channels[number][1] if number in self.index.channels else number
-                self._note(f"its statistics count {claimed} messages on {topic}, {met} were found")
+                self._note(f"its statistics count {claimed} messages on {topic}, {found} were found")
 
 
 def _may_hold(ref: ChunkRef, wanted: frozenset[int]) -> bool:
     return not ref.index or any(number in wanted for number, _, _ in ref.index)
+
+
+#: How the table of formats opens a file.
+open_mcap: Callable[[Path], MessageReader] = McapFile

@@ -12,7 +12,8 @@ import struct
 
 import numpy as np
 
-from collaudit.core.logs.storage.records import ByteArray, gather
+from collaudit.core.logs.storage.message_places import gather
+from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 MESSAGE = 5

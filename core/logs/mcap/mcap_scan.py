@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_run import MESSAGE, message_run
-from collaudit.core.logs.messages.message_schema import MAX_SCHEMA_BYTES
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Channel, Damage, ros_type
+from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
 from collaudit.core.numeric.arrays import IntArray
 
 MAGIC = b"\x89MCAP0\r\n"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
+from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_scan import (
     CHANNEL,
     CHUNK_INDEX,
@@ -16,9 +18,47 @@ from collaudit.core.logs.mcap.mcap_scan import (
     chunk_records,
 )
 from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.records import Overview
 
 _MAX_SUMMARY = 256 << 20
 _TAIL = 8 + 20 + 9
+
+
+def overview_of(path: Path) -> Overview | None:
+    """Counts and times as a file's summary states them, and a reader of one chunk of each channel.
+
+    Args:
+        path: an MCAP file.
+
+    Returns:
+        None when the file has no usable summary.
+    """
+    file = RandomFile(path)
+    index = read_summary(file)
+    file.close()
+    if index is None or index.span_ns is None:
+        return None
+    text = (
+        f"Only the summary and the first chunk of each topic were read, of {len(index.chunks)} chunks: rates are means "
+        "over the whole log; gaps, clocks and damage inside the chunks were not looked for."
+    )
+    return Overview(McapFile(path, _first_chunks(index)), index.counts, index.span_ns, text)
+
+
+def _first_chunks(index: McapIndex) -> McapIndex:
+    """An index of the first chunk that holds each channel, and no others."""
+    chosen: dict[int, ChunkRef] = {}
+    left = set(index.channels)
+    for chunk in index.chunks:
+        held = {number for number, _, _ in chunk.index}
+        if held & left or not held:
+            chosen[chunk.at] = ChunkRef(
+                chunk.at, chunk.data_at, chunk.data_size, chunk.size, chunk.crc, chunk.compression
+            )
+            left -= held
+        if not left or len(chosen) > 16:
+            break
+    return McapIndex(index.schemas, index.channels, list(chosen.values()), span_ns=index.span_ns)
 
 
 def read_summary(file: RandomFile) -> McapIndex | None:

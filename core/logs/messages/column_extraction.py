@@ -6,14 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, Path
-from collaudit.core.logs.messages.message_tables import MOTION, GroupKey
-from collaudit.core.logs.messages.profiles import LABEL, Profile
-from collaudit.core.logs.storage.records import ByteArray
+from collaudit.core.logs.messages.profiles import ANNOTATION, Profile
+from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-
-NS = 1_000_000_000
-
 
 #: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
 _NEAR = 16
@@ -68,7 +65,7 @@ class Plan:
         out: dict[str, IntArray | FloatArray] = {}
         if self.stamp is not None:
             seconds, rest = (_numbers(rows, part)[:, 0].astype(np.int64) for part in self.stamp)
-            out["stamp_ns"] = seconds * NS + rest
+            out["stamp_ns"] = seconds * NS_PER_S + rest
         for name, parts in self.columns.items():
             blocks = [_numbers(rows, part) for part in parts]
             joined = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
@@ -225,10 +222,10 @@ def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int
         return ()
     if profile.role in ("label", "phase"):
         if not named and not counts:
-            paths = ", ".join(path for _, path in profile.labels)
+            paths = ", ".join(path for _, path in profile.annotations)
             raise LayoutError(f"its type has no number or text at {paths}")
         return named
-    counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(LABEL)}
+    counts = {quantity: count for quantity, count in counts.items() if not quantity.startswith(ANNOTATION)}
     names = named if profile.names is not None else profile.implied_names(max(counts.values(), default=0))
     if not names:
         raise LayoutError("it names no joints")

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from collaudit.core.logs.messages.column_extraction import NS, check_counts, choice_of, usable_counts
+from collaudit.core.logs.messages.column_extraction import check_counts, choice_of, usable_counts
+from collaudit.core.logs.messages.decoded_columns import GroupKey
 from collaudit.core.logs.messages.layout import LayoutError
 from collaudit.core.logs.messages.message_schema import SchemaError, typesdict_of
-from collaudit.core.logs.messages.message_tables import GroupKey
 from collaudit.core.logs.messages.profiles import Profile
-from collaudit.core.logs.storage.records import Channel
+from collaudit.core.logs.storage.records import NS_PER_S, Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 Columns = dict[str, IntArray | FloatArray]
@@ -172,7 +172,7 @@ def _stamp(message: Any, path: str) -> int | None:
         except AttributeError:
             continue
         if all(isinstance(part, int) for part in parts) and len(parts) == 2:
-            return int(parts[0]) * NS + int(parts[1])
+            return int(parts[0]) * NS_PER_S + int(parts[1])
     return None
 
 

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
+from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
 from collaudit.core.logs.messages.generic_decoder import generic_decoder
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_schema import Struct, parse_schema
-from collaudit.core.logs.messages.message_tables import Decoded, GroupKey
 from collaudit.core.logs.messages.profiles import Profile
-from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, gather
+from collaudit.core.logs.storage.message_places import gather
+from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 #: More layouts than this on one channel, and the rest goes through the generic decoder.

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from collaudit.core.errors import ConfigError
-from collaudit.core.logs.messages.message_schema import MAX_SCHEMA_BYTES, SchemaError, definitions_of
+from collaudit.core.logs.messages.message_schema import SchemaError, definitions_of
+from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
 
 
 @lru_cache(maxsize=8)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-MAX_SCHEMA_BYTES = 1 << 20
+from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
+
 _SEPARATOR = "=" * 80
 _MAX_DEPTH = 32
 

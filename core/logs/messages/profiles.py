@@ -6,7 +6,7 @@ A path names a field of a message, dotted. Further forms:
 - ``a,b,c``: several fields side by side;
 - ``joints[*].position``: one field of every item of a sequence;
 - ``items[*]{keys:values=effort}``: of every item, the one of ``values`` that stands where ``keys`` says ``effort``;
-- of a label only, ``mode==6,7``: it holds while the number is one of these, else while it is not zero.
+- of an annotation only, ``mode==6,7``: it holds while the number is one of these, else while it is not zero.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
-#: Stands before the name of a label where quantities are named.
-LABEL = "label:"
+#: Stands before the name of an annotation where quantities are named.
+ANNOTATION = "annotation:"
 #: Name of the profiles that the configuration makes.
 CONFIGURED = "configured"
 Role = Literal["joint_states", "wrench", "label", "phase"]
@@ -35,7 +35,7 @@ class Profile:
 
     Attributes:
         name: what ``inspect`` calls it.
-        role: ``joint_states``, ``wrench``, or for flags and phases on topics of their own ``label``, ``phase``.
+        role: ``joint_states``, ``wrench``, or for annotations and phases on topics of their own ``label``, ``phase``.
         types: the message types it reads.
         stamp: paths of the stamp's seconds and nanoseconds, or None.
         names: path of the joint names, or None where the type has none.
@@ -45,7 +45,7 @@ class Profile:
         effort_unit: unit of the effort by the type's definition.
         effort_gravity: whether the effort contains the arm's own weight; None where the type does not say.
         wrench: path of the six numbers, force then torque.
-        labels: label to path of numbers that are not zero while it holds (a controller's own flags).
+        annotations: name to path of numbers that are not zero while it holds (a controller's own alarms).
         family: name of a set of types that each hold one quantity on sibling topics; "" for none.
     """
 
@@ -62,21 +62,21 @@ class Profile:
     effort_gravity: bool | None = None
     wrench: str | None = None
     temperature: str | None = None
-    labels: tuple[tuple[str, str], ...] = ()
+    annotations: tuple[tuple[str, str], ...] = ()
     family: str = ""
 
     def quantities(self) -> dict[str, str]:
-        """Quantity (labels with their mark in front) to field path, of those the profile has."""
+        """Quantity (annotations with ``ANNOTATION`` in front) to field path, of those the profile has."""
         pairs = (
             ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
             ("temperature", self.temperature),
         )  # fmt: skip
-        flags = {f"{LABEL}{name}": path.split("==")[0] for name, path in self.labels}
-        return {key: path for key, path in pairs if path is not None} | flags
+        annotated = {f"{ANNOTATION}{name}": path.split("==")[0] for name, path in self.annotations}
+        return {key: path for key, path in pairs if path is not None} | annotated
 
-    def raised(self, label: str, values: FloatArray) -> BoolArray:
-        """Where a label holds, by the values of its field."""
-        _, equals, wanted = dict(self.labels)[label].partition("==")
+    def raised(self, annotation: str, values: FloatArray) -> BoolArray:
+        """Where an annotation holds, by the values of its field."""
+        _, equals, wanted = dict(self.annotations)[annotation].partition("==")
         if not equals:
             return np.asarray(np.nan_to_num(values) != 0)
         return np.asarray(np.isin(values, [float(text) for text in wanted.split(",")]))
@@ -102,7 +102,7 @@ _FRANKA_STOPS = (
     ("joint_reflex", "current_errors.joint_reflex"),
     ("cartesian_reflex", "current_errors.cartesian_reflex"),
 )
-_FRANKA_FLAGS = (("contact", "joint_contact"), ("collision", "joint_collision"), *_FRANKA_STOPS)
+_FRANKA_ALARMS = (("contact", "joint_contact"), ("collision", "joint_collision"), *_FRANKA_STOPS)
 _UR_JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
 )  # fmt: skip
@@ -153,7 +153,7 @@ PROFILES: tuple[Profile, ...] = (
         velocity="dq",
         effort="tau_J|tau_j",
         effort_gravity=True,
-        labels=_FRANKA_FLAGS,
+        annotations=_FRANKA_ALARMS,
     ),
     Profile(
         name="franka-robot-state",
@@ -164,7 +164,7 @@ PROFILES: tuple[Profile, ...] = (
         velocity="measured_joint_state.velocity",
         effort="measured_joint_state.effort",
         effort_gravity=True,
-        labels=(
+        annotations=(
             ("contact", "collision_indicators.is_joint_contact"),
             ("collision", "collision_indicators.is_joint_collision"),
             *_FRANKA_STOPS,
@@ -231,7 +231,7 @@ PROFILES: tuple[Profile, ...] = (
         role="label",
         types=("ur_dashboard_msgs/msg/SafetyMode",),
         stamp=None,
-        labels=(
+        annotations=(
             ("protective_stop", "mode==3"),
             ("safeguard_stop", "mode==5"),
             ("emergency_stop", "mode==6,7"),
@@ -244,7 +244,7 @@ PROFILES: tuple[Profile, ...] = (
         role="label",
         types=("ur_msgs/msg/RobotModeDataMsg",),
         stamp=None,
-        labels=(("protective_stop", "is_protective_stopped"), ("emergency_stop", "is_emergency_stopped")),
+        annotations=(("protective_stop", "is_protective_stopped"), ("emergency_stop", "is_emergency_stopped")),
     ),
 )
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.mcap.mcap_chunk import ascending
-from collaudit.core.logs.messages.column_extraction import NS
-from collaudit.core.logs.storage.records import ByteArray, gather
+from collaudit.core.logs.storage.message_places import ascending, gather
+from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 _U32 = struct.Struct("<I")
@@ -77,7 +76,7 @@ class _Found:
             self.connections.append((header, data[at : at + size]))
         elif op == b"\x02" and len(conn) == 4 and len(stamp) == 8:
             seconds, rest = struct.unpack("<II", stamp)
-            self.rows.append((at, size, _U32.unpack(conn)[0], seconds * NS + rest))
+            self.rows.append((at, size, _U32.unpack(conn)[0], seconds * NS_PER_S + rest))
         else:
             self.rest += len(header) + 8 + size
 
@@ -153,7 +152,7 @@ def _by_index(data: bytes, view: ByteArray, offsets: IntArray) -> tuple[IntArray
     ends = start + length
     if ends[-1] > len(data) or (ends[:-1] > offsets[1:]).any():
         return None
-    log_ns = _u32(rows, time) * NS + _u32(rows, time + 4)
+    log_ns = _u32(rows, time) * NS_PER_S + _u32(rows, time + 4)
     edges = np.concatenate([[0], ends])
     stops = np.concatenate([offsets, [len(data)]])
     gaps = np.flatnonzero(edges < stops)

@@ -7,7 +7,7 @@ index, so that unindexed and still-active bags are read the same way as closed o
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.rosbag1.bag_chunk import BagLocated, fields_of, locate_bag
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, Progress, ros_type
+from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
@@ -50,7 +50,7 @@ class _Loaded:
 
 
 class BagFile:
-    """A ROS 1 bag (see :class:`collaudit.core.logs.records.LogReader`)."""
+    """A ROS 1 bag (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     format = "ros1-bag"
 
@@ -184,7 +184,7 @@ class BagFile:
 
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
-        met: dict[int, int] = {}
+        found: dict[int, int] = {}
         for chunk in ordered_map(self._load, list(self.chunks)):
             located = locate_bag(chunk.data, chunk.offsets)
             if chunk.problem is not None:
@@ -197,17 +197,21 @@ class BagFile:
             for number in numbers:
                 mine = located.connection == number if len(numbers) > 1 else slice(None)
                 start = located.start[mine]
-                met[number] = met.get(number, 0) + start.shape[0]
+                found[number] = found.get(number, 0) + start.shape[0]
                 if number not in self.connections:
                     self._note(f"messages of connection {number}, which it does not define, were left out")
                 elif keys is None or number in keys:
                     yield Batch(number, data, start, located.length[mine], located.log_ns[mine])
             if progress is not None:
                 progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
-        self._compare_counts(met, keys)
+        self._compare_counts(found, keys)
 
-    def _compare_counts(self, met: dict[int, int], keys: frozenset[int] | None) -> None:
+    def _compare_counts(self, found: dict[int, int], keys: frozenset[int] | None) -> None:
         for number, claimed in sorted(self.counts.items()):
-            if (keys is None or number in keys) and number in self.connections and claimed != met.get(number, 0):
+            if (keys is None or number in keys) and number in self.connections and claimed != found.get(number, 0):
                 topic = self.connections[number].topic
-                self._note(f"its index counts {claimed} messages on {topic}, {met.get(number, 0)} were found")
+                self._note(f"its index counts {claimed} messages on {topic}, {found.get(number, 0)} were found")
+
+
+#: How the table of formats opens a file.
+open_bag: Callable[[Path], MessageReader] = BagFile

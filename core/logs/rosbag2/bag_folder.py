@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.file_kind import sniff
 from collaudit.core.logs.storage.records import Damage
 
 _MAX_METADATA = 8 << 20
 
 
-def folder_files(path: Path) -> tuple[tuple[Path, ...], tuple[Damage, ...]]:
+def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[Path, ...], tuple[Damage, ...]]:
     """The storage files of a bag folder in recording order, and what is wrong with its list of them.
 
     The list of metadata.yaml is used; when it names no file that is there (a recording that was killed leaves
     none, renamed files are found under other names), every storage file of the folder is taken in the order of
     the numbers in the names.
+
+    Args:
+        path: the folder.
+        is_storage: whether a file is of a format that bags are stored in.
 
     Raises:
         LogError: the folder holds no storage file.
@@ -27,7 +31,7 @@ def folder_files(path: Path) -> tuple[tuple[Path, ...], tuple[Damage, ...]]:
         absent = ", ".join(file.name for file in named if not file.is_file())
         damage = (Damage(f"the bag folder lacks files its metadata.yaml names: {absent}"),) if absent else ()
         return there, damage
-    found = sorted((file for file in path.iterdir() if file.is_file() and sniff(file) in ("mcap", "db3")), key=_natural)
+    found = sorted((file for file in path.iterdir() if file.is_file() and is_storage(file)), key=_natural)
     if not found:
         names = ", ".join(file.name for file in named)
         raise LogError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 from operator import lt
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.rosbag2.db3_open import connect
-from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, Damage, Progress, ros_type
+from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 
 _ROWS = 4096
@@ -24,7 +24,7 @@ _Columns = Sequence[Any]
 
 
 class Db3File:
-    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.records.LogReader`)."""
+    """A ``.db3`` of rosbag2 (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     format = "ros2-db3"
 
@@ -173,3 +173,7 @@ def _str(value: object) -> str:
 def _query(wanted: Sequence[int]) -> str:
     marks = ", ".join("?" * len(wanted))
     return f"SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? AND topic_id IN ({marks}) ORDER BY id"
+
+
+#: How the table of formats opens a file.
+open_db3: Callable[[Path], MessageReader] = Db3File

@@ -1,5 +1,5 @@
-"""What columns mean: joint names, units and signs, clocks, publishers, annotations, the wrist sensor.
+"""What the columns of any log mean: joint names, units and signs, clocks, annotations.
 
-In: tables of samples. Out: signals in SI units by joint.
-Elsewhere: how bytes become samples (the formats).
+In: columns and stamps. Out: SI units by joint, one clock, and findings about them.
+Elsewhere: how bytes become columns (the formats), topics (logs/topics), tables (logs/tables).
 """

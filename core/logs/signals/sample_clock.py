@@ -68,7 +68,7 @@ def choose_clock(
     """
     header, log = steadiness(stamp_ns), steadiness(log_ns)
     if wanted == "log":
-        return "log", _said("log time, as configured", where)
+        return "log", _clock_finding("log time, as configured", where)
     if wanted == "header":
         if not header.usable:
             raise LogError(
@@ -76,20 +76,20 @@ def choose_clock(
                 where=where,
                 hint='set time = "log" or "auto" under [log]',
             )
-        return "header", _said("the header's stamps, as configured", where)
+        return "header", _clock_finding("the header's stamps, as configured", where)
     if not header.usable:
-        return "log", _said(f"log time, because the header's stamp cannot be used: {header.why}", where)
+        return "log", _clock_finding(f"log time, because the header's stamp cannot be used: {header.why}", where)
     spreads = f"5-95 % of its steps within {header.spread_s * 1e3:.3g} ms, log time {log.spread_s * 1e3:.3g} ms"
     if not log.usable or header.spread_s <= log.spread_s:
-        return "header", _said(f"the header's stamps, the steadier clock ({spreads})", where)
-    return "log", _said(
+        return "header", _clock_finding(f"the header's stamps, the steadier clock ({spreads})", where)
+    return "log", _clock_finding(
         f"log time, the steadier clock (5-95 % of its steps within {log.spread_s * 1e3:.3g} ms, "
         f"header {header.spread_s * 1e3:.3g} ms)",
         where,
     )
 
 
-def _said(text: str, where: str) -> Finding:
+def _clock_finding(text: str, where: str) -> Finding:
     return Finding("log-time-source", "info", f"The time of a sample is {text}.", where=where)
 
 

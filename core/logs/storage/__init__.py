@@ -1,5 +1,5 @@
-"""What all readers of files share: places in a file, bounded decompression, batches of raw messages.
+"""What the readers of all formats share: their two interfaces, places in a file, bounded decompression.
 
-In: bytes. Out: checked bytes and Batches.
+In: bytes. Out: checked bytes, and the types readers return (batches of raw messages, columns of tables).
 Elsewhere: any one format.
 """

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
 
 ByteArray = NDArray[np.uint8]
 Progress = Callable[[int, int], None]
+#: Schemas larger than this are not read.
+MAX_SCHEMA_BYTES = 1 << 20
+NS_PER_S = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +79,7 @@ class Damage:
     lost: bool = True
 
 
-class LogReader(Protocol):
+class MessageReader(Protocol):
     """A container of messages. Damage is collected, never raised, once the file is open."""
 
     format: str
@@ -92,24 +96,34 @@ class LogReader(Protocol):
         """Release the file."""
 
 
-def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:
-    """Copy ``width`` bytes from each offset into the rows of a matrix.
+@dataclass(frozen=True, slots=True)
+class Overview:
+    """What the summary of a huge file says of it.
 
-    Args:
-        data: (b,) bytes.
-        start: (n,) offsets, each with ``0 <= start`` and ``start + width <= b``.
-        width: bytes per row, at least 1.
-
-    Returns:
-        (n, width) bytes.
+    Attributes:
+        reader: of a few of its messages, at least one of each channel; to be closed.
+        counts: channel key to messages.
+        span_ns: first and last time of recording.
+        text: what was read and what was therefore not looked for.
     """
-    count = start.shape[0]
-    if count == 0 or width == 0:
-        return np.empty((count, width), dtype=np.uint8)
-    windows = np.ndarray(
-        shape=(data.shape[0] - width + 1,), dtype=np.dtype(f"V{width}"), buffer=data.data, strides=(1,)
+
+    reader: MessageReader
+    counts: Mapping[int, int]
+    span_ns: tuple[int, int]
+    text: str
+
+
+def damage_findings(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]:
+    """Findings for what could not be read."""
+    return tuple(
+        Finding(
+            "log-partial",
+            "error" if item.lost else "warning",
+            f"The log is damaged: {item.text}." + (" Only the rest was read." if item.lost else ""),
+            where=where,
+        )
+        for item in damage
     )
-    return windows[start].view(np.uint8).reshape(count, width)
 
 
 def ros_type(name: str) -> str:

@@ -57,7 +57,7 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_labels_of_a_topic(marked: Path) -> None:
     log = read(marked, label_topics=["/bumper", "/step:data==7", "/nothing"])
-    bumper, step = log.labels
+    bumper, step = log.annotations
     assert (bumper.name, bumper.source, step.name, step.source) == ("bumper", "/bumper", "data==7", "/step")
     np.testing.assert_allclose(bumper.intervals_s, [(100.5 * PERIOD_S, 150.5 * PERIOD_S)], atol=1e-9)
     np.testing.assert_allclose(step.intervals_s, [(100 * PERIOD_S, 300 * PERIOD_S)], atol=1e-9)
@@ -78,7 +78,7 @@ def test_phases_of_a_topic(marked: Path, topic: str, tmp_path: Path) -> None:
     settings = LogConfig.model_validate({"phase_topic": topic, "label_topics": ["/bumper"]})
     first, again = (read_log((marked,), settings, robot_joints=None, cache=tmp_path) for _ in range(2))
     assert again.phases == first.phases == log.phases
-    assert again.labels == first.labels != ()
+    assert again.annotations == first.annotations != ()
 
 
 def test_labels_and_phases_of_a_table(tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_labels_and_phases_of_a_table(tmp_path: Path) -> None:
     rows = [f"{k / 100},{k / 50},{'true' if 20 <= k < 30 else ''},{'free' if k < 50 else 'contact'}" for k in range(90)]
     path.write_text("t,q1,hit,phase\n" + "\n".join(rows) + "\n")
     log = read(path, csv={"labels": ["hit"], "phase": "phase"})
-    assert [(label.name, label.intervals_s) for label in log.labels] == [("hit", ((0.2, 0.29),))]
+    assert [(label.name, label.intervals_s) for label in log.annotations] == [("hit", ((0.2, 0.29),))]
     assert [(phase.name, phase.intervals_s) for phase in log.phases] == [
         ("free", ((0.0, 0.5),)), ("contact", ((0.5, 0.89),)),
     ]  # fmt: skip

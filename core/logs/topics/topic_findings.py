@@ -1,13 +1,22 @@
-"""Comparing the time of publishing, which MCAP keeps, with the time of recording."""
+"""What decoding a topic showed: messages left out, and how long after publishing they were recorded."""
 
 from __future__ import annotations
 
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.topics import Topic
+from collaudit.core.logs.topics.log_topics import Topic
 
 #: Recording that begins so much before publishing, or ends so much after, is worth a warning.
 LATE_S = 0.1
 _SAME_S = 1e-6
+
+
+def skipped_findings(topic: Topic) -> tuple[Finding, ...]:
+    """Findings for messages of a topic that were left out."""
+    decoded = topic.decoded
+    if not decoded.skipped:
+        return ()
+    text = f"{decoded.skipped} of {decoded.seen} messages were left out; the first because {decoded.problem}."
+    return (Finding("log-message-skipped", "warning", text, where=topic.name),)
 
 
 def publish_findings(topic: Topic) -> list[Finding]:

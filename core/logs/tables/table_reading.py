@@ -1,43 +1,53 @@
-"""CSV tables to a :class:`JointLog`."""
+"""Tables to a :class:`JointLog`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
+from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.findings import Finding
-from collaudit.core.logs.csv.csv_log import CsvTable, read_csvs
-from collaudit.core.logs.csv.csv_marks import csv_marks
-from collaudit.core.logs.opening import Hashing
+from collaudit.core.logs.signals.annotation_spans import annotation_findings, phases_of, spans_of
 from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
-from collaudit.core.logs.signals.controller_flags import label_findings
 from collaudit.core.logs.signals.joint_naming import map_names, model_name
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.tables.joined_tables import JointTable, annotation_columns, join_tables
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 if TYPE_CHECKING:
-    from collaudit.core.config.schema import LogConfig, UnitsConfig
+    from collaudit.core.config.schema import CsvConfig, LogConfig, UnitsConfig
 
 _DEGREES = ("deg", "degree", "degrees", "°", "grad")
 _NEWTON_METRES = ("nm", "n·m", "n*m", "n m", "n-m", "n.m")
+#: What a cell says while an annotation does not hold, in lower case.
+_NO = frozenset({"", "0", "0.0", "false", "no", "off", "none", "nan", "null", "-"})
 _AMPERES = ("a", "ampere", "amps", "amp", "current")
 
 
-def read_csv_log(
-    paths: tuple[Path, ...],
+def read_table_log(
+    readers: Sequence[TableReader],
+    name: str,
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
-    hashing: Hashing,
+    digest: Digest,
 ) -> JointLog:
-    """Read one log from CSV files; arguments and errors as :func:`collaudit.core.logs.read.read_log`."""
-    name = "+".join(path.name for path in paths)
-    table = read_csvs(paths, settings)
+    """Read one log from tables.
+
+    Args:
+        readers: the tables, those of ``[log.csv] also`` among them.
+        name: of the log, for messages and its source.
+        settings, robot_joints, prismatic: as of :func:`collaudit.core.logs.log_reading.read_log`.
+        digest: hash of the log.
+
+    Raises:
+        LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
+    """
+    table = join_tables(readers, settings)
     names, order_findings = _names(table, settings, robot_joints, name)
     kept = map_names(names, settings.joint_names, robot_joints, name)
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
@@ -45,7 +55,7 @@ def read_csv_log(
     linear = [joint in set(prismatic) for joint in kept.model]
     units, unit_findings = _units(table, settings.units, name)
     time_s, breaks = straighten_seconds(table.time_s)
-    labels, phases, said = csv_marks(table.texts, time_s, settings.csv, name)
+    annotations, phases, annotations_missing = _annotations(table.texts, time_s, settings.csv, name)
     columns = dict(table.columns)
     table.columns.clear()
     if picked != list(range(len(names))):
@@ -54,7 +64,7 @@ def read_csv_log(
     to_radians(columns.get("velocity"), units.velocity or units.position, linear)
     unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
     findings = [*table.findings, *order_findings, *unit_findings, *kept.findings]
-    findings += [*set_back_findings(breaks, 0, name), *said, *label_findings(labels)]
+    findings += [*set_back_findings(breaks, 0, name), *annotations_missing, *annotation_findings(annotations)]
     if "effort" not in columns:
         findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
     wrench, wrench_findings = _wrench(table, time_s, settings, name)
@@ -68,21 +78,21 @@ def read_csv_log(
         wrench=wrench,
         source=LogSource(
             name=name,
-            digest=hashing,
-            format="csv",
+            digest=digest,
+            format=readers[0].format,
             start_ns=start_of(table.start_ns) if table.start_ns is not None else None,
             time_source="column",
             topic=name,
         ),
         findings=(*findings, *wrench_findings),
-        labels=tuple(labels),
+        annotations=tuple(annotations),
         phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
     )
 
 
 def _names(
-    table: CsvTable, settings: LogConfig, robot: Sequence[str] | None, where: str
+    table: JointTable, settings: LogConfig, robot: Sequence[str] | None, where: str
 ) -> tuple[list[str], list[Finding]]:
     """Joint names of the columns; numbered columns are the robot's joints in its order, and that is said."""
     names = list(table.names)
@@ -94,7 +104,7 @@ def _names(
     return named, [Finding("log-columns-guessed", "info", text, where=where)]
 
 
-def _units(table: CsvTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfig, list[Finding]]:
+def _units(table: JointTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfig, list[Finding]]:
     """Units by the configuration, else by the column names, else the defaults, which is said."""
     given = stated.model_fields_set
     update: dict[str, object] = {}
@@ -117,7 +127,7 @@ def _units(table: CsvTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfi
 
 
 def _wrench(
-    table: CsvTable, time_s: FloatArray, settings: LogConfig, where: str
+    table: JointTable, time_s: FloatArray, settings: LogConfig, where: str
 ) -> tuple[WrenchSeries | None, list[Finding]]:
     if settings.csv.wrench is None:
         return None, []
@@ -126,3 +136,38 @@ def _wrench(
         return None, [Finding("log-wrench-missing", "warning", text, where=where)]
     values: FloatArray = frozen(table.wrench)
     return WrenchSeries(frozen(time_s), values, where), []
+
+
+def _annotations(
+    texts: Mapping[str, tuple[str, ...]], time_s: FloatArray, settings: CsvConfig, where: str
+) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
+    """Annotations and phases of a table, and what of the configuration is not there.
+
+    Args:
+        texts: column name to the text of each row.
+        time_s: (n,) stamps; rows whose stamp is not a number are left out.
+        settings: which columns are annotations and which is the phase.
+        where: the file, for findings.
+    """
+    asked = annotation_columns(settings)
+    findings = [
+        Finding("log-label-missing", "warning", f"The table has no column {name!r} of labels or phases.", where=where)
+        for name in asked
+        if name not in texts
+    ]
+    if not any(name in texts for name in asked):
+        return [], [], findings
+    good = np.flatnonzero(np.isfinite(time_s))
+    good = good[np.argsort(time_s[good], kind="stable")]
+    stamps = time_s[good]
+    annotations = []
+    for name in settings.labels:
+        holds = np.array([text.strip().lower() not in _NO for text in texts.get(name, ())], dtype=np.bool_)
+        if holds.any():
+            annotations.append(Annotation(name, where, tuple(spans_of(stamps, holds[good]))))
+    phases: list[Annotation] = []
+    if settings.phase is not None and settings.phase in texts and good.size:
+        words = [texts[settings.phase][k].strip() for k in good.tolist()]
+        phases, refused = phases_of(stamps, words, float(stamps[-1]), f"{where}, column {settings.phase}")
+        findings += refused
+    return annotations, phases, findings

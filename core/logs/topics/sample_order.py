@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.messages.message_tables import Group
+from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.numeric.arrays import IntArray
 
@@ -93,9 +93,9 @@ def _by_channel(stamps: IntArray, source: IntArray | None, known: Breaks | None)
     out = stamps
     for channel in np.unique(source).tolist():
         mine = np.flatnonzero(source == channel)
-        straight, its = straighten(stamps[mine], found or None)
-        if its:
-            found = found or its
+        straight, breaks = straighten(stamps[mine], found or None)
+        if breaks:
+            found = found or breaks
             out = out.copy() if out is stamps else out
             out[mine] = straight
     return out, found if out is not stamps else ()

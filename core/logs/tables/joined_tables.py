@@ -1,4 +1,4 @@
-"""CSV files to one table of joint signals: several files with the same time column are one log."""
+"""Tables to one table of joint signals: several with the same time column are one log."""
 
 from __future__ import annotations
 
@@ -11,12 +11,18 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.csv.csv_columns import CURRENT_WORDS, MOTION, QUANTITIES, Assignment, assign, unit_of
-from collaudit.core.logs.csv.csv_table import CsvColumns, read_columns, stamps_ns
-from collaudit.core.logs.csv.csv_text import Dialect, dialect_of
-from collaudit.core.logs.opening import partial
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.storage.records import Damage
+from collaudit.core.logs.storage.records import Damage, damage_findings
+from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
+from collaudit.core.logs.tables.column_assignment import (
+    CURRENT_WORDS,
+    MOTION,
+    QUANTITIES,
+    Assignment,
+    assign,
+    unit_of,
+)
+from collaudit.core.logs.tables.table_stamps import seconds_of
 from collaudit.core.numeric.arrays import FloatArray
 
 if TYPE_CHECKING:
@@ -28,17 +34,16 @@ Block = tuple[tuple[str, ...], FloatArray]
 SAME_TIME_S = 1e-6
 
 
-@dataclass(slots=True, eq=False)
-class CsvFile:
-    """One file: how it is written, what its columns are, and its numbers once read."""
+@dataclass(frozen=True, slots=True, eq=False)
+class AssignedTable:
+    """One opened table, and which of its columns is which signal."""
 
-    path: Path
-    dialect: Dialect
+    reader: TableReader
     assignment: Assignment
 
 
 @dataclass(slots=True, eq=False)
-class CsvTable:
+class JointTable:
     """The joint signals of one log.
 
     Attributes:
@@ -50,7 +55,7 @@ class CsvTable:
         wrench: (n, 6) or None.
         units: quantity to the unit its column names state, where they do.
         findings: what was guessed.
-        texts: column name to the text of each row, of the columns of labels and of the phase.
+        texts: column name to the text of each row, of the columns of annotations and of the phase.
     """
 
     time_s: FloatArray
@@ -64,33 +69,32 @@ class CsvTable:
     texts: dict[str, tuple[str, ...]]
 
 
-def open_csvs(paths: Sequence[Path], settings: CsvConfig) -> list[CsvFile]:
-    """Find out how each file is written and what its columns are.
+def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[AssignedTable]:
+    """Find out what the columns of each table are.
 
     Raises:
-        LogError: a file holds no rows, or lacks columns the configuration names.
+        LogError: a table lacks columns the configuration names.
     """
     out = []
-    for path in paths:
-        dialect = dialect_of(path, settings)
+    for reader in readers:
         try:
-            out.append(CsvFile(path, dialect, assign(dialect.names, settings, header=dialect.header)))
+            out.append(AssignedTable(reader, assign(reader.names, settings, header=reader.named)))
         except LogError as error:
-            raise LogError(error.message, where=str(path), found=error.found, hint=error.hint) from error
+            raise LogError(error.message, where=str(reader.path), found=error.found, hint=error.hint) from error
     return out
 
 
-def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
-    """Read one log from one or several CSV files.
+def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTable:
+    """Read one log from one or several tables.
 
     Args:
-        paths: the files.
+        readers: the tables, those of :func:`also_files` among them.
         settings: patterns and units.
 
     Raises:
-        LogError: no time or position column, files whose time columns differ, or a cell that is no number.
+        LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
-    files = open_csvs([*paths, *also_files(paths, settings.csv)], settings.csv)
+    files = assign_columns(readers, settings.csv)
     _check_signals(files)
     time_s: FloatArray | None = None
     start_ns: int | None = None
@@ -101,25 +105,26 @@ def read_csvs(paths: Sequence[Path], settings: LogConfig) -> CsvTable:
     for file in files:
         own_time, start, unit, columns_read = _read_one(file, settings)
         values = columns_read.values
-        texts |= {file.dialect.names[index]: words for index, words in columns_read.texts.items()}
-        findings += _damage(file.path, columns_read.damage)
+        texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
+        if columns_read.damage is not None:
+            findings += damage_findings([Damage(columns_read.damage)], file.reader.path.name)
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += _time_findings(file, unit, settings)
         else:
-            _check_same_time(files[0].path, time_s, file.path, own_time)
+            _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)
         wrench = values.pop("wrench", wrench)
         for quantity, block in values.items():
             joints = file.assignment.quantities[quantity].joints
             twice = set(joints) & {name for names, _ in blocks[quantity] for name in names}
             if twice:
-                raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.path))
+                raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.reader.path))
             blocks[quantity].append((joints, block))
         findings += _guess_findings(file)
     assert time_s is not None
     names, columns = _aligned(blocks, time_s.shape[0])
     numbered = all("{i" in f.pattern or not f.pattern for file in files for f in file.assignment.quantities.values())
-    return CsvTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings, texts)
+    return JointTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings, texts)
 
 
 def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
@@ -134,9 +139,9 @@ def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
     return out
 
 
-def _check_signals(files: Sequence[CsvFile]) -> None:
-    where = " + ".join(str(file.path) for file in files)
-    columns = [name for file in files for name in file.dialect.names if name]
+def _check_signals(files: Sequence[AssignedTable]) -> None:
+    where = " + ".join(str(file.reader.path) for file in files)
+    columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
     hint = 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}"'
     if "position" not in held:
@@ -152,33 +157,30 @@ def _check_signals(files: Sequence[CsvFile]) -> None:
     if timeless:
         raise LogError(
             "no time column was recognised",
-            where=str(timeless[0].path),
-            found=f"columns {listed(timeless[0].dialect.names, 40)}",
+            where=str(timeless[0].reader.path),
+            found=f"columns {listed(timeless[0].reader.names, 40)}",
             hint=hint,
         )
 
 
-def _read_one(file: CsvFile, settings: LogConfig) -> tuple[FloatArray, int | None, str, CsvColumns]:
+def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns]:
     """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``)."""
     assignment = file.assignment
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
     if assignment.wrench:
         groups["wrench"] = assignment.wrench
-    texts = [index for index, name in enumerate(file.dialect.names) if name in _asked(settings)]
-    columns = read_columns(file.path, file.dialect, groups, assignment.time, texts)
+    asked = annotation_columns(settings.csv)
+    texts = [index for index, name in enumerate(file.reader.names) if name in asked]
+    columns = file.reader.read(groups, assignment.time, texts)
     if len(columns.stamps) == 0:
-        raise LogError("the file holds no rows of data", where=str(file.path))
-    time_s, start, unit = stamps_ns(columns.stamps, settings.units.time)
+        raise LogError("the file holds no rows of data", where=str(file.reader.path))
+    time_s, start, unit = seconds_of(columns.stamps, settings.units.time)
     return time_s, start, unit, columns
 
 
-def _asked(settings: LogConfig) -> set[str]:
-    """Columns of labels and of the phase."""
-    return {*settings.csv.labels, *([settings.csv.phase] if settings.csv.phase is not None else [])}
-
-
-def _damage(path: Path, damage: str | None) -> list[Finding]:
-    return list(partial([Damage(damage)], path.name)) if damage is not None else []
+def annotation_columns(settings: CsvConfig) -> tuple[str, ...]:
+    """The columns that the configuration names as annotations or as the phase."""
+    return (*settings.labels, *([settings.phase] if settings.phase is not None else []))
 
 
 def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatArray) -> None:
@@ -215,11 +217,11 @@ def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...]
     return names, columns
 
 
-def _stated_units(files: Sequence[CsvFile]) -> dict[str, str]:
+def _stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
     out: dict[str, str] = {}
     for file in files:
         for quantity, found in file.assignment.quantities.items():
-            stated = {unit_of(file.dialect.names[column]) for column in found.columns}
+            stated = {unit_of(file.reader.names[column]) for column in found.columns}
             if len(stated) == 1 and (unit := stated.pop()) is not None:
                 out[quantity] = unit
             elif any(word in found.pattern.lower() for word in CURRENT_WORDS) and quantity == "effort":
@@ -227,23 +229,23 @@ def _stated_units(files: Sequence[CsvFile]) -> dict[str, str]:
     return out
 
 
-def _time_findings(file: CsvFile, unit: str, settings: LogConfig) -> list[Finding]:
+def _time_findings(file: AssignedTable, unit: str, settings: LogConfig) -> list[Finding]:
     if settings.units.time == "auto" and unit != "iso":
         text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
-        return [Finding("log-units-guessed", "info", text, where=file.path.name)]
+        return [Finding("log-units-guessed", "info", text, where=file.reader.path.name)]
     return []
 
 
-def _guess_findings(file: CsvFile) -> list[Finding]:
+def _guess_findings(file: AssignedTable) -> list[Finding]:
     assignment = file.assignment
-    said = []
+    recognised = []
     for quantity in assignment.guessed:
         if quantity == "time":
-            said.append(f"time = {file.dialect.names[assignment.time or 0]!r}")
+            recognised.append(f"time = {file.reader.names[assignment.time or 0]!r}")
         else:
             found = assignment.quantities[quantity]
-            said.append(f"{quantity} = {found.pattern!r} ({len(found.columns)} columns)")
+            recognised.append(f"{quantity} = {found.pattern!r} ({len(found.columns)} columns)")
     if not any(quantity in assignment.quantities for quantity in assignment.guessed):
         return []
-    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(said)}."
-    return [Finding("log-columns-guessed", "warning", text, where=file.path.name)]
+    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(recognised)}."
+    return [Finding("log-columns-guessed", "warning", text, where=file.reader.path.name)]

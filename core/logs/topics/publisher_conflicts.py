@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from collaudit.core.findings import Finding
-from collaudit.core.logs.signals.publishers import Publisher, interpolate, seconds_since
+from collaudit.core.logs.signals.stamps import interpolate, seconds_since
+from collaudit.core.logs.topics.publishers import Publisher
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 #: Positions closer than this (rad, or m) may be the same measurement.

@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.core.data.joint_log import Annotation, JointLog, LogSource
+from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.message_tables import QUANTITIES, all_names
-from collaudit.core.logs.messages.topics import Topic, choose_joint_states, companions, decode, topics_of
-from collaudit.core.logs.opening import Hashing, open_messages, partial
-from collaudit.core.logs.signals.annotations import Marks, Times, mark_topics, read_labels, read_phases
+from collaudit.core.logs.messages.decoded_columns import QUANTITIES, all_names
+from collaudit.core.logs.signals.annotation_spans import annotation_findings
 from collaudit.core.logs.signals.clock_checks import compare_clocks
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
-from collaudit.core.logs.signals.controller_flags import flags_of, label_findings, labels_of
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names, matches
-from collaudit.core.logs.signals.logged_wrench import read_wrench
-from collaudit.core.logs.signals.publisher_conflicts import alternation, disagreement
-from collaudit.core.logs.signals.publishers import Publisher, interpolate, publishers_of, seconds_since
-from collaudit.core.logs.signals.publishing_clock import publish_findings
 from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
+from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
-from collaudit.core.logs.storage.records import LogReader, Progress
+from collaudit.core.logs.storage.records import MessageReader, Progress, damage_findings
+from collaudit.core.logs.topics.alarm_fields import alarm_annotations, alarm_fields
+from collaudit.core.logs.topics.annotation_topics import (
+    AnnotationTopics,
+    Times,
+    annotation_topics,
+    read_annotations,
+    read_phases,
+)
+from collaudit.core.logs.topics.joint_states_topic import choose_joint_states, companions
+from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
+from collaudit.core.logs.topics.logged_wrench import read_wrench
+from collaudit.core.logs.topics.publisher_conflicts import alternation, disagreement
+from collaudit.core.logs.topics.publishers import Publisher, publishers_of
+from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
 from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
 
 if TYPE_CHECKING:
@@ -33,25 +40,38 @@ if TYPE_CHECKING:
 
 
 def read_message_log(
-    paths: tuple[Path, ...],
+    reader: MessageReader,
+    name: str,
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
-    hashing: Hashing,
+    digest: Digest,
     progress: Progress | None,
 ) -> JointLog:
-    """Read one log of messages; arguments and errors as :func:`collaudit.core.logs.read.read_log`."""
-    name = "+".join(path.name for path in paths)
-    reader = open_messages(paths)
+    """Read one log of messages.
+
+    Args:
+        reader: of its files; closed as soon as the messages are decoded.
+        name: of the log, for messages and its source.
+        settings, robot_joints, prismatic, progress: as of :func:`collaudit.core.logs.log_reading.read_log`.
+        digest: hash of the log.
+
+    Raises:
+        LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
+    """
     try:
         topics = topics_of(reader, settings)
         joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
         wrench = _wrench_topic(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints)]
         wanted += [wrench] if wrench is not None and wrench not in wanted else []
-        marks = mark_topics(topics, settings)
-        decode(reader, [*wanted, *marks.topics], progress)
-        findings = [*partial(reader.damage, name), *skipped(joints), *(skipped(wrench) if wrench else ())]
+        annotated = annotation_topics(topics, settings)
+        decode(reader, [*wanted, *annotated.topics], progress)
+        findings = [
+            *damage_findings(reader.damage, name),
+            *skipped_findings(joints),
+            *(skipped_findings(wrench) if wrench else ()),
+        ]
     finally:
         reader.close()
     where = f"{name}, {joints.name}"
@@ -61,24 +81,24 @@ def read_message_log(
     findings += numbered
     names = map_names(all_names([joints.decoded]), mapping, robot_joints, where)
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
-    flags = flags_of(joints.decoded, joints.profile)
+    alarms = alarm_fields(joints.decoded, joints.profile)
     findings += publish_findings(joints)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
-    clock, said = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
+    clock, clock_finding = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
     stamps = _stamps(base, clock)
     origin = int(stamps[0])
     as_stamped = None if base.stamp_ns is None else as_recorded(base.stamp_ns, base.stamp_breaks)
     findings += compare_clocks(as_stamped, as_recorded(base.log_ns, base.log_breaks), joints.name)
     findings += set_back_findings(base.stamp_breaks if clock == "header" else base.log_breaks, origin, joints.name)
     times = Times(base, clock, origin)
-    labels, phases, said_of_marks = _marks(marks, times)
-    labels = [*labels_of(flags, clock, origin, joints.name), *labels]
-    findings += [*said_of_marks, *label_findings(labels)]
+    annotations, phases, unreadable = _annotations(annotated, times)
+    annotations = [*alarm_annotations(alarms, clock, origin, joints.name), *annotations]
+    findings += [*unreadable, *annotation_findings(annotations)]
     scale = np.pi / 180 if settings.units.position == "deg" else 1.0
     conflicts = [found for p in publishers for found in disagreement(p, _stamps(p, clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)
-    findings += [said, *names.findings, *_merged(publishers, joints.name)]
+    findings += [clock_finding, *names.findings, *_merged(publishers, joints.name)]
     series, wrench_findings = read_wrench(wrench, settings, clock, origin, base)
     findings += wrench_findings
     linear = [joint in set(prismatic) for joint in names.model]
@@ -102,22 +122,22 @@ def read_message_log(
         effort=frozen(columns["effort"]) if "effort" in columns else None,
         effort_unit=unit,
         wrench=series,
-        source=LogSource(name, hashing, reader.format, start_of(origin), clock, joints.name),
+        source=LogSource(name, digest, reader.format, start_of(origin), clock, joints.name),
         findings=tuple(findings),
-        labels=tuple(labels),
+        annotations=tuple(annotations),
         phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
     )
 
 
-def _marks(marks: Marks, times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
-    """Labels and phases of topics of their own, and what is to be said of them."""
-    labels = [label for topic in marks.labels for label in read_labels(topic, times)]
-    findings = [*marks.findings, *(found for topic in marks.topics for found in skipped(topic))]
-    if marks.phase is None:
-        return labels, [], findings
-    phases, said = read_phases(marks.phase, times)
-    return labels, phases, [*findings, *said]
+def _annotations(annotated: AnnotationTopics, times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
+    """Annotations and phases of topics of their own, and what could not be read."""
+    annotations = [one for topic in annotated.annotations for one in read_annotations(topic, times)]
+    findings = [*annotated.findings, *(found for topic in annotated.topics for found in skipped_findings(topic))]
+    if annotated.phase is None:
+        return annotations, [], findings
+    phases, unreadable = read_phases(annotated.phase, times)
+    return annotations, phases, [*findings, *unreadable]
 
 
 def _mapping(topic: Topic, settings: LogConfig, robot: Sequence[str] | None) -> tuple[dict[str, str], list[Finding]]:
@@ -141,16 +161,7 @@ def _wrench_topic(topics: Sequence[Topic], wanted: str | None) -> Topic | None:
     return next((topic for topic in topics if topic.name.strip("/") == wanted.strip("/")), None)
 
 
-def skipped(topic: Topic) -> tuple[Finding, ...]:
-    """Findings for messages of a topic that were left out."""
-    decoded = topic.decoded
-    if not decoded.skipped:
-        return ()
-    text = f"{decoded.skipped} of {decoded.seen} messages were left out; the first because {decoded.problem}."
-    return (Finding("log-message-skipped", "warning", text, where=topic.name),)
-
-
-def _empty(topic: Topic, reader: LogReader, where: str) -> LogError:
+def _empty(topic: Topic, reader: MessageReader, where: str) -> LogError:
     if topic.decoded.seen == 0:
         damage = "; ".join(item.text for item in reader.damage)
         return LogError("the topic holds no messages", where=where, found=damage or "none recorded")

@@ -12,8 +12,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 
 if TYPE_CHECKING:
+    from collaudit.core.config.config_table import ColumnPattern
     from collaudit.core.config.schema import CsvConfig
-from collaudit.core.config.config_table import ColumnPattern
 
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature")

@@ -8,10 +8,11 @@ import numpy as np
 
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.sample_order import clocks_of, in_order
-from collaudit.core.logs.messages.topics import Topic
-from collaudit.core.logs.signals.publishers import Publisher, seconds_since
 from collaudit.core.logs.signals.sample_clock import Clock, steadiness
+from collaudit.core.logs.signals.stamps import seconds_since
+from collaudit.core.logs.topics.log_topics import Topic
+from collaudit.core.logs.topics.publishers import Publisher
+from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray, frozen
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def _stacked(topic: Topic, joints: Publisher) -> tuple[IntArray, IntArray | None
     groups = list(topic.decoded.groups.values())
     parts = [np.asarray(group.take("wrench"), dtype=np.float64) for group in groups]
     wrench = parts[0] if len(parts) == 1 else np.concatenate(parts)
-    its = in_order(*clocks_of(groups), joints.log_breaks, joints.stamp_breaks)
+    ordered = in_order(*clocks_of(groups), joints.log_breaks, joints.stamp_breaks)
     topic.decoded.groups.clear()
-    return its.log_ns, its.stamp_ns, wrench if its.sort is None else wrench[its.sort], its.followed
+    values = wrench if ordered.sort is None else wrench[ordered.sort]
+    return ordered.log_ns, ordered.stamp_ns, values, ordered.followed

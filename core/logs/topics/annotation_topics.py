@@ -1,4 +1,4 @@
-"""Labels and phases on topics of their own: a flag of the controller, a mark of a person, the phase of a task."""
+"""Annotations and phases on topics of their own: a controller's alarm, an operator's note, the phase of a task."""
 
 from __future__ import annotations
 
@@ -10,49 +10,49 @@ import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.findings import Finding
-from collaudit.core.logs.messages.profiles import LABEL, Profile, Role
-from collaudit.core.logs.messages.sample_order import clocks_of, in_order
-from collaudit.core.logs.messages.topics import Topic, read_by
-from collaudit.core.logs.signals.publishers import Publisher, seconds_since
+from collaudit.core.logs.messages.profiles import ANNOTATION, Profile, Role
+from collaudit.core.logs.signals.annotation_spans import phases_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.logs.signals.stamps import seconds_since
+from collaudit.core.logs.topics.log_topics import Topic, read_by
+from collaudit.core.logs.topics.publishers import Publisher
+from collaudit.core.logs.topics.sample_order import clocks_of, in_order
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 #: The field of std_msgs types, taken where none is named.
 DEFAULT_FIELD = "data"
-_PHASE = f"{LABEL}phase"
-#: More values of a phase than this are a measurement, not phases.
-MAX_PHASES = 100
+_PHASE = f"{ANNOTATION}phase"
 
 
 @dataclass(frozen=True, slots=True)
-class Marks:
-    """The topics that hold labels and the one that holds the phase, and what of the configuration is not there."""
+class AnnotationTopics:
+    """The topics that hold annotations and the one that holds the phase, and what of the configuration is not there."""
 
-    labels: tuple[Topic, ...]
+    annotations: tuple[Topic, ...]
     phase: Topic | None
     findings: tuple[Finding, ...]
 
     @property
     def topics(self) -> tuple[Topic, ...]:
         """All of them."""
-        return self.labels if self.phase is None else (*self.labels, self.phase)
+        return self.annotations if self.phase is None else (*self.annotations, self.phase)
 
 
-def mark_topics(topics: Sequence[Topic], settings: LogConfig) -> Marks:
-    """Which topics hold labels and the phase: those of known types, and those configured."""
+def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> AnnotationTopics:
+    """Which topics hold annotations and the phase: those of known types, and those configured."""
     findings: list[Finding] = []
-    labels = [topic for topic in topics if _is_known(topic)]
+    chosen = [topic for topic in topics if _is_known(topic)]
     for entry in settings.label_topics:
         topic = _configured(topics, entry, "label", findings)
         if topic is not None:
-            labels = [known for known in labels if ":" in entry or known.name != topic.name] + [topic]
+            chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
     phase = None
     if settings.phase_topic is not None:
         phase = _configured(topics, settings.phase_topic, "phase", findings)
-    return Marks(tuple(labels), phase, tuple(findings))
+    return AnnotationTopics(tuple(chosen), phase, tuple(findings))
 
 
 def _is_known(topic: Topic) -> bool:
@@ -69,14 +69,14 @@ def _configured(topics: Sequence[Topic], entry: str, role: Role, findings: list[
         return None
     if role == "label" and not path and _is_known(found):
         return found
-    label = "phase" if role == "phase" else path or found.name.strip("/").rsplit("/", 1)[-1]
+    annotation = "phase" if role == "phase" else path or found.name.strip("/").rsplit("/", 1)[-1]
     path = path or DEFAULT_FIELD
     profile = Profile(
         name=f"configured-{role}",
         role=role,
         types=tuple(dict.fromkeys(channel.type for channel in found.channels)),
         names=path if role == "phase" else None,
-        labels=((label, path),),
+        annotations=((annotation, path),),
     )
     topic = read_by(found.name, found.channels, profile, found.extra)
     if topic.decoders:
@@ -128,14 +128,14 @@ class _Series:
     which: IntArray
 
 
-def read_labels(topic: Topic, times: Times) -> list[Annotation]:
-    """The labels of a topic; each holds from the message that raises it to the one that ends it."""
+def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
+    """The annotations of a topic; each holds from the message that raises it to the one that ends it."""
     series = _series(topic, times)
     if series is None or topic.profile is None:
         return []
     out = []
-    for name, _ in topic.profile.labels:
-        values = series.columns.get(f"{LABEL}{name}")
+    for name, _ in topic.profile.annotations:
+        values = series.columns.get(f"{ANNOTATION}{name}")
         if values is None:
             continue
         raised = np.asarray(topic.profile.raised(name, values).any(axis=1))
@@ -146,7 +146,7 @@ def read_labels(topic: Topic, times: Times) -> list[Annotation]:
 
 
 def read_phases(topic: Topic, times: Times) -> tuple[list[Annotation], list[Finding]]:
-    """The phases of a topic: one label a value, holding until another value is said."""
+    """The phases of a topic: one annotation a value, holding until the value changes."""
     series = _series(topic, times)
     if series is None:
         why = topic.decoded.problem or "it holds no messages"
@@ -158,30 +158,6 @@ def read_phases(topic: Topic, times: Times) -> tuple[list[Annotation], list[Find
         counted = np.isfinite(numbers[:, 0])
         words[counted] = [f"{value:g}" for value in numbers[counted, 0].tolist()]
     return phases_of(series.time_s, words.tolist(), times.end_s, topic.name)
-
-
-def phases_of(
-    time_s: FloatArray, words: Sequence[str], end_s: float, source: str
-) -> tuple[list[Annotation], list[Finding]]:
-    """Phases from a value at each stamp; refused where there are too many values."""
-    values = list(dict.fromkeys(words))
-    if len(values) > MAX_PHASES:
-        text = f"{source} was configured as the phase and has {len(values)} values; it was left out."
-        return [], [Finding("log-label-missing", "warning", text, where=source)]
-    number = {value: index for index, value in enumerate(values)}
-    which = np.array([number[word] for word in words], dtype=np.int64)
-    return [
-        Annotation(value, source, until_changed(time_s, which == index, end_s))
-        for index, value in enumerate(values)
-        if value
-    ], []
-
-
-def until_changed(time_s: FloatArray, holds: BoolArray, end_s: float) -> tuple[tuple[float, float], ...]:
-    """(start, end) of each run of True, up to the stamp that ends it; the last lasts to the end of the log."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
-    ends = np.append(time_s, max(end_s, float(time_s[-1])))
-    return tuple((float(time_s[a]), float(ends[b])) for a, b in edges.reshape(-1, 2).tolist())
 
 
 def _series(topic: Topic, times: Times) -> _Series | None:
@@ -202,8 +178,8 @@ def _series(topic: Topic, times: Times) -> _Series | None:
             if values is not None:
                 out[stop - group.rows : stop, : values.shape[1]] = values
         columns[name] = out
-    its = in_order(*clocks_of(groups), times.joints.log_breaks, times.joints.stamp_breaks)
-    time_s = times.seconds(its.log_ns, its.stamp_ns)
+    ordered = in_order(*clocks_of(groups), times.joints.log_breaks, times.joints.stamp_breaks)
+    time_s = times.seconds(ordered.log_ns, ordered.stamp_ns)
     by_time = np.argsort(time_s, kind="stable")
-    sort = by_time if its.sort is None else its.sort[by_time]
+    sort = by_time if ordered.sort is None else ordered.sort[by_time]
     return _Series(time_s[by_time], {name: values[sort] for name, values in columns.items()}, words, which[sort])

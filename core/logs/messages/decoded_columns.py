@@ -145,14 +145,14 @@ class Latency:
             self.count += log_ns.shape[0]
             return
         unset = publish_ns == 0
-        late = (log_ns - publish_ns)[~unset]
+        delays = (log_ns - publish_ns)[~unset]
         self.unset += int(unset.sum())
-        if late.shape[0]:
-            low, high = int(late.min()), int(late.max())
+        if delays.shape[0]:
+            low, high = int(delays.min()), int(delays.max())
             self.least = low if self.count == 0 else min(self.least, low)
             self.most = high if self.count == 0 else max(self.most, high)
-            self.count += late.shape[0]
-            self.total += float(late.sum(dtype=np.float64))
+            self.count += delays.shape[0]
+            self.total += float(delays.sum(dtype=np.float64))
 
 
 @dataclass(slots=True, eq=False)

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.messages.message_tables import QUANTITIES, Decoded, Group
-from collaudit.core.logs.messages.sample_order import clocks_of, in_order
+from collaudit.core.logs.messages.decoded_columns import QUANTITIES, Decoded, Group
 from collaudit.core.logs.signals.clock_set_back import SetBack
+from collaudit.core.logs.signals.stamps import interpolate, seconds_since
+from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-
-#: A value is interpolated only between neighbours closer than this many of their own periods.
-NEIGHBOUR_PERIODS = 2.5
 
 
 @dataclass(slots=True, eq=False)
@@ -68,11 +66,13 @@ def _publisher(groups: list[Group], wanted: set[str]) -> Publisher:
     present = [q for q in QUANTITIES if any(q in dict(group.key.present) for group in groups)]
     rows = [group.rows for group in groups]
     columns = {quantity: _stack(groups, rows, quantity, names) for quantity in present}
-    its = in_order(*clocks_of(groups))
-    sort = its.sort
+    ordered = in_order(*clocks_of(groups))
+    sort = ordered.sort
     if sort is not None:
         columns = {quantity: values[sort] for quantity, values in columns.items()}
-    publisher = Publisher(names, its.log_ns, its.stamp_ns, columns, its.log_breaks, its.stamp_breaks, its.source)
+    publisher = Publisher(
+        names, ordered.log_ns, ordered.stamp_ns, columns, ordered.log_breaks, ordered.stamp_breaks, ordered.source
+    )
     if len(groups) > 1 and len({_holds(group, names) for group in groups}) > 1:
         _fill(publisher, groups, rows, sort)
     return publisher
@@ -119,41 +119,3 @@ def _fill(publisher: Publisher, groups: Sequence[Group], rows: Sequence[int], so
         publisher.stamp_ns = publisher.stamp_ns[placed] if publisher.stamp_ns is not None else None
         publisher.source = publisher.source[placed] if publisher.source is not None else None
         publisher.columns = {quantity: values[placed] for quantity, values in publisher.columns.items()}
-
-
-def seconds_since(stamps_ns: IntArray, origin_ns: int) -> FloatArray:
-    """(n,) seconds since an origin; the difference is taken in whole nanoseconds before it becomes a float."""
-    return (stamps_ns - np.int64(origin_ns)).astype(np.float64) / 1e9
-
-
-def interpolate(at_s: FloatArray, time_s: FloatArray, values: FloatArray) -> FloatArray:
-    """Linear interpolation that never crosses a gap.
-
-    Args:
-        at_s: (m,) where values are wanted.
-        time_s: (n,) stamps of the values, any order.
-        values: (n, k).
-
-    Returns:
-        (m, k); NaN outside the stamps and between neighbours further apart than ``NEIGHBOUR_PERIODS`` of their
-        own median period.
-    """
-    out = np.full((at_s.shape[0], values.shape[1]), np.nan)
-    time_s, first = np.unique(time_s, return_index=True)
-    values = values[first]
-    if time_s.shape[0] == 0:
-        return out
-    right = np.searchsorted(time_s, at_s, side="left")
-    exact = (right < time_s.shape[0]) & (time_s[np.minimum(right, time_s.shape[0] - 1)] == at_s)
-    out[exact] = values[right[exact]]
-    if time_s.shape[0] < 2:
-        return out
-    limit = NEIGHBOUR_PERIODS * float(np.median(np.diff(time_s)))
-    inside = ~exact & (right > 0) & (right < time_s.shape[0])
-    hi = right[inside]
-    step = time_s[hi] - time_s[hi - 1]
-    share = ((at_s[inside] - time_s[hi - 1]) / step)[:, None]
-    mixed = values[hi - 1] * (1 - share) + values[hi] * share
-    mixed[step > limit] = np.nan
-    out[inside] = mixed
-    return out

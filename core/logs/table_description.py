@@ -1,4 +1,4 @@
-"""What is in CSV files, for `inspect`."""
+"""What is in tables, for `inspect`."""
 
 from __future__ import annotations
 
@@ -10,60 +10,54 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.csv.csv_log import CsvTable, open_csvs, read_csvs
-from collaudit.core.logs.log_description import rate_and_gap, size_of
-from collaudit.core.logs.log_summary import LogSummary, TopicInfo
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
+from collaudit.core.logs.opening import log_name, open_tables
 from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.tables.joined_tables import JointTable, also_files, assign_columns, join_tables
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 
-def describe_csvs(paths: Sequence[Path], settings: LogConfig | None) -> LogSummary:
-    """Columns, joints, rate and gaps of one log of CSV files; without joint signals, its columns."""
+def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSummary:
+    """Columns, joints, rate and gaps of one log of tables; without joint signals, its columns."""
     from collaudit.core.config.schema import LogConfig as Settings
 
     used = settings if settings is not None else Settings()
-    files = open_csvs(paths, used.csv)
-    columns = tuple(name for file in files for name in file.dialect.names)
+    readers = open_tables(paths, used.csv)
+    assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
     findings: tuple[Finding, ...] = ()
-    name = "+".join(path.name for path in paths)
-    dialect = _dialect(files[0].dialect.delimiter, files[0].dialect.decimal)
+    name, layout = log_name(paths), readers[0].layout
     start, duration = None, None
     try:
-        table = read_csvs(paths, used)
+        table = join_tables([*readers, *open_tables(also_files(paths, used.csv), used.csv)], used)
     except LogError as error:
-        topic = TopicInfo(name, "table", dialect, count=0, rate_hz=None, readable=False, note=error.message)
+        topic = TopicInfo(name, "table", layout, count=0, rate_hz=None, readable=False, note=error.message)
     else:
-        topic = _info(name, table, dialect)
+        topic = _info(name, table, layout)
         findings = tuple(table.findings)
         start = start_of(table.start_ns) if table.start_ns is not None else None
         finite = table.time_s[np.isfinite(table.time_s)]
         duration = float(finite.max() - finite.min()) if finite.size else None
     return LogSummary(
         name=name,
-        format="csv",
-        size_bytes=size_of(paths),
+        format=readers[0].format,
+        size_bytes=sum(path.stat().st_size for path in paths),
         start_ns=start,
         duration_s=duration,
         topics=(topic,),
-        csv_columns=columns,
+        csv_columns=tuple(column for reader in readers for column in reader.names),
         findings=findings,
     )
 
 
-def _dialect(delimiter: str, decimal: str) -> str:
-    names = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
-    return f"{names.get(delimiter, delimiter)}-separated, decimal {'comma' if decimal == ',' else 'point'}"
-
-
-def _info(name: str, table: CsvTable, dialect: str) -> TopicInfo:
+def _info(name: str, table: JointTable, layout: str) -> TopicInfo:
     rate, gap = rate_and_gap(np.sort(table.time_s[np.isfinite(table.time_s)]))
     holds = {q: bool(np.isfinite(values).any()) for q, values in table.columns.items()}
     return TopicInfo(
         name=name,
         type="table",
-        encoding=dialect,
+        encoding=layout,
         count=int(table.time_s.shape[0]),
         rate_hz=rate,
         joints=table.names,

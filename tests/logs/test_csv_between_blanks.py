@@ -11,7 +11,7 @@ from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import LogError
 from collaudit.core.logs import read_log
-from collaudit.core.logs.csv import csv_table
+from collaudit.core.logs.csv import csv_parsing
 
 SETTINGS = LogConfig.model_validate({"csv": {"time": "1", "position": "2", "effort": "3"}})
 #: What the last row but one says, and the text after the last.
@@ -38,7 +38,7 @@ def test_both_ways_agree(row: str, end: str, tmp_path: Path, monkeypatch: pytest
     lines = [f"{k / 10:.18e} {k / 1000:.18e} {1 + k / 10:.18e}" for k in range(4)]
     path.write_text("\n".join([*lines, row, "0.5 0.005 1.5"]) + end)
     fast = read(path)
-    monkeypatch.setattr(csv_table, "read_plain", lambda *_: None)
+    monkeypatch.setattr(csv_parsing, "read_plain", lambda *_: None)
     slow = read(path)
     if isinstance(fast, str) or isinstance(slow, str):
         assert fast == slow
@@ -50,8 +50,8 @@ def test_both_ways_agree(row: str, end: str, tmp_path: Path, monkeypatch: pytest
 
 def test_plain_tables_take_the_fast_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     taken = []
-    own = csv_table.read_plain
-    monkeypatch.setattr(csv_table, "read_plain", lambda *given: taken.append(own(*given)) or taken[-1])
+    own = csv_parsing.read_plain
+    monkeypatch.setattr(csv_parsing, "read_plain", lambda *given: taken.append(own(*given)) or taken[-1])
     path = tmp_path / "log.txt.gz"
     np.savetxt(path, np.random.default_rng(1).normal(size=(200, 3)).cumsum(axis=0) ** 2)
     read(path)

@@ -63,7 +63,7 @@ def read(path: Path, **settings: Any) -> JointLog:
 
 
 def labels(log: JointLog) -> dict[tuple[str, str | None], list[tuple[float, float]]]:
-    return {(one.name, one.joint): [(round(a, 4), round(b, 4)) for a, b in one.intervals_s] for one in log.labels}
+    return {(one.name, one.joint): [(round(a, 4), round(b, 4)) for a, b in one.intervals_s] for one in log.annotations}
 
 
 @pytest.mark.parametrize(

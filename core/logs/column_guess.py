@@ -1,0 +1,55 @@
+"""A configuration for tables, guessed from the names of their columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.log_formats import is_table
+from collaudit.core.logs.opening import open_tables
+from collaudit.core.logs.tables.column_assignment import QUANTITIES, Found
+from collaudit.core.logs.tables.joined_tables import AssignedTable, assign_columns
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig
+
+
+def guess_csv_columns(paths: Sequence[Path]) -> tuple[CsvConfig, tuple[str, ...]] | None:
+    """Column patterns and joint names recognised in tables.
+
+    Args:
+        paths: the files of one log.
+
+    Returns:
+        A configuration that reads them without guessing, and the joints as the columns name them; None when no
+        position columns are recognised.
+    """
+    from collaudit.core.config.schema import CsvConfig
+
+    if not all(path.is_file() and is_table(path) for path in paths):
+        return None
+    try:
+        tables = assign_columns(open_tables(paths, CsvConfig()), CsvConfig())
+    except LogError:
+        return None
+    found = {q: parts for q in QUANTITIES if (parts := _parts(tables, q))}
+    if "position" not in found:
+        return None
+    patterns = {quantity: _pattern(parts) for quantity, parts in found.items()}
+    times = (table.reader.names[table.assignment.time] for table in tables if table.assignment.time is not None)
+    joints = tuple(dict.fromkeys(joint for _, part in found["position"] for joint in part.joints))
+    stated = {"time": next(times, None), **patterns, **tables[0].reader.stated}
+    return CsvConfig.model_validate(stated), joints
+
+
+def _parts(tables: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:
+    return [(t, t.assignment.quantities[quantity]) for t in tables if quantity in t.assignment.quantities]
+
+
+def _pattern(parts: Sequence[tuple[AssignedTable, Found]]) -> str | list[str]:
+    patterns = {found.pattern for _, found in parts}
+    if len(patterns) == 1:
+        return patterns.pop()
+    return [table.reader.names[column] for table, found in parts for column in found.columns]

@@ -1,0 +1,212 @@
+"""Parsing a CSV once: through Arrow, or through pandas where runs of blanks stand between the cells.
+
+Arrow cuts at single characters only: tables as ``numpy.savetxt`` writes them would have to be rewritten for it.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.csv.csv_stream import BoundedStream, LineStream, decompression_errors
+from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, open_bytes, rows_as_text
+from collaudit.core.logs.storage.file_head import compression_of, head_of
+
+#: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
+_BLOCK = 3 << 18
+_COMMENT = tuple(mark.encode() for mark in COMMENT)
+
+
+@dataclass(frozen=True, slots=True)
+class Mend:
+    """What to leave out: comments between the rows, and a last row that was cut.
+
+    Attributes:
+        line: number from 1 of the last row, when it is left out.
+        before: bytes of text before it.
+    """
+
+    line: int | None = None
+    before: int | None = None
+
+
+def parse(
+    path: Path,
+    dialect: Dialect,
+    wanted: Sequence[int],
+    types: Mapping[str, Any],
+    mend: Mend | None = None,
+    *,
+    quotes: bool = True,
+) -> tuple[Any, str | None]:
+    """Parse a table once, with the types given.
+
+    Args:
+        path: the file.
+        dialect: how it is written.
+        wanted: indices of columns.
+        types: the Arrow type of each column ``c{index}``.
+        mend: what to leave out; None leaves the file as it is.
+        quotes: whether cells may stand in quotes.
+
+    Returns:
+        An Arrow table with columns ``c{index}``, and where a compressed file could not be read to its end.
+
+    Raises:
+        ArrowInvalid: a row or a cell is not as it should be.
+        LogError: a compressed file cannot be read at all.
+    """
+    from pyarrow import csv as arrow_csv
+
+    if mend is None and suits_pandas(dialect):
+        table = read_plain(path, dialect, wanted, types)
+        if table is not None:
+            return table, None
+    names = [f"c{index}" for index in range(len(dialect.names))]
+    try:
+        source, skip, delimiter, encoding = _source(path, dialect, mend)
+        with source:
+            table = arrow_csv.read_csv(
+                source,
+                read_options=arrow_csv.ReadOptions(
+                    column_names=names,
+                    skip_rows=skip,
+                    block_size=_BLOCK,
+                    encoding=encoding,
+                ),
+                parse_options=arrow_csv.ParseOptions(
+                    delimiter=delimiter, quote_char='"' if quotes else False, invalid_row_handler=_comment_or_error
+                ),
+                convert_options=arrow_csv.ConvertOptions(
+                    include_columns=[f"c{index}" for index in wanted],
+                    column_types=dict(types),
+                    decimal_point=dialect.decimal,
+                    null_values=list(NULLS),
+                ),
+            )
+            stream = getattr(source, "raw", None)
+            return table, stream.damage if isinstance(stream, (BoundedStream, LineStream)) else None
+    except decompression_errors() as error:
+        raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
+
+
+def _comment_or_error(row: Any) -> str:
+    text = str(row.text).strip()
+    return "skip" if not text or text.startswith(COMMENT) else "error"
+
+
+def _source(path: Path, dialect: Dialect, mend: Mend | None) -> tuple[Any, int, str, str]:
+    """A byte source for Arrow, the lines it must skip, the delimiter and the encoding.
+
+    White space becomes commas, and UTF-16 becomes UTF-8.
+
+    Raises:
+        LogError: what should be UTF-16 is not.
+    """
+    import pyarrow as pa
+
+    encoding = dialect.encoding.removesuffix("-sig")
+    if dialect.delimiter == " ":
+        stop = mend.line if mend is not None else None
+        rows = (",".join(cells) for line, cells in rows_as_text(path, dialect) if stop is None or line < stop)
+        return io.BytesIO("\n".join(rows).encode()), 0, ",", "utf-8"
+    if encoding == "utf-16":
+        return io.BytesIO(_from_utf16(path, dialect.skip, mend)), dialect.skip, dialect.delimiter, "utf-8"
+    if mend is not None:
+        stream = open_bytes(path)
+        lines = LineStream(_rows(stream, dialect.skip, mend.before), stream)
+        return io.BufferedReader(lines), dialect.skip, dialect.delimiter, encoding
+    if compression_of(head_of(path, 8)) is None:
+        return pa.OSFile(str(path)), dialect.skip, dialect.delimiter, encoding
+    return open_bytes(path), dialect.skip, dialect.delimiter, encoding
+
+
+def _from_utf16(path: Path, skip: int, mend: Mend | None) -> bytes:
+    """The text as UTF-8, without comments after the lines that are skipped when it is to be mended."""
+    try:
+        with open_bytes(path) as raw, io.TextIOWrapper(raw, "utf-16", newline="") as text:
+            lines = list(text)
+    except UnicodeError as error:
+        raise LogError(f"begins as UTF-16 text and does not go on so: {error}", where=str(path)) from error
+    if mend is not None:
+        lines = [line for k, line in enumerate(lines) if k < skip or not line.lstrip().startswith(COMMENT)]
+    return "".join(lines).encode()
+
+
+def _rows(stream: IO[bytes], skip: int, before: int | None) -> Iterator[bytes]:
+    """The lines of the first so many bytes, without the comments after those that are skipped."""
+    at = 0
+    for number, line in enumerate(stream):
+        at += len(line)
+        if before is not None and at > before:
+            return
+        if number < skip or not line.lstrip().startswith(_COMMENT):
+            yield line
+
+
+def suits_pandas(dialect: Dialect) -> bool:
+    """Whether to try it. Elsewhere Arrow is as fast, and strict; importing pandas alone takes a fifth of a second."""
+    same = len(dialect.first) == len(dialect.names)
+    return dialect.delimiter == " " and dialect.decimal == "." and dialect.encoding.startswith("utf-8") and same
+
+
+def read_plain(path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any]) -> Any | None:
+    """The wanted columns of a table between runs of blanks whose cells are all numbers or missing, through pandas.
+
+    What is not plain (text among the numbers, rows of another length, comments between rows) is left to the reader
+    that goes line by line and can say where: pandas is lenient with it.
+
+    Args:
+        path: the file.
+        dialect: one that :func:`suits_pandas`.
+        wanted: indices of columns.
+        types: the Arrow type of each column ``c0``, ``c1`` …
+
+    Returns:
+        An Arrow table with columns ``c{index}``; None when the file is not that plain.
+    """
+    import pandas as pd
+    import pyarrow as pa
+
+    if any(types[f"c{index}"] not in (pa.float64(), pa.int64()) for index in wanted):
+        return None
+    with open_bytes(path) as stream:
+        raw = getattr(stream, "raw", None)
+        packed = raw if isinstance(raw, BoundedStream) else None
+        try:
+            frame = pd.read_csv(
+                path if packed is None else stream,
+                sep=r"\s+",
+                header=None,
+                names=list(range(len(dialect.names))),
+                skiprows=dialect.skip,
+                na_values=list(NULLS),
+                keep_default_na=False,
+                encoding=dialect.encoding,
+            )
+        except (ValueError, OverflowError):  # its ParserError is one
+            return None
+        if packed is not None and packed.damage is not None:
+            return None
+    return _checked(frame, wanted, types)
+
+
+def _checked(frame: Any, wanted: Sequence[int], types: Mapping[str, Any]) -> Any | None:
+    """The wanted columns as an Arrow table, None unless every column of the file is one of numbers."""
+    import pyarrow as pa
+
+    if not len(frame) or not {dtype.kind for dtype in frame.dtypes} <= {"f", "i"}:
+        return None
+    if frame[frame.columns[-1]].isna().any():  # a short row is filled up with missing values
+        return None
+    columns = {}
+    for index in wanted:
+        values, kind = frame[index].to_numpy(), types[f"c{index}"]
+        if values[0] != values[0] or (kind == pa.int64() and values.dtype.kind != "i"):
+            return None
+        columns[f"c{index}"] = pa.array(values, type=kind)
+    return pa.table(columns)

@@ -1,0 +1,136 @@
+"""The log formats: how each is recognised, and what reads it. A new format is one line here and one file."""
+
+from __future__ import annotations
+
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES, compression_of, head_of, looks_like_text
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig
+    from collaudit.core.logs.storage.records import MessageReader, Overview
+    from collaudit.core.logs.storage.table_reader import TableReader
+
+_LOGS = "collaudit.core.logs"
+
+
+@dataclass(frozen=True, slots=True)
+class LogFormat:
+    """One format of log files.
+
+    Readers are named, not imported: what only one format needs is loaded when a file of it is opened.
+
+    Attributes:
+        name: of the format, unique.
+        title: what messages about unreadable files call it.
+        holds: ``messages`` (by topic) or a ``table`` (one row a sample).
+        suffixes: of its files, lower case; the usual one first.
+        recognises: tells from the first bytes of a file whether it is one.
+        reader: ``module:name`` of what opens a file. Of messages it takes the path and returns a
+            :class:`~collaudit.core.logs.storage.records.MessageReader`; of a table it takes the path and
+            ``[log.csv]`` and returns a :class:`~collaudit.core.logs.storage.table_reader.TableReader`.
+            It raises ``LogError`` where the file cannot be read at all.
+        overview: ``module:name`` of what takes a path and returns an
+            :class:`~collaudit.core.logs.storage.records.Overview` of a huge file of messages, or None where the file
+            has no usable summary; "" for formats that have none.
+        by_content: whether the first bytes alone make a file of any name a log; any text may be a table, and is not.
+        in_bag_folders: whether ROS 2 bag folders keep their messages in it.
+    """
+
+    name: str
+    title: str
+    holds: Literal["messages", "table"]
+    suffixes: tuple[str, ...]
+    recognises: Callable[[bytes], bool]
+    reader: str
+    overview: str = ""
+    by_content: bool = True
+    in_bag_folders: bool = False
+
+    def open_messages(self, path: Path) -> MessageReader:
+        """Open a file of messages."""
+        reader: Callable[[Path], MessageReader] = pkgutil.resolve_name(self.reader)
+        return reader(path)
+
+    def open_table(self, path: Path, settings: CsvConfig) -> TableReader:
+        """Open a table."""
+        reader: Callable[[Path, CsvConfig], TableReader] = pkgutil.resolve_name(self.reader)
+        return reader(path, settings)
+
+    def overview_of(self, path: Path) -> Overview | None:
+        """What the file's own summary says, None without a usable one."""
+        if not self.overview:
+            return None
+        overview: Callable[[Path], Overview | None] = pkgutil.resolve_name(self.overview)
+        return overview(path)
+
+
+def begins_with(magic: bytes) -> Callable[[bytes], bool]:
+    """A recogniser of files that begin with a magic number."""
+    return lambda head: head.startswith(magic)
+
+
+def _text(head: bytes) -> bool:
+    """Whether a file may be text; a compressed file is taken as such."""
+    return compression_of(head) is not None or looks_like_text(head)
+
+
+#: Asked in this order; any text may be a CSV, which therefore comes last.
+FORMATS: tuple[LogFormat, ...] = (
+    LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
+              f"{_LOGS}.mcap.mcap_file:open_mcap", overview=f"{_LOGS}.mcap.mcap_summary:overview_of",
+              in_bag_folders=True),
+    LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",), begins_with(b"#ROSBAG V2.0\n"),
+              f"{_LOGS}.rosbag1.bag_file:open_bag"),
+    LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
+              f"{_LOGS}.rosbag2.db3_file:open_db3", in_bag_folders=True),
+    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
+)  # fmt: skip
+
+
+def format_of(path: Path) -> LogFormat | None:
+    """The format of a file by its content; None for folders, empty files and unknown content.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    if path.is_dir() or not (head := head_of(path)):
+        return None
+    return next((known for known in FORMATS if known.recognises(head)), None)
+
+
+def is_table(path: Path) -> bool:
+    """Whether a file is a table, by its content."""
+    known = format_of(path)
+    return known is not None and known.holds == "table"
+
+
+def is_bag_folder(path: Path) -> bool:
+    """Whether a path is the folder of a ROS 2 bag."""
+    return path.is_dir() and (path / "metadata.yaml").is_file()
+
+
+def is_bag_storage(path: Path) -> bool:
+    """Whether a file may hold the messages of a ROS 2 bag folder."""
+    known = format_of(path)
+    return known is not None and known.in_bag_folders
+
+
+def named_format(path: Path) -> LogFormat | None:
+    """The format that a file's name states, compressed or not; None when it states none."""
+    name = path.name.lower()
+    for packed in COMPRESSED_SUFFIXES:
+        name = name.removesuffix(packed)
+    return next((known for known in FORMATS if name.endswith(known.suffixes)), None)
+
+
+def is_log(path: Path) -> bool:
+    """Whether a file found in a folder is taken as a log: by its name, even when it is damaged, or by its content."""
+    if named_format(path) is not None:
+        return True
+    known = format_of(path)
+    return known is not None and known.by_content

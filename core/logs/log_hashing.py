@@ -1,0 +1,83 @@
+"""The hash of a log's bytes, computed beside what else is done with it."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import sys
+import threading
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from pathlib import Path
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.opening import data_files
+
+_NICENESS = 10
+_AT_ONCE = 1 << 30  # bytes: a log larger than this may not stay in the page cache
+
+
+class Hashing:
+    """The sha256 of files, computed in a thread that gives way to what else is done.
+
+    It is started when the files have been read, and awaited where it is written down, by which time it is there. Files
+    that the page cache may not keep are hashed while they are read. Copied and pickled it is the hash itself.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._paths = tuple(paths)
+        self._future: Future[str] | None = None
+        with contextlib.suppress(OSError, LogError):  # who reads them will say it better
+            if sum(file.stat().st_size for path in paths for file in data_files(path)) > _AT_ONCE:
+                self.start()
+
+    def start(self) -> None:
+        """Begin, once."""
+        if self._future is None:
+            pool = ThreadPoolExecutor(1)
+            self._future = pool.submit(_politely, self._paths)
+            pool.shutdown(wait=False)  # the thread ends with its work
+
+    def result(self) -> str:
+        """Wait for the hash."""
+        self.start()
+        assert self._future is not None
+        return self._future.result()
+
+    def abandon(self) -> None:
+        """Wait until no file is open any more, whatever the hash is."""
+        if self._future is not None:
+            wait([self._future])
+
+    def __reduce__(self) -> tuple[type[str], tuple[str]]:
+        return str, (self.result(),)
+
+
+def _politely(paths: Sequence[Path]) -> str:
+    """:func:`sha256_of` in a thread of low priority, where threads have priorities."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+    return sha256_of(paths)
+
+
+def sha256_of(paths: Sequence[Path]) -> str:
+    """Hash of a file's bytes; of several files, the hash of their hashes in the order of their names.
+
+    Raises:
+        LogError: a file cannot be read.
+    """
+    files = sorted((file for path in paths for file in data_files(path)), key=lambda file: (file.name, str(file)))
+    hashes = [_file_hash(file) for file in files]
+    if len(hashes) == 1:
+        return hashes[0]
+    return hashlib.sha256("".join(hashes).encode("ascii")).hexdigest()
+
+
+def _file_hash(path: Path) -> str:
+    try:
+        with path.open("rb", buffering=0) as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error

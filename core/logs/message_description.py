@@ -1,0 +1,145 @@
+"""What is in a recording of messages, for `inspect`: read whole, or by a huge file's own summary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.findings import Finding
+from collaudit.core.logs.log_formats import format_of
+from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
+from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
+from collaudit.core.logs.messages.profiles import CONFIGURED
+from collaudit.core.logs.opening import data_files, log_name
+from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.storage.records import MessageReader, damage_findings
+from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
+from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
+from collaudit.core.numeric.arrays import IntArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+#: Smaller files are read whole: that takes no longer than a moment, and finds gaps and damage.
+OVERVIEW_FROM_BYTES = 128 << 20
+
+
+def describe_messages(paths: Sequence[Path], reader: MessageReader, settings: LogConfig | None) -> LogSummary:
+    """Topics, joints, rates and gaps of a recording, all of which is read.
+
+    Args:
+        paths: its files, for names and sizes.
+        reader: of them.
+        settings: message definitions and fields of the configuration.
+    """
+    topics = topics_of(reader, settings)
+    times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
+    owner = {channel.key: topic for topic in topics for channel in topic.channels}
+    for batch in reader.batches():
+        topic = owner.get(batch.key)
+        if topic is None:
+            continue
+        times[topic.name].append(batch.log_ns)
+        if batch.key in topic.decoders:
+            topic.decoders[batch.key].add(batch)
+    stamps = {name: np.sort(np.concatenate(parts)) for name, parts in times.items() if parts}
+    first = min((int(values[0]) for values in stamps.values()), default=None)
+    last = max((int(values[-1]) for values in stamps.values()), default=None)
+    findings: list[Finding] = list(damage_findings(reader.damage, log_name(paths)))
+    for topic in topics:
+        findings += [*skipped_findings(topic), *(publish_findings(topic) if topic.profile is not None else ())]
+    return LogSummary(
+        name=log_name(paths),
+        format=reader.format,
+        size_bytes=sum(file.stat().st_size for path in paths for file in data_files(path)),
+        start_ns=start_of(first) if first is not None else None,
+        duration_s=(last - first) / 1e9 if first is not None and last is not None else None,
+        topics=tuple(_from_stamps(topic, stamps.get(topic.name, np.empty(0, np.int64))) for topic in topics),
+        findings=tuple(findings),
+    )
+
+
+def describe_by_overview(
+    paths: Sequence[Path], settings: LogConfig | None = None, least_bytes: int = OVERVIEW_FROM_BYTES
+) -> LogSummary | None:
+    """Topics, counts and mean rates as the summary of one huge file states them, joints by a few messages.
+
+    Args:
+        paths: the log's files.
+        settings: message definitions and fields of the configuration.
+        least_bytes: smaller files are left to :func:`describe_messages`.
+
+    Returns:
+        None where the log must be read: it is small, several files, or has no usable summary.
+    """
+    if len(paths) != 1 or paths[0].is_dir() or paths[0].stat().st_size < least_bytes:
+        return None
+    known = format_of(paths[0])
+    overview = known.overview_of(paths[0]) if known is not None else None
+    if overview is None:
+        return None
+    try:
+        topics = topics_of(overview.reader, settings)
+        decode(overview.reader, [topic for topic in topics if topic.decoders])
+    finally:
+        overview.reader.close()
+    first, last = overview.span_ns
+    duration = (last - first) / 1e9 if last >= first else None
+    infos = []
+    for topic in topics:
+        count = sum(overview.counts.get(channel.key, 0) for channel in topic.channels)
+        infos.append(_info(topic, count, (count - 1) / duration if duration and count > 1 else None, None))
+    return LogSummary(
+        name=paths[0].name,
+        format=overview.reader.format,
+        size_bytes=paths[0].stat().st_size,
+        start_ns=start_of(first),
+        duration_s=duration,
+        topics=tuple(infos),
+        findings=(Finding("log-summary-only", "info", overview.text, where=paths[0].name),),
+    )
+
+
+def _from_stamps(topic: Topic, log_ns: IntArray) -> TopicInfo:
+    rate, gap = rate_and_gap((log_ns - log_ns[:1]).astype(np.float64) / 1e9 if log_ns.size else np.empty(0))
+    return _info(topic, int(log_ns.shape[0]), rate, gap)
+
+
+def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float | None) -> TopicInfo:
+    """One topic with what its decoded messages show."""
+    role = topic.profile.role if topic.profile is not None else "other"
+    readable = bool(topic.decoders)
+    joints = role == "joint_states" and readable
+    return TopicInfo(
+        name=topic.name,
+        type=topic.type,
+        encoding=", ".join(dict.fromkeys(channel.encoding for channel in topic.channels)),
+        count=count,
+        rate_hz=rate_hz,
+        joints=all_names([topic.decoded]) if joints else (),
+        largest_gap_s=largest_gap_s,
+        has_velocity=_holds(topic.decoded, "velocity") if joints else None,
+        has_effort=_holds(topic.decoded, "effort") if joints else None,
+        role=role,
+        readable=readable,
+        note=_note(topic),
+    )
+
+
+def _note(topic: Topic) -> str:
+    if topic.problem:
+        return topic.problem
+    if topic.profile is None:
+        return "no profile reads this type; it is left alone"
+    if topic.profile.name == CONFIGURED:
+        return "read by the field paths of the configuration, [log.fields]"
+    return f"read by the profile {topic.profile.name}, by its type"
+
+
+def _holds(decoded: Decoded, quantity: str) -> bool:
+    """Whether any message has a finite number of a quantity."""
+    columns = (group.look(quantity) for group in decoded.groups.values())
+    return any(column is not None and bool(np.isfinite(column).any()) for column in columns)

@@ -1,0 +1,38 @@
+"""The first bytes of a file, and what they tell: compression, text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from collaudit.core.errors import LogError
+
+_HEAD = 4096
+#: Magic numbers of compressed files, and the name of the method.
+_COMPRESSED = ((b"\x1f\x8b", "gzip"), (b"\x28\xb5\x2f\xfd", "zstd"), (b"\xfd7zXZ\x00", "xz"), (b"BZh", "bz2"))
+#: What compressed files append to the name of the file within.
+COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".xz", ".bz2")
+
+
+def head_of(path: Path, count: int = _HEAD) -> bytes:
+    """The first bytes of a file.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    try:
+        with path.open("rb") as stream:
+            return stream.read(count)
+    except OSError as error:
+        raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error
+
+
+def compression_of(head: bytes) -> str | None:
+    """The method a file is compressed with, or None."""
+    return next((name for magic, name in _COMPRESSED if head.startswith(magic)), None)
+
+
+def looks_like_text(head: bytes) -> bool:
+    """Whether bytes are text: UTF-16 with a mark, or no control characters but white space."""
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return True
+    return not any(byte < 9 or 13 < byte < 32 for byte in head)

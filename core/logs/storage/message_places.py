@@ -1,0 +1,37 @@
+"""Messages at places in a byte buffer: the places in order, the bytes as rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from collaudit.core.logs.storage.records import ByteArray
+from collaudit.core.numeric.arrays import IntArray
+
+
+def ascending(offsets: IntArray) -> IntArray:
+    """Offsets in order, each once."""
+    if not (offsets[1:] > offsets[:-1]).all():
+        offsets = np.sort(offsets, kind="stable")  # a few sorted runs, one a channel, are merged
+        fresh = np.concatenate([[True], offsets[1:] != offsets[:-1]])
+        offsets = offsets if fresh.all() else offsets[fresh]
+    return offsets
+
+
+def gather(data: ByteArray, start: IntArray, width: int) -> ByteArray:
+    """Copy ``width`` bytes from each offset into the rows of a matrix.
+
+    Args:
+        data: (b,) bytes.
+        start: (n,) offsets, each with ``0 <= start`` and ``start + width <= b``.
+        width: bytes per row, at least 1.
+
+    Returns:
+        (n, width) bytes.
+    """
+    count = start.shape[0]
+    if count == 0 or width == 0:
+        return np.empty((count, width), dtype=np.uint8)
+    windows = np.ndarray(
+        shape=(data.shape[0] - width + 1,), dtype=np.dtype(f"V{width}"), buffer=data.data, strides=(1,)
+    )
+    return windows[start].view(np.uint8).reshape(count, width)

@@ -1,0 +1,137 @@
+"""The topics of a log, and decoding them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from collaudit.core.logs.messages.decoded_columns import Decoded
+from collaudit.core.logs.messages.message_decoding import ChannelDecoder
+from collaudit.core.logs.messages.message_definitions import read_definitions
+from collaudit.core.logs.messages.message_schema import SchemaError
+from collaudit.core.logs.messages.profiles import Profile, configured, profile_of
+from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import LogConfig
+
+Definitions = Mapping[str, Any]
+ENCODINGS = ("cdr", "ros1", "json", "protobuf")
+
+
+@dataclass(slots=True, eq=False)
+class Topic:
+    """The channels of one topic.
+
+    Attributes:
+        name: topic name.
+        channels: its channels.
+        profile: what reads it, or None.
+        problem: why it cannot be read, or "".
+        decoders: by channel key, when it can be read.
+        decoded: where they put their columns.
+        extra: definitions of types that the log does not hold, by name.
+    """
+
+    name: str
+    channels: list[Channel]
+    profile: Profile | None
+    problem: str
+    decoders: dict[int, ChannelDecoder]
+    decoded: Decoded
+    extra: Definitions = field(default_factory=dict)
+
+    @property
+    def type(self) -> str:
+        """The message types, usually one."""
+        return ", ".join(dict.fromkeys(channel.type or "no type" for channel in self.channels))
+
+
+def topics_of(reader: MessageReader, settings: LogConfig | None = None) -> list[Topic]:
+    """The topics of a log, sorted by name, each with a decoder where a profile or the configuration reads it.
+
+    Raises:
+        ConfigError: the configured message definitions cannot be read, or paths are given for no topic.
+    """
+    extra = read_definitions(settings.msg_path) if settings is not None and settings.msg_path else {}
+    by_name: dict[str, list[Channel]] = {}
+    for channel in reader.channels:
+        by_name.setdefault(channel.topic, []).append(channel)
+    out = []
+    for name, channels in sorted(by_name.items()):
+        own = configured(settings, name, channels[0].type) if settings is not None else None
+        out.append(_topic(name, channels, extra) if own is None else read_by(name, channels, own, extra))
+    return out
+
+
+def read_by(name: str, channels: list[Channel], profile: Profile, extra: Definitions) -> Topic:
+    """A topic read by a profile that the configuration makes."""
+    topic = Topic(name, channels, profile, "", {}, Decoded(), extra)
+    for channel in channels:
+        _add_decoder(topic, channel)
+    return topic
+
+
+def _topic(name: str, channels: list[Channel], extra: Definitions) -> Topic:
+    topic = Topic(name, channels, None, "", {}, Decoded(), extra)
+    profiles = {profile.name: profile for channel in channels if (profile := profile_of(channel.type)) is not None}
+    if len(profiles) > 1:
+        topic.problem = f"it has messages of several kinds ({', '.join(profiles)})"
+    elif profiles:
+        topic.profile = next(iter(profiles.values()))
+        for channel in channels:
+            _add_decoder(topic, channel)
+    return topic
+
+
+def _add_decoder(topic: Topic, channel: Channel) -> None:
+    assert topic.profile is not None
+    if channel.encoding not in ENCODINGS:
+        topic.problem = f"messages encoded as {channel.encoding!r} are not read"
+        return
+    if channel.type not in topic.profile.types:
+        topic.problem = f"messages of type {channel.type} on it are not read"
+        return
+    try:
+        topic.decoders[channel.key] = ChannelDecoder.of(channel, topic.profile, topic.decoded, topic.extra)
+        topic.decoders[channel.key].tagged = len(topic.channels) > 1
+    except SchemaError as error:
+        topic.problem = str(error)
+
+
+def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | None = None, limit: int = 0) -> None:
+    """Decode topics in one pass.
+
+    Args:
+        reader: the log.
+        topics: what to decode; their ``decoded`` is filled.
+        progress: called with (bytes done, bytes in all).
+        limit: stop when each topic has this many messages; 0 reads all.
+    """
+    decoders: dict[int, list[ChannelDecoder]] = {}
+    for topic in topics:
+        for key, decoder in topic.decoders.items():
+            decoders.setdefault(key, []).append(decoder)
+    if not decoders:
+        return
+
+    def note(done: int, total: int) -> None:
+        for topic in topics:
+            topic.decoded.share = done / total if total else 0.0
+        if progress is not None:
+            progress(done, total)
+
+    for batch in reader.batches(frozenset(decoders), note):
+        for decoder in decoders[batch.key]:
+            decoder.add(batch)
+        if limit and all(topic.decoded.seen >= limit for topic in topics):
+            return
+
+
+def described(topics: Sequence[Topic], limit: int = 20) -> str:
+    """Topics and their types, for messages."""
+    if not topics:
+        return "no topics"
+    shown = ", ".join(f"{topic.name} ({topic.type})" for topic in topics[:limit])
+    return shown + (f" and {len(topics) - limit} more" if len(topics) > limit else "")

@@ -20,7 +20,7 @@ class Finding:
     """One stated fact about the data or about a choice that was made for the user.
 
     Attributes:
-        code: stable, kebab-case, listed in :data:`~collaudit.core.finding_kinds.KINDS`.
+        code: stable, kebab-case, listed in docs/findings.md.
         severity: ``info`` is worth knowing, ``warning`` limits trust, ``error`` forbids judging.
         text: one sentence with quantities and units.
         where: file, topic, column or channel, when there is one.

@@ -15,7 +15,7 @@ import click
 from collaudit.cli.main import collaudit
 from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
 from collaudit.core.config.schema import Config
-from collaudit.core.findings import CODES
+from collaudit.core.finding_kinds import KINDS, Kind
 
 
 def pages() -> dict[str, str]:
@@ -57,19 +57,31 @@ def config_page() -> str:
 
 
 def findings_page() -> str:
-    """Every finding code with its meaning."""
+    """Every finding code with its meaning, its effect and what to do about it."""
     lines = [
         "# Findings",
         "",
         "A finding is a stated fact about the data, or about a choice that was made for you. Codes are stable: scripts",
         "may match them. Severity: `info` is worth knowing, `warning` limits trust, `error` forbids judging.",
         "",
-        "_Generated from `core/findings.py` by `make docs`._",
-        "",
-        "| code | meaning |",
+        "| effect | does |",
         "|---|---|",
+        "| none | Nothing by itself. Time without signal, friction or model counts as not judged in the coverage. |",
+        "| `doubts-alarms` | The verdict says that alarms of the joint may be errors of the model. |",
+        "| `not-judged-part` | Part of the log could not be judged. The rest is, and a collision in it counts. |",
+        "| `not-judged-joint` | Nothing of the joint is judged; where the finding names none, nothing of any. |",
+        "| `not-judged-log` | Nothing of the log is judged. |",
+        "",
+        "A log with any `not-judged-*` never passes: it fails by what could be judged, or it is not judged, and its",
+        "reasons hold the finding. `inspect` and `init` exit with 3. An error of a joint that nobody asked to judge",
+        "(`[robot] joints`, `[detect] watch`) is a warning, without this effect.",
+        "",
+        "_Generated from `core/finding_kinds.py` by `make docs`._",
+        "",
+        "| code | meaning | effect | what to do |",
+        "|---|---|---|---|",
     ]
-    return "\n".join([*lines, *(f"| `{code}` | {_cell(text)} |" for code, text in CODES.items())]) + "\n"
+    return "\n".join([*lines, *(_finding_row(code, kind) for code, kind in KINDS.items())]) + "\n"
 
 
 def commands_page() -> str:
@@ -99,6 +111,16 @@ def _config_row(key: Key) -> str:
     return (
         f"| `{key.path[-1]}` | {_cell(value_text(key.info))} | {_cell(shown)} | {_cell(key.info.description or '')} |"
     )
+
+
+def _finding_row(code: str, kind: Kind) -> str:
+    """One line of the table; severities are said where the effect depends on them."""
+    effects = [f"`{effect}`" if effect != "none" else effect for effect in kind.effects.values()]
+    if len(set(effects)) == 1:
+        effect = effects[0]
+    else:
+        effect = ", ".join(f"{severity}: {shown}" for severity, shown in zip(kind.effects, effects, strict=True))
+    return f"| `{code}` | {_cell(kind.meaning)} | {effect} | {_cell(kind.remedy)} |"
 
 
 def _cell(text: str) -> str:

@@ -80,10 +80,13 @@ class Draft:
     def remark(self, findings: Sequence[Finding]) -> None:
         """Put findings that concern a setting beside that setting."""
         for finding in findings:
-            table = _PLACE.get(finding.code, "")
-            if finding.severity != "info" and table in self.sections:
-                self.sections[table].remarks.append(f"{finding.severity}: {finding.text}")
-        inverted = {finding.joint: -1 for finding in findings if finding.code == "effort-sign-inverted"}
+            setting = finding.kind.setting
+            if finding.severity == "info" or setting is None:
+                continue
+            section = self.sections.get(setting) or self.sections.get(setting.rpartition(".")[0])
+            if section is not None:
+                section.remarks.append(f"{finding.severity}: {finding.text}")
+        inverted = {finding.joint: -1 for finding in findings if finding.kind.setting == "log.units.effort_sign"}
         units = self.sections.get("log.units")
         if inverted and units is not None:
             why = "these run against the model; take the # away if their effort is inverted"
@@ -189,19 +192,6 @@ class Draft:
         phases.add("retreat", [[53.0, 57.5]], active=False)
         self.sections["policy"].add("max_collisions", 0)
         self.sections["policy"].add("max_near_misses_per_hour", 10, active=False)
-
-
-#: Findings that a setting can mend, and the table it stands in.
-_PLACE = {
-    "effort-sign-inverted": "log.units",
-    "effort-gain": "log.units",
-    "log-position-unit-suspect": "log.units",
-    "log-units-guessed": "log.units",
-    "log-joints-missing": "log",
-    "log-velocity-disagrees": "log",
-    "model-joint-locked": "robot",
-    "model-no-inertials": "robot",
-}
 
 
 def given_keys(loaded: LoadedConfig, folder: Path) -> Iterator[tuple[str, object]]:

@@ -37,6 +37,7 @@ from collaudit.core.detection.detector_run import (
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic
 from collaudit.core.detection.watch import control_modes
+from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, scatter_findings
@@ -51,6 +52,7 @@ from collaudit.core.recommend.clean_evidence import clean_residual, recommend_ru
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
 from collaudit.core.scoring.known_events import controller_alarms_s, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
+from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import coverage_findings, measure_coverage
 from collaudit.core.verdict.verdict import decide
 
@@ -117,7 +119,7 @@ def audit_log(
     series = prepared.judged_series
     applied = applied_friction(prepared, friction, config)
     rule, watch, rule_findings = make_rule(series, prepared.phases, config)
-    inputs = DetectionInputs(applied.laws, _contradicted(prepared), rule, watch)
+    inputs = DetectionInputs(applied.laws, joints_not_judged(prepared.findings, prepared.judged), rule, watch)
     run = run_detector(prepared, inputs, config)
     signals = _signals(series, run, rule.gamma_nm)
     detected = run.detected
@@ -130,7 +132,7 @@ def audit_log(
         if watch[joint].watched
     }
     coverage = measure_coverage(series, detected.state, watch)
-    findings = [*prepared.findings, *applied.findings, *rule_findings]
+    findings = [*asked_findings(prepared, config), *applied.findings, *rule_findings]
     findings += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
     findings += detection_findings(series, run, inputs) + coverage_findings(coverage, config.policy.min_coverage)
     findings += little_data_findings(recommended)
@@ -156,13 +158,6 @@ def audit_log(
         detection=detection,
     )
     return Audit(result, signals)
-
-
-def _contradicted(prepared: Prepared) -> frozenset[str]:
-    """Joints whose effort runs against the model; all of them where the arm's pose is not known."""
-    if any(f.code in ("log-position-unit-suspect", "model-joint-between") for f in prepared.findings):
-        return frozenset(prepared.judged)
-    return frozenset(g.joint for g in prepared.gains if g.inverted)
 
 
 def _detection_facts(

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.group import example_command
+from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.cli.words import note, print_findings, progress
+from collaudit.cli.words import note, print_findings
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError
 
 if TYPE_CHECKING:
@@ -68,18 +69,16 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
     print_findings(findings, err=True)
-    if obstacle is not None:
-        note(f"the log cannot be judged with this configuration yet:\n{obstacle.render()}")
-        return EXIT_NOT_JUDGED
-    return EXIT_PASS
+    reason = forbidding(findings) if obstacle is None else obstacle.render()
+    if reason is None:
+        return EXIT_PASS
+    note(f"the log cannot be judged with this configuration yet:\n{reason}")
+    return EXIT_NOT_JUDGED
 
 
 def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
     """What reading the log with the new configuration shows: why it cannot be judged, or findings."""
-    from collaudit.core.api import prepare
-
     try:
-        with progress("reading") as report:
-            return None, prepare(files, loaded, progress=report).findings
+        return None, read_findings(files, loaded)
     except CollauditError as error:
         return error, ()

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.group import example_command
+from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.cli.words import bytes_text, note, print_findings, progress
+from collaudit.cli.words import bytes_text, note, print_findings
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
 
 if TYPE_CHECKING:
@@ -79,8 +80,7 @@ class _Look:
             return self.error.render()
         if not any(topic.role == "joint_states" and topic.readable for topic in self.summary.topics):
             return "no joint states were found in it"
-        errors = sorted({finding.code for finding in self.findings if finding.severity == "error"})
-        return f"see {', '.join(errors)} above" if errors else None
+        return forbidding(self.findings)
 
 
 def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
@@ -89,13 +89,10 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
     Raises:
         CollauditError: the robot or the settings cannot be used at all.
     """
-    from collaudit.core.api import prepare
-
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
         return None, ()
     try:
-        with progress("reading") as report:
-            return None, prepare(files, loaded, progress=report).findings
+        return None, read_findings(files, loaded)
     except (LogError, NotJudgedError) as error:
         return error, ()
 

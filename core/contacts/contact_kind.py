@@ -68,8 +68,7 @@ def _sensor_vote(prepared: Prepared, a: int, b: int) -> list[tuple[int, str]]:
     if prepared.contact_nm is None or not np.isfinite(prepared.contact_nm[a : b + 1]).all():
         return []
     first, last = (float(prepared.series.time_s[min(k, prepared.series.time_s.size - 1)]) for k in (a, b))
-    unusual = [f for f in prepared.findings if f.code == "tool-force-unusual"]
-    if any((f.start_s or 0.0) <= last and first <= (f.end_s or 0.0) for f in unusual):
+    if any(excess.start_s <= last and first <= excess.end_s for excess in prepared.commanded.excess):
         return [(2, "the tool met far more force than is usual or allowed in contact")]
     return [(2, "the force at the tool does not explain it: that was measured and taken out")]
 

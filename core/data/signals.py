@@ -14,7 +14,8 @@ from collaudit.core.numeric.arrays import FloatArray
 class State(IntEnum):
     """Why a sample of a joint was judged, or not; the larger number wins where several apply.
 
-    TOO_BRIEF is given last, to what is left: stretches in which the rule cannot fire.
+    TOO_BRIEF is given last, to what is left: stretches in which the rule cannot fire. UNUSABLE is every recorded sample
+    of a joint that a finding forbids judging.
     """
 
     JUDGED = 0
@@ -28,6 +29,7 @@ class State(IntEnum):
     NOT_A_NUMBER = 8
     GAP = 9
     TOO_BRIEF = 10
+    UNUSABLE = 11
 
     @property
     def code(self) -> str:
@@ -52,6 +54,7 @@ _TEXT = {
     State.NOT_A_NUMBER: "missing or not a number",
     State.GAP: "gap in the log",
     State.TOO_BRIEF: "between unjudged samples, for fewer than n in a row: the rule cannot fire there",
+    State.UNUSABLE: "a finding forbids judging this joint",
 }
 
 

@@ -32,7 +32,7 @@ class DetectorRun:
 
 @dataclass(frozen=True, slots=True)
 class DetectionInputs(ResidualInputs):
-    """What every detector shares: beside friction laws and contradicted joints the rule and the watched joints."""
+    """What every detector shares: beside friction laws and joints not to be judged the rule and the watched joints."""
 
     rule: RuleFacts
     watch: Mapping[str, Watch]

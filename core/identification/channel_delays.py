@@ -38,13 +38,13 @@ def audit_delays(prepared: Prepared, config: Config, effort: Delay | None, wrenc
         (effort, "effort-delay", "effort", "effort_delay_ms", config.log.effort_delay_ms),
         (wrench, "wrench-delay", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
     ):
-        if delay is None or any(f.code == code for f in prepared.findings):
+        if delay is None or (channel == "effort" and prepared.sign_delay is not None):  # preparation said it
             continue
         low, high = delay.ci95
         size, span = f"{1e3 * abs(delay.seconds):.1f} ms", f"95 %: {1e3 * low:.1f} to {1e3 * high:.1f} ms"
         side = "behind" if delay.seconds > 0 else "ahead of"
         text = f"The {channel} is {size} {side} the motion ({span})"
-        lag = _velocity_words(prepared.series) if code == "effort-delay" else ""
+        lag = _velocity_words(prepared.series) if channel == "effort" else ""
         if high - low > _UNSHARP_S:
             findings.append(Finding(code, "info", f"{text}: too vague to tell an offset.{lag}"))
         elif not is_significant(delay, prepared.series.period_s):

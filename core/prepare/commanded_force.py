@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,12 +15,27 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES, contact_mask
-from collaudit.core.prepare.usual_force import meant_share
+from collaudit.core.prepare.usual_force import ExcessForce, excess_findings, meant_share
 from collaudit.core.robot.robot_model import RobotModel, SensorReading
 
 _BIAS_S = 1.0
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.
 _RELEASE_S = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CommandedTorque:
+    """Joint torque of the force that the tool is commanded to exert.
+
+    Attributes:
+        torque_nm: (n, j) J^T F of the measured tool force, or None without a wrench.
+        findings: how the sensor's offset was found, and what stood out of the force.
+        excess: stretches in which the tool met more force than was taken as commanded.
+    """
+
+    torque_nm: FloatArray | None
+    findings: tuple[Finding, ...]
+    excess: tuple[ExcessForce, ...] = ()
 
 
 def contact_torque(
@@ -27,20 +44,17 @@ def contact_torque(
     phases: NDArray[np.int8],
     config: Config,
     sensor: SensorFacts | None = None,
-) -> tuple[FloatArray | None, list[Finding]]:
+) -> CommandedTorque:
     """Joint torque of the force that the tool is meant to exert, eq. (2).
 
     Where phases are known, a force outside contact is not meant (eq. 1) and stays in the residual.
-
-    Returns:
-        (n, j) N·m, or None without a wrench; and findings on how its offset was found.
 
     Raises:
         ConfigError: there is a wrench and no ``wrench_frame``, or the model has no such frame.
     """
     force, findings = tool_force(series, robot, phases, config, sensor)
     if force is None:
-        return None, findings
+        return CommandedTorque(None, tuple(findings))
     frame, carried = _frame(robot, config), _carried(robot, sensor)
     if carried is None or not robot.has_inertials:
         torque = robot.wrench_torque(series.position_rad, force, frame)
@@ -53,7 +67,7 @@ def contact_torque(
 
 def model_torques(
     series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
-) -> tuple[FloatArray, FloatArray | None, list[Finding]]:
+) -> tuple[FloatArray, CommandedTorque]:
     """Rigid-body torque (n, j) of the motion, and :func:`contact_torque`; in one go where that gives the same.
 
     Raises:
@@ -64,14 +78,14 @@ def model_torques(
     frame, signals = config.log.wrench_frame, (series.wrench, *motion[1:])
     whole = all(x is not None and all(np.isfinite(x[s.slice].sum()) for s in series.segments) for x in signals)
     if not whole or frame is None or weighed != (carried is not None):  # a row with anything unknown is unknown in both
-        return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
+        return robot.inverse_dynamics(*motion), contact_torque(series, robot, phases, config)
     if carried is not None and not robot.same_link(frame, carried[0]):
-        return robot.inverse_dynamics(*motion), *contact_torque(series, robot, phases, config)
+        return robot.inverse_dynamics(*motion), contact_torque(series, robot, phases, config)
     assert series.wrench is not None
     bias, findings = _bias(series, robot, frame, phases, config)
     reading = SensorReading(series.wrench, frame, float(config.log.wrench_sign), bias, carried)
     rigid, torque, size = robot.torques(*motion, reading)
-    return rigid, *_meant_torque(torque, size, series, phases, config, findings)
+    return rigid, _meant_torque(torque, size, series, phases, config, findings)
 
 
 def _meant_torque(
@@ -81,17 +95,17 @@ def _meant_torque(
     phases: NDArray[np.int8],
     config: Config,
     findings: list[Finding],
-) -> tuple[FloatArray, list[Finding]]:
+) -> CommandedTorque:
     """What of the torque (n, j), which is changed, and of a force of that size (n,) is meant; and what to say of it."""
-    share, unusual = meant_share(series.time_s, size, contact_mask(phases), config.phases)
+    share, excess = meant_share(series.time_s, size, contact_mask(phases), config.phases)
     if not (share == 1.0).all():
         torque *= share[:, None]
-    findings = [*findings, *unusual]
+    findings = [*findings, *excess_findings(excess, config.phases)]
     if np.any(phases != PHASES.index("free")):
         torque[~_meant(phases, series.period_s)] = 0.0  # eq. (1): outside contact no force is meant
     else:
         findings = [*findings, _always_meant()]
-    return torque, findings
+    return CommandedTorque(torque, tuple(findings), excess)
 
 
 def _carried(robot: RobotModel, sensor: SensorFacts | None) -> tuple[str, float, FloatArray] | None:

@@ -11,7 +11,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.channel_shift import Delay, effort_shift
-from collaudit.core.prepare.effort_gain import EffortGain, effort_gain_findings, effort_gains
+from collaudit.core.prepare.effort_gain import EffortGain, effort_gain_findings, effort_gains, unknown_sign_findings
 from collaudit.core.robot.robot_model import RobotModel
 
 _LATE_S = 0.02
@@ -25,7 +25,7 @@ def effort_findings(
     gains: tuple[EffortGain, ...],
     judged: tuple[str, ...],
     taken_off_ms: float,
-) -> list[Finding]:
+) -> tuple[list[Finding], Delay | None]:
     """What the gains say of the effort; a delay in place of signs that it explains.
 
     Args:
@@ -36,17 +36,20 @@ def effort_findings(
         gains: effort against both together.
         judged: joints to speak of.
         taken_off_ms: delay that the configuration takes off already.
+
+    Returns:
+        The findings, and the delay where it explains signs.
     """
-    said = effort_gain_findings(gains, judged, series.effort_unit)
+    findings = effort_gain_findings(gains, judged, series.effort_unit)
     inverted = {g.joint for g in gains if g.inverted}
     if not inverted:
-        return said
+        return findings, None
     delay = effort_shift(series, robot, [g.joint for g in gains], contact)
     if delay is None or delay.ci95[0] < _LATE_S:
-        return said
+        return findings, None
     undone = {g.joint for g in gains_at(series, rigid, delay, contact) if not g.inverted} & inverted
     if not undone:
-        return said
+        return findings, None
     low, high = (1e3 * x for x in delay.ci95)
     text = (
         f"The effort is {1e3 * delay.seconds:.0f} ms behind the motion (95 %: {low:.0f} to {high:.0f} ms). As stamped "
@@ -54,8 +57,9 @@ def effort_findings(
         f"not: no sign is inverted there. To correct it: [log] effort_delay_ms = "
         f"{taken_off_ms + 1e3 * delay.seconds:.0f}. Nothing was changed."
     )
-    kept = [f for f in said if not (f.code == "effort-sign-inverted" and f.joint in undone)]
-    return [Finding("effort-delay", "error", text), *(f for f in kept if f.code != "effort-gain")]
+    still = tuple(g for g in gains if g.inverted and g.joint not in undone)  # of a late effort no scale is known
+    findings = effort_gain_findings(still, (), series.effort_unit) + unknown_sign_findings(gains, judged)
+    return [Finding("effort-delay", "error", text), *findings], delay
 
 
 def gains_at(

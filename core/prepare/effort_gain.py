@@ -118,8 +118,6 @@ def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArr
 def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str) -> list[Finding]:
     """What the gains say: inverted, out of scale, or not to be told. Nothing is ever changed by it."""
     findings = []
-    by_joint = {g.joint: g for g in gains}
-    unknown = [j for j in joints if j not in by_joint or not by_joint[j].known]
     for gain in gains:
         numbers = f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
         if gain.inverted:
@@ -143,16 +141,20 @@ def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...],
                     joint=gain.joint,
                 )
             )
-    if unknown:
-        findings.append(
-            Finding(
-                "effort-sign-unknown",
-                "info",
-                f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
-                "the model's torque varies too little against friction and noise.",
-            )
-        )
-    return findings
+    return findings + unknown_sign_findings(gains, joints)
+
+
+def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]) -> list[Finding]:
+    """Joints whose motion does not show the sign of their effort."""
+    by_joint = {g.joint: g for g in gains}
+    unknown = [j for j in joints if j not in by_joint or not by_joint[j].known]
+    if not unknown:
+        return []
+    text = (
+        f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
+        "the model's torque varies too little against friction and noise."
+    )
+    return [Finding("effort-sign-unknown", "info", text)]
 
 
 def raw_effort_findings(series: UniformSeries) -> list[Finding]:

@@ -21,7 +21,8 @@ from collaudit.core.prepare.calibration import (
     calibrated_series,
     missing_sensor_findings,
 )
-from collaudit.core.prepare.commanded_force import contact_torque, model_torques, tool_force
+from collaudit.core.prepare.channel_shift import Delay
+from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, model_torques, tool_force
 from collaudit.core.prepare.effort_delay import effort_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
@@ -49,19 +50,6 @@ class ConditionedLog:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CommandedTorque:
-    """Joint torque of the force that the tool is commanded to exert.
-
-    Attributes:
-        torque_nm: (n, j) J^T F of the measured tool force, or None without a wrench.
-        findings: how the sensor's offset was found, and what stood out of the force.
-    """
-
-    torque_nm: FloatArray | None
-    findings: tuple[Finding, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Prepared:
     """One log, ready to be fitted or judged.
 
@@ -73,6 +61,7 @@ class Prepared:
         judged: names of the joints to judge.
         phases: (n,) phase labels (``core/prepare/phases.py``).
         gains: effort against model torque, by joint.
+        sign_delay: delay of the effort that explains signs which seem inverted; None where none does.
         findings: of the log, the model and the checks.
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
@@ -86,6 +75,7 @@ class Prepared:
     judged: tuple[str, ...]
     phases: NDArray[np.int8]
     gains: tuple[EffortGain, ...]
+    sign_delay: Delay | None
     findings: tuple[Finding, ...]
     calibration: Calibration
     start: ConditionedLog
@@ -158,21 +148,22 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
             same = robot is start.robot and known.robot is start.robot
             rigid = known.rigid_nm if same else robot.inverse_dynamics(*motion)
     elif robot.has_inertials and calibration.sensor is None:
-        rigid, torque, found = model_torques(series, robot, start.phases, config)
-        commanded = CommandedTorque(torque, tuple(found))
+        rigid, commanded = model_torques(series, robot, start.phases, config)
     else:
-        torque, found = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
-        commanded = CommandedTorque(torque, tuple(found))
+        commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
         rigid = robot.inverse_dynamics(*motion) if robot.has_inertials else None
     findings = [*start.findings, *commanded.findings]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     findings += raw_effort_findings(series)
     gains: tuple[EffortGain, ...] = ()
+    delay = None
     if rigid is not None and series.effort is not None:
         contact = commanded.torque_nm
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        findings += effort_findings(series, robot, rigid, contact, gains, start.judged, config.log.effort_delay_ms)
+        late = config.log.effort_delay_ms
+        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late)
+        findings += found
     findings += about
     return Prepared(
         series,
@@ -182,6 +173,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         start.judged,
         start.phases,
         gains,
+        delay,
         tuple(findings),
         calibration,
         start,

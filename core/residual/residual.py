@@ -34,11 +34,11 @@ class ResidualInputs:
 
     Attributes:
         laws: fitted friction by joint.
-        contradicted: joints whose effort contradicts the model (inverted): not judged.
+        not_judged: joints that a finding forbids judging.
     """
 
     laws: Mapping[str, FrictionModel]
-    contradicted: frozenset[str]
+    not_judged: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,8 +103,8 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         return _fill_joint(series, j, balance, inputs.laws[names[j]], config, columns)
 
     levels = {names[j]: level for j, level in zip(known, ordered_map(fill_joint, known), strict=True)}
-    for joint in inputs.contradicted & set(names):
-        state[:, names.index(joint)] = State.NO_MODEL
+    for joint in inputs.not_judged & set(names):
+        state[:, names.index(joint)] = State.UNUSABLE
     _mark(state, torque, series, balance)
     effort = series.effort if known else None
     return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names))
@@ -217,4 +217,4 @@ def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, ba
         has_law = state < State.NO_FRICTION
         raise_to(~np.isfinite(torque) & has_law, State.NOT_A_NUMBER)
     raise_to(balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s), State.SATURATED)
-    raise_to(~recorded[:, None], State.GAP)
+    state[~recorded] = State.GAP

@@ -9,24 +9,10 @@ from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Collision, Coverage, JointCoverage, NearMiss, Verdict
 from collaudit.core.findings import Finding
 
-#: Findings with which a log cannot pass, whatever was judged of it.
-_FORBID_A_PASS = frozenset(
-    {
-        "log-partial",
-        "log-publishers-conflict",
-        "event-cut",
-        "log-position-unit-suspect",
-        "judged-joint-missing",
-        "model-joint-between",
-    }
-)
 #: Reasons that concern the whole log and are said once.
 _NOT_THE_JOINTS = frozenset({"gap", "edge"})
 _WORTH_SAYING_S = 0.1
 _INTERVAL = "at rest, reversing or slower than friction was measured"
-
-#: Findings that put alarms of their joint in doubt.
-_DOUBTS = frozenset({"friction-scatter", "residual-level", "effort-gain", "friction-level"})
 
 
 def decide(
@@ -36,7 +22,17 @@ def decide(
     coverage: Coverage,
     findings: Sequence[Finding],
 ) -> tuple[Verdict, tuple[str, ...]]:
-    """Apply the policy. A broken policy wins; then whatever could not be judged; only then a pass."""
+    """Apply the policy. A broken policy wins; then whatever could not be judged; only then a pass.
+
+    Args:
+        policy: what is allowed, and how much is to be judged.
+        collisions, near_misses: of the watched joints.
+        coverage: what was judged of them.
+        findings: of the log and its detection; their effects count.
+
+    Returns:
+        The verdict, and its reasons in words.
+    """
     broken = _broken(policy, collisions, near_misses, coverage, findings)
     unjudged = _not_judged(policy, coverage, findings)
     if broken:
@@ -86,9 +82,7 @@ def _broken(
         reasons.append(
             f"{_count(len(collisions), 'collision')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
         )
-        doubtful = sorted(
-            {f.joint for f in findings if f.code in _DOUBTS and f.severity == "warning" and f.joint in joints}
-        )
+        doubtful = sorted({f.joint for f in findings if f.effect == "doubts-alarms" and f.joint in joints})
         if doubtful:
             reasons.append(
                 f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "
@@ -105,7 +99,9 @@ def _broken(
 
 
 def _not_judged(policy: PolicyConfig, coverage: Coverage, findings: Sequence[Finding]) -> list[str]:
-    reasons = [f.text for f in findings if f.code in _FORBID_A_PASS]
+    """Findings that forbid a pass, then what is missing for the policy; a joint named by a finding is not repeated."""
+    reasons = [f.text for f in findings if f.forbids_pass]
+    named = {f.joint for f in findings if f.effect == "not-judged-joint"}
     if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):
         reasons.append(
             f"{coverage.gaps_s:.4g} s of {coverage.recorded_s + coverage.gaps_s:.4g} s lie in gaps of the log (policy: "
@@ -115,6 +111,8 @@ def _not_judged(policy: PolicyConfig, coverage: Coverage, findings: Sequence[Fin
     if not any(c.judged_s > 0 for c in watched.values()):
         return [*reasons, "No joint could be judged: " + _causes(watched)]
     for joint, cover in watched.items():
+        if joint in named:
+            continue
         moving = cover.moving_s + coverage.gaps_s  # in a gap it may have moved: nobody can tell
         if cover.moving_s > 0 and cover.judged_s < policy.min_coverage * moving:
             share = 100.0 * cover.judged_s / moving

@@ -15,6 +15,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.prepared import Prepared, judged_series
 from collaudit.core.provenance import make_provenance
@@ -113,9 +114,9 @@ def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None)
     series = judged_series(prepared)
     laws, _ = friction_models(friction.joints, series)
     rule, watched, _ = make_rule(series, prepared.phases, loaded.config)
-    contradicted = frozenset(g.joint for g in prepared.gains if g.inverted)
+    not_judged = joints_not_judged(prepared.findings, prepared.judged)
     return Bench(
-        prepared, DetectionInputs(laws, contradicted, rule, watched), loaded.config, log.with_suffix(".truth.json")
+        prepared, DetectionInputs(laws, not_judged, rule, watched), loaded.config, log.with_suffix(".truth.json")
     )
 
 

@@ -229,12 +229,44 @@ def test_inspect_shows_an_inverted_effort(arm, collaudit, tmp_path: Path) -> Non
     assert outcome.code == 3
     assert "effort-sign-inverted" in outcome.out
     started = collaudit("init", log, "-c", arm.config, "-o", tmp_path / "c.toml")
-    assert started.code == 0
+    assert started.code == 3, "init judges findings as inspect does"
+    assert "see effort-sign-inverted above" in started.err
     text = (tmp_path / "c.toml").read_text()
     assert "# effort_sign = { joint1 = -1 }" in text
     mended = tmp_path / "mended.toml"
     mended.write_text(text.replace("# effort_sign", "effort_sign"))
     assert collaudit("inspect", log, "-c", mended).code == 0
+    assert collaudit("init", log, "-c", mended, "-o", tmp_path / "again.toml").code == 0
+
+
+def _without_effort(arm, path: Path) -> Path:
+    """The clean log with an effort of zero on joint 1, which moves."""
+    header, *rows = arm.clean.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    path.write_text("\n".join([header, *(",".join([*row[:5], "0", row[6]]) for row in cells)]) + "\n")
+    return path
+
+
+def test_a_log_with_an_error_is_judged_alike_by_every_command(arm, collaudit, tmp_path: Path) -> None:
+    log = _without_effort(arm, tmp_path / "dead.csv")
+    judged = ("-c", arm.config)
+    assert collaudit("inspect", log, *judged).code == 3
+    assert collaudit("init", log, *judged, "-o", tmp_path / "c.toml").code == 3
+    audited = collaudit("detect", log, *judged, "--friction", arm.friction)
+    assert audited.code == 3
+    assert "The effort of joint 'joint1' is 0 all the time" in audited.out
+
+
+@pytest.mark.parametrize("left_out", ['detect.watch=["joint2"]', 'robot.joints=["joint2"]'])
+def test_an_error_of_a_joint_that_nobody_asked_for_forbids_nothing(arm, collaudit, tmp_path, left_out: str) -> None:
+    log = _without_effort(arm, tmp_path / "dead.csv")
+    judged = ("-c", arm.config, "--set", left_out)
+    shown = collaudit("inspect", log, *judged)
+    assert shown.code == 0, shown.err
+    assert "log-effort-constant" in shown.out
+    assert collaudit("init", log, *judged, "-o", tmp_path / "c.toml").code == 0
+    audited = collaudit("detect", log, *judged, "--friction", arm.friction)
+    assert audited.code == 0, audited.out
 
 
 def test_init_writes_what_loads_and_works(arm, collaudit, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.prepare.prepared import CommandedTorque
+from collaudit.core.prepare.commanded_force import CommandedTorque
 
 NOBODY = Provenance("test", {})
 

@@ -13,7 +13,7 @@ from collaudit.core.conditioning.stalled_logger import without_stalls
 from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, RobotConfig
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.errors import RobotError
-from collaudit.core.prepare.usual_force import meant_share
+from collaudit.core.prepare.usual_force import excess_findings, meant_share
 from collaudit.core.robot import load_robot
 from collaudit.fixtures.robots import robot_named
 
@@ -64,12 +64,14 @@ def test_a_blow_in_contact_is_meant_up_to_what_is_usual() -> None:
     t = T * np.arange(10_000)
     contact = (t > 5) & (t < 15)
     force = np.where(contact, 28.0 + 5.0 * np.sin(t), 0.1)
-    share, findings = meant_share(t, force, contact, PhasesConfig())
+    share, excess = meant_share(t, force, contact, PhasesConfig())
     assert (share == 1.0).all()
-    assert findings == []
+    assert excess == ()
     force[(t > 8) & (t < 8.2)] = 150.0
     share, (found,) = meant_share(t, force, contact, PhasesConfig())
-    assert found.code == "tool-force-unusual"
+    (said,) = excess_findings((found,), PhasesConfig())
+    assert said.code == "tool-force-unusual"
+    assert (said.start_s, said.end_s) == (found.start_s, found.end_s)
     assert (found.start_s, found.end_s) == (pytest.approx(8.0, abs=0.01), pytest.approx(8.2, abs=0.01))
     blow = (t > 8) & (t < 8.2)
     assert (share[~blow] == 1.0).all()

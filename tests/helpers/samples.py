@@ -146,7 +146,7 @@ def not_judged(n: int = 5_000) -> Audit:
         gamma_nm=np.full(len(JOINTS), np.nan),
     )
     nothing = ResidualStats(None, None, None, None, 0.0)
-    finding = Finding("effort-unit-raw", "error", "the effort of all 6 joints is in an unknown unit")
+    finding = Finding("effort-unit-raw", "warning", "the effort of all 6 joints is in an unknown unit")
     result = replace(
         audit.result,
         verdict="not_judged",
@@ -268,7 +268,7 @@ def _result(signals: Signals) -> AuditResult:
             Finding("friction-not-fitted", "warning", "wrist_3 never moved at constant speed", joint="wrist_3"),
             Finding("time-gap", "warning", "a gap of 4.0 s", start_s=0.31 * recorded, end_s=0.33 * recorded),
             Finding("log-time-source", "info", "the header stamp is the steadier clock", where="/joint_states"),
-            Finding("log-effort-saturated", "error", "effort pinned at 56.0 N·m for 0.4 s", joint="elbow"),
+            Finding("log-effort-constant", "error", "effort is 56.0 N·m all the time", joint="elbow"),
         ),
         coverage=_coverage(signals, judged, recorded),
         provenance=_provenance(),

@@ -39,13 +39,15 @@ def test_one_go_is_both(polishing: Path, overrides: dict[str, object], together:
     assert together
     series, robot, phases = prepared.series, prepared.robot, prepared.phases
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    contact, findings = contact_torque(series, robot, phases, loaded.config)
+    apart = contact_torque(series, robot, phases, loaded.config)
+    contact = apart.torque_nm
     assert contact is not None
-    rigid, its_contact, its_findings = model_torques(series, robot, phases, loaded.config)
-    assert its_contact is not None
+    rigid, together_nm = model_torques(series, robot, phases, loaded.config)
+    assert together_nm.torque_nm is not None
     np.testing.assert_allclose(rigid, robot.inverse_dynamics(*motion), atol=1e-10)
-    np.testing.assert_allclose(its_contact, contact, atol=1e-10)
-    assert its_findings == findings
+    np.testing.assert_allclose(together_nm.torque_nm, contact, atol=1e-10)
+    assert together_nm.findings == apart.findings
+    assert together_nm.excess == apart.excess
     assert np.nanmax(np.abs(contact)) > 1.0
 
 
@@ -59,7 +61,8 @@ def test_a_wrench_missing_in_part_takes_nothing_from_the_rigid_body_torque(
     wrench = prepared.series.wrench.copy()
     wrench[1000:1010, 2] = np.nan
     series = replace(prepared.series, wrench=wrench)
-    rigid, contact, _ = model_torques(series, prepared.robot, prepared.phases, loaded.config)
+    rigid, commanded = model_torques(series, prepared.robot, prepared.phases, loaded.config)
+    contact = commanded.torque_nm
     assert not together
     np.testing.assert_array_equal(np.isnan(rigid), np.isnan(prepared.rigid_nm))
     assert contact is not None
@@ -74,7 +77,7 @@ def test_an_unknown_velocity_takes_nothing_from_the_wrench_at_the_joints(polishi
     velocity = prepared.series.velocity_rad_s.copy()
     velocity[12000:12010, 2] = np.nan
     series = replace(prepared.series, velocity_rad_s=velocity)
-    _, contact, _ = model_torques(series, prepared.robot, prepared.phases, loaded.config)
+    contact = model_torques(series, prepared.robot, prepared.phases, loaded.config)[1].torque_nm
     assert contact is not None
     assert prepared.contact_nm is not None
     assert not together

@@ -82,7 +82,7 @@ def test_ur3_inverted_effort_is_noticed_and_never_flipped(cli, data_dir: Path) -
     seen = cli("inspect", log, "-c", cfg, "--json")
     inverted = {f["joint"] for f in json.loads(seen.out)["logs"][0]["findings"] if f["code"] == "effort-sign-inverted"}
     assert {"shoulder_lift_joint", "elbow_joint", "wrist_1_joint"} <= inverted
-    assert cli("init", log, "--urdf", data_dir / "urdf" / "ur3_robot.urdf", "-o", "guess.toml").code == 0
+    assert cli("init", log, "--urdf", data_dir / "urdf" / "ur3_robot.urdf", "-o", "guess.toml").code == 3
     guess = Path("guess.toml").read_text(encoding="utf-8")
     assert "runs against the model" in guess
     assert not any(line.startswith("effort_sign") for line in guess.splitlines()), "a sign must never be set silently"

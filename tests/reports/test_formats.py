@@ -96,7 +96,7 @@ def test_the_text_of_an_audit_has_its_numbers() -> None:
         "9.22 N·m",
         "3.9996 N·m",
         "99.99 % of γ",
-        "log-effort-saturated",
+        "log-effort-constant",
         "no safety function",
     ):
         assert words in text

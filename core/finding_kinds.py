@@ -1,0 +1,460 @@
+"""The table of findings: what each code means, what it does to coverage and verdict, and what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+Severity = Literal["info", "warning", "error"]
+#: What a finding does to coverage and verdict. With any ``not-judged-*`` the log does not pass.
+#:
+#: - ``doubts-alarms``: alarms of the joint may be errors of the model; the verdict says so.
+#: - ``not-judged-part``: a part of the log could not be judged; the rest is, and a collision in it counts.
+#: - ``not-judged-joint``: nothing of the joint is judged, or of all where it names none.
+#: - ``not-judged-log``: nothing of the log is judged.
+Effect = Literal["none", "doubts-alarms", "not-judged-part", "not-judged-joint", "not-judged-log"]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a finding's code stands for.
+
+    Attributes:
+        meaning: one sentence.
+        remedy: what to do about it, one or two sentences.
+        effects: the severities it comes with, and its effect with each.
+        setting: key of the configuration, or table, that can mend it.
+        of_format: it speaks of the file's format and not of the run: the same run in another format may lack it.
+    """
+
+    meaning: str
+    remedy: str
+    effects: Mapping[Severity, Effect]
+    setting: str | None = None
+    of_format: bool = False
+
+
+_INFO: Mapping[Severity, Effect] = {"info": "none"}
+_WARNING: Mapping[Severity, Effect] = {"warning": "none"}
+_EITHER: Mapping[Severity, Effect] = {"info": "none", "warning": "none"}
+_DOUBTS: Mapping[Severity, Effect] = {"warning": "doubts-alarms"}
+_LEVEL: Mapping[Severity, Effect] = {"info": "none", "warning": "doubts-alarms"}
+_SPAN: Mapping[Severity, Effect] = {"warning": "not-judged-part"}
+_PART: Mapping[Severity, Effect] = {"warning": "not-judged-part", "error": "not-judged-part"}
+_JOINT: Mapping[Severity, Effect] = {"warning": "none", "error": "not-judged-joint"}
+_ABSENT: Mapping[Severity, Effect] = {"error": "not-judged-joint"}
+_LOG: Mapping[Severity, Effect] = {"error": "not-judged-log"}
+_DELAY: Mapping[Severity, Effect] = {"info": "none", "warning": "none", "error": "not-judged-log"}
+
+#: Every finding code; ``docs/findings.md`` is generated from this table.
+#:
+#: Time that cannot be judged for want of a signal, a friction law or a model has a state of its own and counts in the
+#: coverage: findings that only report it have no effect beside that.
+KINDS: dict[str, Kind] = {
+    "log-partial": Kind(
+        "The file is damaged or still being written; only the part before the damage was read.",
+        "Record again, or repair or reindex the file. What was read is judged; what is lost cannot be.",
+        _PART,
+    ),
+    "log-summary-only": Kind(
+        "Only a file's summary was read; gaps and damage inside it were not looked for.",
+        "Nothing. fit, detect and audit read the whole file.",
+        _INFO,
+    ),
+    "log-time-source": Kind(
+        "Which clock was used as the time of a sample (header or log), and why.",
+        'Nothing, if the choice is right; [log] time = "header" or "log" overrides it.',
+        _EITHER,
+        of_format=True,
+    ),
+    "clock-drift": Kind(
+        "The header's clock runs faster or slower than the recording's.",
+        "Synchronise the clocks of the machines that stamp and record, or choose one by [log] time.",
+        _EITHER,
+    ),
+    "clock-publish": Kind(
+        "The stamps of publishing differ from those of recording.",
+        "Nothing for the header's clock; otherwise look at what delays the recorder.",
+        _EITHER,
+    ),
+    "clock-jump": Kind(
+        "The header's clock jumps against the recording's, or wraps around.",
+        'Look for a clock that was set while recording; [log] time = "log" avoids the header\'s clock.',
+        _WARNING,
+    ),
+    "clock-simulated": Kind(
+        "The header's stamps do not count from the epoch: simulated time, or time since start.",
+        "Nothing. Times in reports count from the log's first sample.",
+        _INFO,
+    ),
+    "log-joints-ignored": Kind(
+        "The log has joints that the robot model does not have.",
+        "Nothing, if these joints are no part of the arm; else name them in [log] joint_names.",
+        _INFO,
+    ),
+    "log-joints-missing": Kind(
+        "The robot has joints that the log does not have.",
+        "Map differing names by [log] joint_names; state where joints stand by [robot] parked.",
+        _WARNING,
+        setting="log",
+    ),
+    "judged-joint-missing": Kind(
+        "A joint that was to be judged, or has a friction law, is not in the log.",
+        "Record this joint too, or fit friction on logs without it.",
+        _ABSENT,
+    ),
+    "log-joints-merged": Kind(
+        "Joints came from several publishers or files and were merged by name.",
+        "Nothing, if each joint is published once.",
+        _INFO,
+    ),
+    "log-publishers-conflict": Kind(
+        "Publishers on one topic give different values of the same joints.",
+        "Record each publisher on a topic of its own, and name one in [log] joint_states.",
+        _LOG,
+    ),
+    "log-joints-numbered": Kind(
+        "Messages number the joints and do not name them; the robot's order was taken.",
+        "Compare the order with the robot's; record messages that name joints if it differs.",
+        _WARNING,
+    ),
+    "log-label": Kind(
+        "The robot's controller itself raised a flag (contact, collision) in this stretch.",
+        "Compare with the contacts found; [detect] true_events scores the detection against it.",
+        _INFO,
+    ),
+    "log-label-missing": Kind(
+        "A topic or column of labels or phases was configured and cannot be had.",
+        "Correct the topic, field or column in [log], [log.csv] or [detect].",
+        _WARNING,
+    ),
+    "log-message-skipped": Kind(
+        "Messages were left out because they could not be decoded.",
+        "Record the message definitions too, or give their folder by [log] msg_path.",
+        _WARNING,
+    ),
+    "log-velocity-derived": Kind(
+        "The log has no usable velocity; it was derived from position.",
+        "Record the velocity. Derived velocities are noisier, and friction near rest is less certain.",
+        _EITHER,
+    ),
+    "log-velocity-disagrees": Kind(
+        "The logged velocity is not the derivative of the logged position.",
+        "Check unit and sign of the velocity in [log.units]; [conditioning] velocity chooses a source.",
+        _WARNING,
+        setting="log",
+    ),
+    "log-velocity-late": Kind(
+        "The logged velocity lags behind the positions, as one that the drive filters does.",
+        "Nothing: position was used. Record the drive's unfiltered velocity if there is one.",
+        _WARNING,
+    ),
+    "log-effort-missing": Kind(
+        "The log has no usable effort for a joint.",
+        "Record the effort, or leave the joint out of [robot] joints or [detect] watch.",
+        _JOINT,
+    ),
+    "log-effort-constant": Kind(
+        "The effort of a moving joint never changes.",
+        "Find out why the drive reports no effort, or leave the joint out of [robot] joints or [detect] watch.",
+        _JOINT,
+    ),
+    "log-effort-saturated": Kind(
+        "The effort stays at one extreme value, as a saturated drive does.",
+        "Look at the drive's limit. Saturated time counts as not judged.",
+        _WARNING,
+    ),
+    "log-nan": Kind(
+        "Some values are not numbers; these samples are not judged.",
+        "Look for the signal's gaps at its source. These samples count as not judged.",
+        _WARNING,
+    ),
+    "log-columns-guessed": Kind(
+        "CSV columns were recognised by their names, not by the configuration.",
+        "Check the columns, and state them in [log.csv].",
+        _EITHER,
+        of_format=True,
+    ),
+    "log-units-guessed": Kind(
+        "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
+    ),
+    "log-position-unit-suspect": Kind(
+        "Positions look like degrees while radians were stated, or the reverse.",
+        'State the unit of positions: [log.units] position = "deg" or "rad".',
+        _LOG,
+        setting="log.units",
+    ),
+    "log-stalled": Kind(
+        "The logger repeated one sample while the arm moved; the repeats were left out.",
+        "Look at the logger: it fell behind. The repeats count as a gap.",
+        _WARNING,
+    ),
+    "log-wrench-missing": Kind(
+        "A wrench was configured and is not in the log.",
+        "Record the wrench, or correct [log] wrench or [log.csv] wrench.",
+        _WARNING,
+    ),
+    "log-wrench-bias": Kind(
+        "The zero offset of the wrench sensor was taken from the log itself.",
+        'Check that nothing touched the tool then. [log] wrench_bias states it, or takes that of a fit: "calibrated".',
+        _EITHER,
+    ),
+    "log-wrench-partial": Kind(
+        "The wrench does not cover the whole log.",
+        "Record the wrench over the whole run. Time without it counts as not judged.",
+        _WARNING,
+    ),
+    "time-duplicate": Kind(
+        "Samples with the same stamp as another were left out.",
+        "Look for a publisher or logger that writes samples twice.",
+        _WARNING,
+    ),
+    "time-jump-back": Kind(
+        "The clock was set back while recording; time goes on after a break.",
+        "Keep the clock from being set while recording.",
+        _WARNING,
+    ),
+    "time-out-of-order": Kind(
+        "Stamps ran backwards; samples were sorted.",
+        "Look for messages that overtake one another; [log] time chooses the other clock.",
+        _WARNING,
+    ),
+    "time-gap": Kind(
+        "The log has gaps; nothing is judged across them.",
+        "Look for lost samples at the recorder. Gaps count against [policy] min_coverage.",
+        _WARNING,
+    ),
+    "time-jitter": Kind(
+        "Stamps are unevenly spaced; how the uniform time base was made.",
+        "Nothing; stamps taken at the drive are steadier than those of arrival.",
+        _INFO,
+    ),
+    "time-not-finite": Kind("Stamps that are not numbers were left out.", "Look at what writes the stamps.", _WARNING),
+    "time-too-short": Kind(
+        "A stretch between gaps is too short to be used.",
+        "Avoid the gaps on either side. The stretch counts as not judged.",
+        _WARNING,
+    ),
+    "effort-sign-inverted": Kind(
+        "Effort runs against the model's gravity torque: its sign looks inverted.",
+        "State [log.units] effort_sign = -1 if it is inverted; else check model, mounting and joint names.",
+        _JOINT,
+        setting="log.units.effort_sign",
+    ),
+    "effort-gain": Kind(
+        "Effort and the model's gravity torque differ in scale: it may not be in N·m.",
+        'Check the unit in [log.units] and the payload in [robot.tool], or fit with [fit] estimate = ["gain"].',
+        _DOUBTS,
+        setting="log.units",
+    ),
+    "effort-kind": Kind(
+        "What the effort looks like (torque, current, inverted, doubled), from all joints together.",
+        "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign.",
+        _EITHER,
+    ),
+    "effort-quantised": Kind(
+        "The effort comes in steps that are coarse against its own noise.",
+        "Record the effort with finer steps. A threshold of few steps is not reliable.",
+        _WARNING,
+    ),
+    "effort-delay": Kind(
+        "Effort lags or leads the motion.", "State [log] effort_delay_ms as the finding says, and fit again.", _DELAY
+    ),
+    "wrench-delay": Kind(
+        "The wrench lags or leads the motion.", "State [log] wrench_delay_ms as the finding says.", _EITHER
+    ),
+    "wrench-calibration": Kind(
+        "Offset, tool weight and centre of mass of the wrist sensor from static poses.",
+        'Use it: [log] wrench_bias = "calibrated".',
+        _INFO,
+    ),
+    "wrench-drift": Kind(
+        "The zero of the wrist sensor drifts over the log.", "Zero or warm up the sensor before recording.", _WARNING
+    ),
+    "effort-sign-unknown": Kind(
+        "The motion does not load this joint enough to check the sign of its effort.",
+        "Move the joint against gravity, with longer or faster strokes, to show its sign.",
+        _EITHER,
+    ),
+    "effort-unit-raw": Kind(
+        "The effort is not in N·m; thresholds in N·m cannot be judged.",
+        'State unit or torque constants in [log.units], or fit with [fit] estimate = ["gain"]. Else nothing is judged.',
+        _WARNING,
+    ),
+    "model-no-inertials": Kind(
+        "The robot model has no inertials; no model torque can be computed.",
+        "Configure a robot with masses and inertias. Until then friction can be fitted and nothing judged.",
+        _WARNING,
+        setting="robot",
+    ),
+    "model-joint-locked": Kind(
+        "A joint of the model is not in the log and was held at zero.",
+        "If it did not stand at zero, state where: [robot] parked.",
+        _EITHER,
+        setting="robot",
+    ),
+    "model-joint-between": Kind(
+        "A joint between judged joints is not in the log: their model torque is not known.",
+        "Record this joint, or state where it stood: [robot] parked.",
+        _LOG,
+    ),
+    "model-approximate": Kind(
+        "A property of the model was left out or simplified.",
+        "Complete the robot's description if the torque matters.",
+        _EITHER,
+    ),
+    "identified-used": Kind(
+        "Gains, offsets, inertials or a tool from the friction file were used.",
+        "Nothing, if drives, tool and mounting are those of the fit.",
+        _INFO,
+    ),
+    "identified-tool-changed": Kind(
+        "The tool's mass differs between the halves of the motion.",
+        "Fit on logs with one tool, or on each half by itself.",
+        _WARNING,
+    ),
+    "identified-worse": Kind(
+        "What was identified explains time left out worse than the robot's description does.",
+        "Fit on longer or more varied motion, or leave this out of [fit] estimate.",
+        _WARNING,
+    ),
+    "identified-not-possible": Kind(
+        "Identified inertials belong to no physically possible body.",
+        "Fit on more varied motion, or trust the description more: a smaller [fit] cad_sd.",
+        _WARNING,
+    ),
+    "friction-warm-up": Kind(
+        "Friction changes with running time.",
+        'Fit on a warm arm, and judge warm; [detect] friction_level = "followed" follows slow changes.',
+        _INFO,
+    ),
+    "friction-temperature": Kind(
+        "Friction changes with the joint's temperature.",
+        "Record the joint's temperature where the arm is judged too.",
+        _INFO,
+    ),
+    "friction-temperature-used": Kind(
+        "Friction was taken at the joint's temperature, as the friction file knows it.", "Nothing.", _INFO
+    ),
+    "friction-temperature-beyond": Kind(
+        "A joint was colder or warmer than when its friction was fitted.",
+        "Fit on a log at this temperature too.",
+        _WARNING,
+    ),
+    "friction-temperature-missing": Kind(
+        "The friction file knows friction against temperature, and the log has none.",
+        "Record the joint's temperature, or fit without it.",
+        _INFO,
+    ),
+    "friction-load": Kind("Friction changes with the load on the gear.", "Fit and judge with similar loads.", _INFO),
+    "friction-ripple": Kind(
+        "A ripple of the gear over position explains part of the residual.",
+        "Allow for the ripple in the threshold.",
+        _INFO,
+    ),
+    "friction-any-motion": Kind(
+        "Friction was read off any motion, for want of constant-velocity sections.",
+        "Record strokes at constant speeds: collaudit simulate friction shows a motion that serves.",
+        _INFO,
+    ),
+    "friction-not-fitted": Kind(
+        "A joint's friction could not be fitted.",
+        'Record this joint moving at several speeds both ways, or set [fit] motion = "any".',
+        _WARNING,
+    ),
+    "friction-not-identifiable": Kind(
+        "The data cannot tell some friction parameters apart.",
+        "Record more speeds, above all slow ones. The curve holds within the speeds measured.",
+        _INFO,
+    ),
+    "friction-same-log": Kind(
+        "Friction was fitted on the log that is judged with it.",
+        "Fit on a log without contact, and judge with that: --friction friction.json.",
+        _WARNING,
+    ),
+    "friction-model-points": Kind(
+        "Friction points rest on the model's torque, not on a pair of directions.",
+        "Record each speed in both directions in the same pose.",
+        _INFO,
+    ),
+    "friction-scatter": Kind(
+        "Friction points scatter about the fitted curve so much that it limits the threshold.",
+        "Fit on more or warmer data, correct the model, or raise the threshold of this joint.",
+        _DOUBTS,
+    ),
+    "friction-other-model": Kind(
+        "The friction was fitted with another robot model, tool or mounting.",
+        "Fit again with the robot, tool and mounting of this configuration.",
+        _WARNING,
+    ),
+    "friction-missing": Kind(
+        "A joint has no friction model; its residual is not judged.",
+        "Fit this joint's friction, or leave it out of [detect] watch. Its time counts as not judged.",
+        _WARNING,
+    ),
+    "residual-level": Kind(
+        "The residual is large compared with the threshold all the time.",
+        "Correct the model, tool or friction, or raise the threshold: collaudit recommend.",
+        _DOUBTS,
+    ),
+    "persistence-rounded": Kind(
+        "The persistence was rounded up to whole samples.", "Nothing; state [detect] n to choose samples.", _INFO
+    ),
+    "joint-not-watched": Kind(
+        "A joint's residual was not judged in a phase, and why.",
+        "Nothing, if that is meant; else name the joint in [detect] watch.",
+        _EITHER,
+    ),
+    "coverage-low": Kind(
+        "A large part of the motion could not be judged.",
+        "See what was not judged and why. [policy] min_coverage says how much is asked.",
+        _WARNING,
+    ),
+    "recommend-little-data": Kind(
+        "A recommendation rests on little data.", "Give more hours of runs without contact.", _INFO
+    ),
+    "friction-level": Kind(
+        "Friction was off its calibration; its level was followed, or could not be.",
+        "Fit the friction anew when it is far off its calibration.",
+        _LEVEL,
+    ),
+    "detector-slow": Kind(
+        "The detector's filter is slow: a push as long as n must exceed gamma by far.",
+        'Raise [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or use the detector "direct".',
+        _WARNING,
+    ),
+    "event-cut": Kind(
+        "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
+        "Look at this stretch by eye; avoid saturation and gaps in the next recording.",
+        _SPAN,
+    ),
+    "hidden-at-rest": Kind(
+        "A standing joint hides external torque up to about its breakaway friction.",
+        "Nothing. Time at rest is never called clean.",
+        _INFO,
+    ),
+    "phases-unknown": Kind(
+        "No phases were given; the whole log is one free phase.",
+        'State phases in [phases] or [log] phase_topic, or set [phases] find = "wrench".',
+        _EITHER,
+    ),
+    "phases-found": Kind(
+        "Phases were found from the wrench or in the log, not configured.",
+        "Check them against the motion; [phases] overrides them.",
+        _INFO,
+    ),
+    "phases-outside": Kind(
+        "Configured phases lie outside the log.", "Correct [phases]: times count from the log's first sample.", _WARNING
+    ),
+    "tool-force-unusual": Kind(
+        "The tool's force stood out of what was usual or allowed in contact; the excess was judged.",
+        "Look at what the tool met; [phases] force_limit_n states what is allowed.",
+        _WARNING,
+    ),
+    "force-outside-contact": Kind(
+        "Force was commanded outside the contact phase (eq. 1).",
+        "Correct [phases] force_control, or extend the contact phase.",
+        _WARNING,
+    ),
+}

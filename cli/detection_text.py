@@ -29,7 +29,7 @@ def delay_text(delay: DelayFacts) -> str:
 
 
 def _contacts(facts: DetectionFacts) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     if not facts.incidents:
         return ""
@@ -49,7 +49,7 @@ def _force(force: ContactForce | None) -> str:
 
 
 def _side_by_side(facts: DetectionFacts) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     if not facts.detectors:
         return ""
@@ -68,7 +68,7 @@ def _side_by_side(facts: DetectionFacts) -> str:
 
 
 def _flags(facts: DetectionFacts) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     if not facts.flags:
         return ""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import get_args
 
 from collaudit.core.errors import ConfigError
-from collaudit.reports.report import FORMATS, Format
+from collaudit.reports.formats.registry import FORMATS, Format
 
 SUFFIXES: dict[Format, str] = {
     "html": ".html",

@@ -15,7 +15,7 @@ def score_text(scores: Sequence[Score]) -> str:
     """The table printed after an audit."""
     import numpy as np
 
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     lines = []
     for row in scores:
@@ -41,7 +41,7 @@ def score_text(scores: Sequence[Score]) -> str:
 
 def score_json(scores: Sequence[Score]) -> str:
     """``score.json``."""
-    from collaudit.reports.encode import json_text
+    from collaudit.reports.files.json_writer import json_text
 
     return json_text({"schema": SCORE_SCHEMA, "scores": list(scores)})
 

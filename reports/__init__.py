@@ -1,1 +1,5 @@
-"""What a reader gets: JSON, HTML and tables, computed from an audit result."""
+"""What a reader gets of a result: files, pages, tables, formats for CI.
+
+In: results of ``core``, frozen. Out: text and files, the same bytes for the same result.
+Elsewhere: what is computed (``core``), which command writes what and its exit code (``cli``).
+"""

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from collaudit.cli.audit_one import Outcome
-    from collaudit.reports.report import Format
+    from collaudit.reports.formats.registry import Format
 
 
 @example_command(
@@ -52,9 +52,9 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     from collaudit.cli.formats import parse_formats
     from collaudit.cli.summary import exit_code
     from collaudit.core.api import find_logs
-    from collaudit.reports.files import read_friction
-    from collaudit.reports.index import summary_json, write_index
-    from collaudit.reports.text import summary_table
+    from collaudit.reports.files.run_files import read_friction
+    from collaudit.reports.page.index import summary_json, write_index
+    from collaudit.reports.terminal.audit_text import summary_table
 
     extra = parse_formats(formats, ("junit", "sarif", "markdown")) if formats else []
     loaded = load_settings()
@@ -80,10 +80,10 @@ def _say_error(outcome: Outcome) -> None:
 
 def _write_extra(output: Path, formats: Sequence[Format], outcomes: Sequence[Outcome]) -> None:
     from collaudit.cli.formats import SUFFIXES
-    from collaudit.reports.atomic import atomic_write
-    from collaudit.reports.junit import junit_text
-    from collaudit.reports.markdown import markdown_text
-    from collaudit.reports.sarif import sarif_text
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.formats.junit import junit_text
+    from collaudit.reports.formats.markdown import markdown_text
+    from collaudit.reports.formats.sarif import sarif_text
 
     writers = {"junit": junit_text, "sarif": sarif_text, "markdown": markdown_text}
     results = [outcome.result for outcome in outcomes if outcome.result is not None]

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
 
@@ -30,7 +30,7 @@ def command(output: Path, seed: int) -> int:
 
     Exit code 0 when every push was found and nothing else; 1 otherwise.
     """
-    from collaudit.cli.demo import demo_text, evaluate, simulate_all
+    from collaudit.cli.demonstration import demo_text, evaluate, simulate_all
 
     output.mkdir(parents=True, exist_ok=True)
     note("simulating the friction run and polishing runs A and B (about a minute) …")

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress
 
 
 @example_command(
@@ -45,9 +45,9 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     from collaudit.cli.detection_text import detection_text
     from collaudit.cli.score import score_json, score_text
     from collaudit.cli.summary import exit_code, rule_text
-    from collaudit.reports.atomic import atomic_write
-    from collaudit.reports.files import audit_json, write_audit
-    from collaudit.reports.text import audit_text
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.run_files import audit_json, write_audit
+    from collaudit.reports.terminal.audit_text import audit_text
 
     loaded = load_settings()
     files = one_log(logs, loaded)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, print_findings, progress
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
-from collaudit.cli.words import note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
     Exit code 3 when no joint could be fitted.
     """
     from collaudit.core import api
-    from collaudit.reports.files import friction_json, write_friction
+    from collaudit.reports.files.run_files import friction_json, write_friction
 
     loaded = load_settings()
     prepared = []
@@ -62,8 +62,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
 def identification_text(friction: FrictionFile) -> str:
     """What was identified besides friction, table by table; long tables stay in friction.json and the page."""
     from collaudit.core.data.identification_result import Identification
-    from collaudit.reports.identified import identification_tables
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
+    from collaudit.reports.values.identified import identification_tables
 
     found = Identification(friction.identified, friction.channels, friction.trends)
     parts = []
@@ -76,7 +76,7 @@ def identification_text(friction: FrictionFile) -> str:
 
 def fit_table(friction: FrictionFile) -> str:
     """One line a joint: model, parameters with intervals, quality; below it what is not identifiable."""
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     rows = []
     remarks = []

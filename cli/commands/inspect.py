@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import bytes_text, note, print_findings, progress
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.cli.words import bytes_text, note, print_findings, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _json(looks: list[_Look]) -> str:
 
 
 def _text(summary: LogSummary) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     title = [click.style(summary.name, bold=True), f"{summary.format}, {bytes_text(summary.size_bytes)}"]
     if summary.duration_s is not None:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
     """Runs are read, everything else is judged as a log."""
     from collaudit.cli.chain import audit_files
     from collaudit.core.api import find_logs
-    from collaudit.reports.files import AUDIT_NAME, read_run
+    from collaudit.reports.files.run_files import AUDIT_NAME, read_run
 
     runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
     logs = [text for text in inputs if Path(text) not in runs]
@@ -92,7 +92,7 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
 
 def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
     """One line a joint, below it what evidence is missing."""
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     rows = [
         (

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, config_path, load_settings
-from collaudit.cli.words import note
 from collaudit.core.errors import EXIT_PASS, ConfigError
 
 
@@ -46,8 +46,8 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
     from collaudit.cli.formats import parse_formats, report_paths
-    from collaudit.reports.files import read_run
-    from collaudit.reports.report import report_text, write_report
+    from collaudit.reports.files.run_files import read_run
+    from collaudit.reports.formats.registry import report_text, write_report
 
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)

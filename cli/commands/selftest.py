@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
 if TYPE_CHECKING:
-    from collaudit.fixtures.selftest import Selftest
+    from collaudit.fixtures.installation_checks import Selftest
 
 
 @example_command("selftest", "collaudit selftest", "collaudit selftest -o selftest.json", "collaudit selftest --seed 7")
@@ -29,8 +29,8 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
 
     Exit code 0 when everything is as it should be, 1 otherwise.
     """
-    from collaudit.fixtures.selftest import run_selftest
-    from collaudit.reports.files import atomic_write
+    from collaudit.fixtures.installation_checks import run_selftest
+    from collaudit.reports.files.run_files import atomic_write
 
     note("simulating and auditing known-truth logs (a minute or two) …")
     with TemporaryDirectory(prefix="collaudit-selftest-") as scratch, progress("selftest") as report:
@@ -43,7 +43,7 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
 
 
 def _text(result: Selftest) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     rows = [("ok" if row.passed else "WRONG", row.robot, row.check, row.wanted, row.found) for row in result.rows]
     passed = sum(row.passed for row in result.rows)

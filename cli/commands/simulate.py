@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_PASS
 from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS
 
@@ -58,7 +58,7 @@ def command(
     Beside LOG stand its configuration (.toml), its truth (.truth.json) and, for a URDF robot, its model
     (.urdf). A simulation's own files are replaced, others are not.
     """
-    from collaudit.fixtures.simulate import simulate_to
+    from collaudit.fixtures.simulation import simulate_to
 
     with progress("simulating") as report:
         files = simulate_to(

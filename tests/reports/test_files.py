@@ -12,8 +12,8 @@ import samples
 
 from collaudit.core.data.audit_result import Audit, ResidualStats
 from collaudit.core.errors import CollauditError
-from collaudit.reports import atomic
-from collaudit.reports.files import (
+from collaudit.reports.files.run_files import (
+    atomic,
     atomic_write,
     audit_json,
     friction_json,
@@ -190,12 +190,12 @@ def test_a_failed_write_leaves_the_old_file_and_no_parts(tmp_path: Path, monkeyp
 
 
 def test_a_run_that_cannot_be_finished_leaves_nothing(tmp_path: Path, audit: Audit, monkeypatch) -> None:
-    from collaudit.reports import parquet
+    from collaudit.reports.files.run_files import signals_file
 
     def broken(*_: object) -> None:
         raise OSError(5, "Input/output error")
 
-    monkeypatch.setattr(parquet, "write_signals", broken)
+    monkeypatch.setattr(signals_file, "write_signals", broken)
     with pytest.raises(CollauditError):
         write_audit(tmp_path / "run", audit, samples.friction_file())
     assert list((tmp_path / "run").iterdir()) == []

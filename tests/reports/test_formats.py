@@ -11,12 +11,12 @@ import samples
 from sarif_pydantic import Sarif
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.reports.entries import IndexEntry, worst_first
-from collaudit.reports.files import audit_json
-from collaudit.reports.index import entry_of, entry_of_error, summary_json, write_index
-from collaudit.reports.markdown import escaped
-from collaudit.reports.report import FORMATS, report_text, write_report
-from collaudit.reports.text import audit_text, summary_table, table
+from collaudit.reports.files.run_files import audit_json
+from collaudit.reports.formats.markdown import escaped
+from collaudit.reports.formats.registry import FORMATS, report_text, write_report
+from collaudit.reports.page.index import entry_of, entry_of_error, summary_json, write_index
+from collaudit.reports.terminal.audit_text import audit_text, summary_table, table
+from collaudit.reports.values.entries import IndexEntry, worst_first
 
 BROKEN = entry_of_error(
     "broken.bag", LogError("the bag is cut short", where="broken.bag", found="12 bytes", expected="a ROS 1 bag")

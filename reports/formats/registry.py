@@ -8,10 +8,10 @@ from typing import Literal, get_args
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError
-from collaudit.reports.atomic import atomic_write
-from collaudit.reports.encode import json_text, plain
-from collaudit.reports.entries import IndexEntry
-from collaudit.reports.files import audit_json
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.json_writer import json_text, plain
+from collaudit.reports.files.run_files import audit_json
+from collaudit.reports.values.entries import IndexEntry
 
 Format = Literal["html", "json", "junit", "sarif", "markdown"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -41,7 +41,7 @@ def report_text(audits: Sequence[Audit], fmt: Format, unread: Sequence[IndexEntr
         raise ConfigError("there is nothing to report on", expected="at least one run")
     results = [audit.result for audit in audits]
     if fmt == "html":
-        from collaudit.reports.html import html_text
+        from collaudit.reports.page.html import html_text
 
         return html_text(audits)
     if fmt == "json":
@@ -49,15 +49,15 @@ def report_text(audits: Sequence[Audit], fmt: Format, unread: Sequence[IndexEntr
             return audit_json(results[0])
         return json_text({"schema": AUDITS_SCHEMA, "audits": [plain(result) for result in results]})
     if fmt == "junit":
-        from collaudit.reports.junit import junit_text
+        from collaudit.reports.formats.junit import junit_text
 
         return junit_text(results, unread)
     if fmt == "sarif":
-        from collaudit.reports.sarif import sarif_text
+        from collaudit.reports.formats.sarif import sarif_text
 
         return sarif_text(results, unread)
     if fmt == "markdown":
-        from collaudit.reports.markdown import markdown_text
+        from collaudit.reports.formats.markdown import markdown_text
 
         return markdown_text(results, unread)
     raise ConfigError("unknown report format", found=str(fmt), expected=", ".join(FORMATS))

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss
 from collaudit.core.data.signals import Signals
-from collaudit.reports.plot_residual import (
+from collaudit.reports.plots.plot_residual import (
     Trace,
     draw_residual,
     draw_shading,
@@ -18,7 +18,7 @@ from collaudit.reports.plot_residual import (
     set_height,
     trace,
 )
-from collaudit.reports.svg import LIMIT, NEAR, drawing, figure, inline, quiet_axis
+from collaudit.reports.plots.svg import LIMIT, NEAR, drawing, figure, inline, quiet_axis
 
 _POINTS = 2000
 

@@ -1,6 +1,6 @@
 """JSON Schemas of the result files, made from the dataclasses that write them.
 
-``python -m collaudit.reports.schemas docs/schemas`` writes them anew; a test keeps them current.
+``python -m collaudit.reports.files.result_schemas docs/schemas`` writes them anew; a test keeps them current.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from collaudit.core.data import audit_result as result_types
 from collaudit.core.data import detection_result, friction_result, identification_result
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.findings import Finding
-from collaudit.reports.atomic import atomic_write
-from collaudit.reports.encode import json_text
-from collaudit.reports.entries import IndexEntry
-from collaudit.reports.index import SUMMARY_SCHEMA, Summary
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
+from collaudit.reports.values.entries import IndexEntry
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _ATTRIBUTE = re.compile(r"^    ([a-z0-9_]+(?:, [a-z0-9_]+)*): (.+)$")

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, cast
 from pydantic import TypeAdapter, ValidationError
 
 from collaudit.core.errors import CollauditError
-from collaudit.reports.encode import not_finite
+from collaudit.reports.files.json_writer import not_finite
 
 T = TypeVar("T")
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.entries import IndexEntry, entry_of
-from collaudit.reports.text import audit_text
-from collaudit.reports.words import visible
+from collaudit.reports.terminal.audit_text import audit_text
+from collaudit.reports.values.entries import IndexEntry, entry_of
+from collaudit.reports.values.words import visible
 
 
 def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:

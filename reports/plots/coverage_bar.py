@@ -7,7 +7,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
-from collaudit.reports.downsample import column_shares
+from collaudit.reports.plots.downsample import column_shares
 
 _COLUMNS = _WIDTH = 1000
 _HEIGHT = 100

@@ -8,10 +8,17 @@ from pathlib import Path
 from urllib.parse import quote
 
 from collaudit.core.data.audit_result import Verdict
-from collaudit.reports.atomic import atomic_write
-from collaudit.reports.encode import json_text
-from collaudit.reports.entries import IndexEntry, entry_of, entry_of_error, verdict_counts, worst_first, worst_verdict
-from collaudit.reports.environment import environment
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.page.environment import environment
+from collaudit.reports.values.entries import (
+    IndexEntry,
+    entry_of,
+    entry_of_error,
+    verdict_counts,
+    worst_first,
+    worst_verdict,
+)
 
 __all__ = ["IndexEntry", "entry_of", "entry_of_error", "summary_json", "write_index"]
 

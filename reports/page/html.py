@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collaudit.core.data.audit_result import Audit
-from collaudit.reports.atomic import atomic_write
-from collaudit.reports.environment import environment
-from collaudit.reports.view import AuditView, make_view
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.page.environment import environment
+from collaudit.reports.page.view import AuditView, make_view
 
 _MOST_COLLISION_PLOTS = 40
 _MOST_NEAR_MISS_PLOTS = 20

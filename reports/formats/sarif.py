@@ -9,10 +9,10 @@ from urllib.parse import quote
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import CODES, Finding
-from collaudit.reports import rows
-from collaudit.reports.encode import Json, json_text, plain
-from collaudit.reports.entries import IndexEntry
-from collaudit.reports.words import visible
+from collaudit.reports.files.json_writer import Json, json_text, plain
+from collaudit.reports.values import rows
+from collaudit.reports.values.entries import IndexEntry
+from collaudit.reports.values.words import visible
 
 _VERSION = "2.1.0"
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/os/schemas/sarif-schema-2.1.0.json"

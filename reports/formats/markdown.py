@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable, Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports import rows
-from collaudit.reports.entries import IndexEntry, entry_of, worst_first
-from collaudit.reports.numbers import duration
-from collaudit.reports.words import STATEMENT, VERDICT_WORD, visible
+from collaudit.reports.values import rows
+from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
+from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, visible
 
 _MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
 _MOST_ROWS = 50

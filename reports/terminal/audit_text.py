@@ -6,10 +6,10 @@ import unicodedata
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports import rows
-from collaudit.reports.entries import IndexEntry, verdict_counts, worst_first
-from collaudit.reports.numbers import duration
-from collaudit.reports.words import STATEMENT, VERDICT_WORD, counted, plural, visible
+from collaudit.reports.values import rows
+from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
+from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural, visible
 
 
 def summary_table(entries: Sequence[IndexEntry]) -> str:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.reports.friction_band import band, curve
-from collaudit.reports.svg import CURVE, INK, drawing, figure, inline, quiet_axis
+from collaudit.reports.plots.friction_band import band, curve
+from collaudit.reports.plots.svg import CURVE, INK, drawing, figure, inline, quiet_axis
 
 _SAMPLES = 200
 _Z95 = 1.959963984540054
@@ -21,7 +21,7 @@ def draw_friction(fit: FrictionFit, torque_unit: str, speed_unit: str, name: str
 
     Args:
         fit: with at least one point.
-        torque_unit, speed_unit: from :mod:`collaudit.reports.words`.
+        torque_unit, speed_unit: from :mod:`collaudit.reports.values.words`.
         name: id of the plot, unique in the page.
         label: text for those who cannot see the plot.
     """

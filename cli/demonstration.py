@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collaudit.core.api import Progress
     from collaudit.core.data.audit_result import Audit, FrictionFile
     from collaudit.fixtures.compare import CurveCheck, EventCheck
-    from collaudit.fixtures.simulate import SimulatedFiles
+    from collaudit.fixtures.simulation import SimulatedFiles
 
 ROBOT = "paper6"
 WATCHED = "joint1"
@@ -75,7 +75,7 @@ def simulate_all(out: Path, seed: int) -> dict[str, SimulatedFiles]:
 
 def simulate_one(scenario: str, seed: int, path: Path) -> SimulatedFiles:
     """Simulate one scenario of the paper's arm (a worker's job)."""
-    from collaudit.fixtures.simulate import simulate_to
+    from collaudit.fixtures.simulation import simulate_to
 
     return simulate_to(scenario, ROBOT, seed, "mcap", path)
 
@@ -92,8 +92,8 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     from collaudit.core import api
     from collaudit.core.config import load_config
     from collaudit.fixtures.compare import check_events, check_friction, read_truth
-    from collaudit.reports.files import write_audit, write_friction
-    from collaudit.reports.html import write_html
+    from collaudit.reports.files.run_files import write_audit, write_friction
+    from collaudit.reports.page.html import write_html
 
     steps = len(_RUNS) + 2
     identification = load_config(files["friction"].config)
@@ -124,7 +124,7 @@ def demo_text(demo: Demo) -> str:
 
 
 def _friction_table(demo: Demo) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     rows = []
     for curve in demo.curves:
@@ -139,7 +139,7 @@ def _friction_table(demo: Demo) -> str:
 
 
 def _push_table(runs: Sequence[DemoRun]) -> str:
-    from collaudit.reports.text import table
+    from collaudit.reports.terminal.audit_text import table
 
     rows = []
     for run in runs:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.reports.svg import CURVE, INK, MUTED, drawing, figure, inline, quiet_axis
+from collaudit.reports.plots.svg import CURVE, INK, MUTED, drawing, figure, inline, quiet_axis
 
 _COLUMNS = 160
 _LEAST = 5  # samples a column's spread is read from

@@ -10,8 +10,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from collaudit.core.findings import CODES
-from collaudit.reports.numbers import duration, percent, significant, stated
-from collaudit.reports.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted, visible
+from collaudit.reports.values.numbers import duration, percent, significant, stated
+from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted, visible
 
 _FOLDER = Path(__file__).resolve().parent / "templates"
 _MINUS = re.compile(r"(?<![\w.)])-(?=\d)")

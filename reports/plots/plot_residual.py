@@ -11,8 +11,8 @@ from matplotlib.collections import PolyCollection
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.reports.downsample import column_shares, thin
-from collaudit.reports.svg import CURVE, LIMIT, MUTED, SHADE_OUT, SHADE_STANDING, STANDING
+from collaudit.reports.plots.downsample import column_shares, thin
+from collaudit.reports.plots.svg import CURVE, LIMIT, MUTED, SHADE_OUT, SHADE_STANDING, STANDING
 
 _COLUMNS = 900
 

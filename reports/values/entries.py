@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
-from collaudit.reports.words import nothing_judged
+from collaudit.reports.values.words import nothing_judged
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
 

@@ -9,8 +9,17 @@ from typing import TypeVar
 from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
-from collaudit.reports.numbers import against, apart, duration, fixed, interval, percent, significant, time_decimals
-from collaudit.reports.words import (
+from collaudit.reports.values.numbers import (
+    against,
+    apart,
+    duration,
+    fixed,
+    interval,
+    percent,
+    significant,
+    time_decimals,
+)
+from collaudit.reports.values.words import (
     parameter_meaning,
     parameter_symbol,
     parameter_unit,

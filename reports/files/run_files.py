@@ -10,9 +10,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.errors import CollauditError
-from collaudit.reports.atomic import atomic_write, staged, write_synced
-from collaudit.reports.decode import adapter, describe_problems, read_result
-from collaudit.reports.encode import json_text
+from collaudit.reports.files.atomic import atomic_write, staged, write_synced
+from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
+from collaudit.reports.files.json_writer import json_text
 
 __all__ = [
     "atomic_write",
@@ -76,7 +76,7 @@ def write_audit(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> N
     Raises:
         CollauditError: a file cannot be written.
     """
-    from collaudit.reports.parquet import write_signals
+    from collaudit.reports.files.signals_file import write_signals
 
     audit_text = audit_json(audit.result)
     friction_text = friction_json(friction) if friction is not None else None
@@ -101,7 +101,7 @@ def read_run(run_dir: Path) -> Audit:
     Raises:
         CollauditError: no run there, or a file is damaged, of another version, or of another log.
     """
-    from collaudit.reports.parquet import read_signals
+    from collaudit.reports.files.signals_file import read_signals
 
     if not (run_dir / AUDIT_NAME).is_file():
         raise CollauditError(

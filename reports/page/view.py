@@ -13,16 +13,16 @@ from collaudit.core.data.audit_result import Audit, AuditResult, Collision, Near
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.reports import rows
-from collaudit.reports.coverage_bar import coverage_bar
-from collaudit.reports.identified import Table, identification_tables
-from collaudit.reports.numbers import against, duration, interval, percent, significant, stated
-from collaudit.reports.plot_against import draw_against
-from collaudit.reports.plot_events import draw_event
-from collaudit.reports.plot_friction import draw_friction
-from collaudit.reports.plot_overview import draw_overview
-from collaudit.reports.selection import select
-from collaudit.reports.words import MODEL_NAME, counted, effort_unit, speed_unit, torque_unit, visible
+from collaudit.reports.page.selection import select
+from collaudit.reports.plots.coverage_bar import coverage_bar
+from collaudit.reports.plots.plot_against import draw_against
+from collaudit.reports.plots.plot_events import draw_event
+from collaudit.reports.plots.plot_friction import draw_friction
+from collaudit.reports.plots.plot_overview import draw_overview
+from collaudit.reports.values import rows
+from collaudit.reports.values.identified import Table, identification_tables
+from collaudit.reports.values.numbers import against, duration, interval, percent, significant, stated
+from collaudit.reports.values.words import MODEL_NAME, counted, effort_unit, speed_unit, torque_unit, visible
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 
 from collaudit.core.data.audit_result import Collision, NearMiss, RuleFacts
 from collaudit.core.data.signals import Signals
-from collaudit.reports.downsample import thin
-from collaudit.reports.plot_residual import draw_residual, draw_shading, draw_threshold, set_height, trace
-from collaudit.reports.svg import INK, LIMIT, MODEL, ONSET, drawing, figure, inline, quiet_axis
+from collaudit.reports.plots.downsample import thin
+from collaudit.reports.plots.plot_residual import draw_residual, draw_shading, draw_threshold, set_height, trace
+from collaudit.reports.plots.svg import INK, LIMIT, MODEL, ONSET, drawing, figure, inline, quiet_axis
 
 _POINTS = 1400
 _LEAST_MARGIN_S = 0.25

@@ -13,7 +13,7 @@ from collaudit.core.data.identification_result import (
     SensorFacts,
     Trend,
 )
-from collaudit.reports.numbers import interval, percent, significant
+from collaudit.reports.values.numbers import interval, percent, significant
 
 NONE = "–"
 Bounds = tuple[float | None, float | None]

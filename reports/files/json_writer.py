@@ -13,7 +13,7 @@ import numpy as np
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
 
-def json_text(value: object) -> str:
+def json_text(value: object, indent: int = 1) -> str:
     """A dataclass (or plain value) as JSON: fields in their declared order, floats in shortest exact form.
 
     Numbers that are not finite become null: JSON has no word for them. Text that UTF-8 cannot carry (bytes
@@ -21,11 +21,14 @@ def json_text(value: object) -> str:
 
     Args:
         value: dataclasses, mappings, sequences, text, numbers, None.
+        indent: spaces a level.
 
     Returns:
         Text that ends in a line feed.
     """
-    return json.dumps(plain(value), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+    # Not pydantic's TypeAdapter.dump_json: it writes 1e-05 as 0.00001, other bytes than in files that are out already,
+    # and refuses the surrogates that stand for bytes of file names which are no text.
+    return json.dumps(plain(value), ensure_ascii=False, allow_nan=False, indent=indent) + "\n"
 
 
 def plain(value: object) -> Json:

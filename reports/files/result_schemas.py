@@ -1,29 +1,25 @@
 """JSON Schemas of the result files, made from the dataclasses that write them.
 
-``python -m collaudit.reports.files.result_schemas docs/schemas`` writes them anew; a test keeps them current.
+``make docs`` writes them to ``docs/schemas``. Commands do without this module, and without the parser of docstrings.
 """
 
 from __future__ import annotations
 
-import re
-import sys
 from dataclasses import is_dataclass
-from pathlib import Path
 from typing import Any
 
+from docstring_parser import DocstringStyle, parse
 from pydantic import TypeAdapter
 
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data import detection_result, friction_result, identification_result
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.findings import Finding
-from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 from collaudit.reports.values.entries import IndexEntry
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
-_ATTRIBUTE = re.compile(r"^    ([a-z0-9_]+(?:, [a-z0-9_]+)*): (.+)$")
 
 
 def audit_schema() -> dict[str, Any]:
@@ -41,16 +37,14 @@ def summary_schema() -> dict[str, Any]:
     return _published(Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)")
 
 
-def write_schemas(folder: Path) -> tuple[Path, ...]:
-    """Write the schemas into a folder and return their paths."""
+def schema_texts() -> dict[str, str]:
+    """File name to JSON Schema, of every result file."""
     documents = {
         "audit-1.schema.json": audit_schema(),
         "friction-1.schema.json": friction_schema(),
         "summary-1.schema.json": summary_schema(),
     }
-    for name, document in documents.items():
-        atomic_write(folder / name, json_text(document))
-    return tuple(folder / name for name in documents)
+    return {name: json_text(document) for name, document in documents.items()}
 
 
 def _published(kind: type, version: str, title: str) -> dict[str, Any]:
@@ -91,28 +85,9 @@ def _untitled(schema: Any) -> Any:
 
 def _describe(schema: dict[str, Any], kind: type) -> None:
     """The class's docstring as descriptions of the object and of its properties."""
-    doc = (kind.__doc__ or "").splitlines()
-    schema["description"] = doc[0] if doc else kind.__name__
-    for names, text in _attributes(doc):
-        for name in names:
+    doc = parse(kind.__doc__ or "", DocstringStyle.GOOGLE)
+    schema["description"] = doc.short_description or kind.__name__
+    for attribute in doc.params:
+        for name in attribute.arg_name.split(", "):
             if name in schema["properties"]:
-                schema["properties"][name]["description"] = text
-
-
-def _attributes(doc: list[str]) -> list[tuple[list[str], str]]:
-    found: list[tuple[list[str], str]] = []
-    inside = False
-    for line in doc:
-        text = line.removeprefix("    ")
-        if text.startswith("Attributes:"):
-            inside = True
-        elif inside and (match := _ATTRIBUTE.match(text)):
-            found.append((match[1].split(", "), match[2]))
-        elif inside and text.startswith("        ") and found:
-            found[-1] = (found[-1][0], f"{found[-1][1]} {text.strip()}")
-    return found
-
-
-if __name__ == "__main__":
-    for written in write_schemas(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/schemas")):
-        sys.stdout.write(f"{written}\n")
+                schema["properties"][name]["description"] = " ".join((attribute.description or "").split())

@@ -10,12 +10,12 @@ import click
 from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from collaudit.cli.audit_one import Outcome
-    from collaudit.reports.formats.registry import Format
 
 
 @example_command(
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     "--format",
     "formats",
     metavar="LIST",
-    help="Also write these for all logs: junit, sarif, markdown, separated by commas.",
+    help=f"Also write these for all logs: {', '.join(formats_of_many())}, separated by commas.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @config_option
@@ -56,7 +56,7 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     from collaudit.reports.page.index import summary_json, write_index
     from collaudit.reports.terminal.audit_text import summary_table
 
-    extra = parse_formats(formats, ("junit", "sarif", "markdown")) if formats else []
+    extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
     friction = loaded.friction_path
     if friction is not None:
@@ -78,15 +78,10 @@ def _say_error(outcome: Outcome) -> None:
         note(f"{outcome.entry.name}: not judged\n  " + error.replace("\n", "\n  "))
 
 
-def _write_extra(output: Path, formats: Sequence[Format], outcomes: Sequence[Outcome]) -> None:
-    from collaudit.cli.formats import SUFFIXES
+def _write_extra(output: Path, formats: Sequence[str], outcomes: Sequence[Outcome]) -> None:
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.formats.junit import junit_text
-    from collaudit.reports.formats.markdown import markdown_text
-    from collaudit.reports.formats.sarif import sarif_text
 
-    writers = {"junit": junit_text, "sarif": sarif_text, "markdown": markdown_text}
     results = [outcome.result for outcome in outcomes if outcome.result is not None]
     unread = [outcome.entry for outcome in outcomes if outcome.result is None]
     for name in formats:
-        atomic_write(output / f"summary{SUFFIXES[name]}", writers[name](results, unread))
+        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread))

@@ -10,6 +10,7 @@ from collaudit.cli.console import note
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, config_path, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
+from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
 
 @example_command(
@@ -34,7 +35,7 @@ from collaudit.core.errors import EXIT_PASS, ConfigError
     default="html",
     show_default=True,
     metavar="LIST",
-    help="Out of html, json, junit, sarif, markdown, separated by commas.",
+    help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
 @config_option
 def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
@@ -47,7 +48,6 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     """
     from collaudit.cli.formats import parse_formats, report_paths
     from collaudit.reports.files.run_files import read_run
-    from collaudit.reports.formats.registry import report_text, write_report
 
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)

@@ -1,63 +1,110 @@
-"""One report in one of the formats."""
+"""The report formats: one line each, and what writes a report in any of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Literal, get_args
+from typing import TYPE_CHECKING
 
-from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError
-from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_writer import json_text, plain
-from collaudit.reports.files.run_files import audit_json
-from collaudit.reports.values.entries import IndexEntry
 
-Format = Literal["html", "json", "junit", "sarif", "markdown"]
-FORMATS: tuple[Format, ...] = get_args(Format)
-
-AUDITS_SCHEMA = "collaudit/audits/1"
+if TYPE_CHECKING:
+    from collaudit.core.data.audit_result import Audit, AuditResult
+    from collaudit.reports.values.entries import IndexEntry
 
 
-def write_report(path: Path, audits: Sequence[Audit], fmt: Format, unread: Sequence[IndexEntry] = ()) -> None:
+@dataclass(frozen=True, slots=True)
+class ReportFormat:
+    """One format.
+
+    Attributes:
+        suffix: of its files, with the dot.
+        writer: ``module:function``, imported when a report is written, so that help needs none of it. The function
+            returns the text. It takes ``(audits)``; or, of a format for many logs, ``(results, unread)``: audit results
+            without their signals, and lines of logs that could not be audited.
+        of_many: whether ``collaudit audit --format`` offers it, for all logs together.
+    """
+
+    suffix: str
+    writer: str
+    of_many: bool = False
+
+
+#: Name, as on the command line, to format; the order is that of help and messages.
+FORMATS: dict[str, ReportFormat] = {
+    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text"),
+    "json": ReportFormat(".json", "collaudit.reports.formats.audits_json:audits_json"),
+    "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
+    "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
+    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
+}
+
+
+def formats_of_many() -> tuple[str, ...]:
+    """Names of the formats that list many logs, those that could not be read included."""
+    return tuple(name for name, fmt in FORMATS.items() if fmt.of_many)
+
+
+def write_report(path: Path, audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] = ()) -> None:
     """Write a report of one or several audits.
 
     Args:
         path: the file to make.
         audits: the audits.
         fmt: one of :data:`FORMATS`.
-        unread: logs that could not be audited; junit, sarif and markdown list them.
+        unread: logs that could not be audited; formats of many logs list them.
 
     Raises:
         ConfigError: an unknown format, or nothing to report on.
         CollauditError: the file cannot be written.
     """
+    from collaudit.reports.files.atomic import atomic_write
+
     atomic_write(path, report_text(audits, fmt, unread))
 
 
-def report_text(audits: Sequence[Audit], fmt: Format, unread: Sequence[IndexEntry] = ()) -> str:
+def report_text(audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
     """The report as text; arguments and errors as for :func:`write_report`."""
-    if not audits and not (unread and fmt in ("junit", "sarif", "markdown")):
+    known = format_named(fmt)
+    if not audits and not (unread and known.of_many):
         raise ConfigError("there is nothing to report on", expected="at least one run")
-    results = [audit.result for audit in audits]
-    if fmt == "html":
-        from collaudit.reports.page.html import html_text
+    if known.of_many:
+        return summary_text([audit.result for audit in audits], fmt, unread)
+    return _call(known, audits)
 
-        return html_text(audits)
-    if fmt == "json":
-        if len(results) == 1:
-            return audit_json(results[0])
-        return json_text({"schema": AUDITS_SCHEMA, "audits": [plain(result) for result in results]})
-    if fmt == "junit":
-        from collaudit.reports.formats.junit import junit_text
 
-        return junit_text(results, unread)
-    if fmt == "sarif":
-        from collaudit.reports.formats.sarif import sarif_text
+def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
+    """The report of many logs as text; for it, results do without their signals.
 
-        return sarif_text(results, unread)
-    if fmt == "markdown":
-        from collaudit.reports.formats.markdown import markdown_text
+    Args:
+        results: of the logs that could be audited.
+        fmt: one of :func:`formats_of_many`.
+        unread: the logs that could not.
 
-        return markdown_text(results, unread)
-    raise ConfigError("unknown report format", found=str(fmt), expected=", ".join(FORMATS))
+    Raises:
+        ConfigError: an unknown format, or one that needs signals.
+    """
+    known = format_named(fmt)
+    if not known.of_many:
+        raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
+    return _call(known, results, unread)
+
+
+def format_named(name: str) -> ReportFormat:
+    """The format of that name.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if name not in FORMATS:
+        raise ConfigError("unknown report format", found=name, expected=", ".join(FORMATS))
+    return FORMATS[name]
+
+
+def _call(known: ReportFormat, *arguments: object) -> str:
+    module, _, function = known.writer.partition(":")
+    text = getattr(import_module(module), function)(*arguments)
+    assert isinstance(text, str)
+    return text

@@ -1,7 +1,8 @@
-"""Words for people: notes on stderr, progress on a terminal, tables as plain text."""
+"""What people see of a running command: notes on stderr, findings, progress and the width of the terminal."""
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,11 @@ _SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
 def note(text: str) -> None:
     """A line on stderr."""
     click.echo(text, err=True)
+
+
+def terminal_width() -> int | None:
+    """Columns of the terminal that results go to; None for a file or a pipe, where nothing is cut."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def print_findings(findings: Sequence[Finding], err: bool = False) -> None:
@@ -39,11 +45,3 @@ def progress(label: str) -> Iterator[Callable[[int, int], None]]:
             bar.update(max(done - bar.pos, 0))
 
         yield report
-
-
-def bytes_text(size: int) -> str:
-    """A size in the unit a reader thinks in."""
-    value, units = float(size), ["B", "kB", "MB", "GB"]
-    while value >= 1000 and len(units) > 1:
-        value, units = value / 1000, units[1:]
-    return f"{value:.0f} {units[0]}" if units[0] == "B" else f"{value:.1f} {units[0]}"

@@ -9,6 +9,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
+
 if TYPE_CHECKING:
     from collaudit.core.api import Progress
     from collaudit.core.data.audit_result import Audit, FrictionFile
@@ -115,55 +117,32 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     return Demo(friction, true, check_friction(friction.joints, truth), tuple(runs), report)
 
 
-def demo_text(demo: Demo) -> str:
-    """The tables printed at the end: friction, residual level, pushes; found beside true."""
-    parts = ["Friction, eq. (11): true values and fitted ones with their 95 % intervals", _friction_table(demo)]
-    parts += ["Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", _push_table(demo.runs)]
-    parts.append("\n".join(_level(run) for run in demo.runs))
-    return "\n".join(parts)
-
-
-def _friction_table(demo: Demo) -> str:
-    from collaudit.reports.terminal.audit_text import table
-
-    rows = []
+def parameter_checks(demo: Demo) -> list[TruthRow]:
+    """Every friction parameter beside its truth."""
+    checks = []
     for curve in demo.curves:
         fit = demo.friction.joints[curve.joint]
         for name, true in demo.true_parameters[curve.joint].items():
-            found = f"{fit.parameters[name]:.4g}" if name in fit.parameters else "not identifiable"
-            bounds = fit.ci95.get(name) or ()
-            interval = " to ".join("open" if bound is None else f"{bound:.4g}" for bound in bounds)
-            inside = {True: "yes", False: "no", None: ""}[curve.inside.get(name)]
-            rows.append((curve.joint, name, f"{true:.4g}", found, interval, inside))
-    return table(("joint", "parameter", "true", "found", "95 % interval", "truth inside"), rows, numeric=(2, 3))
+            bounds, inside = fit.ci95.get(name) or (), curve.inside.get(name)
+            checks.append(TruthRow(curve.joint, name, true, fit.parameters.get(name), bounds, inside))
+    return checks
 
 
-def _push_table(runs: Sequence[DemoRun]) -> str:
-    from collaudit.reports.terminal.audit_text import table
-
-    rows = []
+def push_checks(runs: Sequence[DemoRun]) -> list[PushRow]:
+    """Every push beside its alarm."""
+    checks = []
     for run in runs:
         for push in run.events.pushes:
             alarm = push.found
-            rows.append(
-                (
-                    run.name,
-                    f"link {push.link} at {push.onset_s:g} s",
-                    "no" if alarm is None else f"yes, on {alarm.joint}",
-                    "" if push.delay_s is None else f"{1e3 * push.delay_s:.0f} ms",
-                    "" if push.delay_s is None or push.lag_s is None else f"{1e3 * (push.delay_s + push.lag_s):.0f} ms",
-                    "" if alarm is None else f"{alarm.peak_nm:.1f} N·m",
-                )
-            )
-    head = ("run", "push", "found", "after residual > gamma", "after true torque > gamma", "peak residual")
-    return table(head, rows, numeric=(3, 4, 5))
+            delay = None if push.delay_s is None or push.lag_s is None else push.delay_s + push.lag_s
+            joint, peak = (None, None) if alarm is None else (alarm.joint, alarm.peak_nm)
+            checks.append(PushRow(run.name, push.link, push.onset_s, joint, push.delay_s, delay, peak))
+    return checks
 
 
-def _level(run: DemoRun) -> str:
-    stats = run.audit.result.residual[WATCHED]
-    level = "unknown" if stats.clean_mean_abs_nm is None else f"{stats.clean_mean_abs_nm:.2f} N·m"
-    alarms = len(run.events.false_alarms)
-    return (
-        f"Run {run.name}: mean |residual| of {WATCHED} without collision {level} (the paper: about 1 N·m); "
-        f"{alarms or 'no'} false alarm{'' if alarms == 1 else 's'}."
-    )
+def level_checks(runs: Sequence[DemoRun]) -> list[LevelRow]:
+    """The residual of every run away from collisions."""
+    return [
+        LevelRow(run.name, WATCHED, run.audit.result.residual[WATCHED].clean_mean_abs_nm, len(run.events.false_alarms))
+        for run in runs
+    ]

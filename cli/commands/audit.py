@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
 from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
@@ -49,8 +49,8 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch import audit_logs
+    from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.formats import parse_formats
-    from collaudit.cli.summary import exit_code
     from collaudit.core.api import find_logs
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.page.index import summary_json, write_index
@@ -67,7 +67,7 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     entries = [outcome.entry for outcome in outcomes]
     write_index(output, entries)
     _write_extra(output, extra, outcomes)
-    click.echo(summary_json(entries) if as_json else summary_table(entries), nl=False)
+    click.echo(summary_json(entries) if as_json else summary_table(entries, terminal_width()), nl=False)
     note(f"index page: {output / 'index.html'}")
     return exit_code([entry.verdict for entry in entries])
 

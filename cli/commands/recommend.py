@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
@@ -47,6 +47,7 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
     Exit code 3 when nothing could be recommended for any joint.
     """
     from collaudit.core.api import recommend
+    from collaudit.reports.terminal.rules_text import rules_text
 
     audits = _audits(inputs)
     rules = recommend(audits, _persistence_s(audits))
@@ -54,7 +55,7 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
     if as_dynamic and not as_json:
         click.echo(_dynamic_tables(laws), nl=False)
     else:
-        click.echo(_json(audits, rules, laws) if as_json else rules_table(rules))
+        click.echo(_json(audits, rules, laws) if as_json else rules_text(rules, terminal_width()), nl=False)
     collisions = sum(len(audit.result.collisions) for audit in audits)
     if collisions:
         note(f"{collisions} collisions in the inputs were left out")
@@ -90,35 +91,6 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
     return audits
 
 
-def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
-    """One line a joint, below it what evidence is missing."""
-    from collaudit.reports.terminal.audit_text import table
-
-    rows = [
-        (
-            joint,
-            "none" if rule.gamma_nm is None else f"{rule.gamma_nm:g}",
-            str(rule.n),
-            "" if rule.largest_clean_nm is None else f"{rule.largest_clean_nm:.3g}",
-            f"{rule.clean_hours:.3g}",
-            "" if rule.false_alarms_per_hour is None else f"{rule.false_alarms_per_hour:.3g}",
-            "" if rule.false_alarms_per_hour_upper95 is None else f"{rule.false_alarms_per_hour_upper95:.3g}",
-        )
-        for joint, rule in rules.items()
-    ]
-    head = (
-        "joint",
-        "gamma N·m",
-        "n",
-        "largest clean N·m",
-        "clean hours",
-        "expected alarms/h",
-        "hours alone: at most (95 %)",
-    )
-    missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
-    return "\n".join([table(head, rows, numeric=tuple(range(1, len(head)))).rstrip(), *missing])
-
-
 def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
     """The dynamic threshold of each joint that covers all the runs."""
     from collaudit.core.detection.threshold import pooled_dynamic
@@ -142,10 +114,12 @@ def _dynamic_tables(laws: Mapping[str, DynamicThreshold]) -> str:
 
 
 def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule], laws: Mapping[str, DynamicThreshold]) -> str:
+    from collaudit.reports.files.json_writer import json_text
+
     content = {
         "schema": RECOMMEND_SCHEMA,
         "logs": [{"name": a.result.log.name, "sha256": a.result.log.sha256} for a in audits],
         "joints": {joint: asdict(rule) for joint, rule in rules.items()},
         "dynamic": {joint: asdict(law) for joint, law in laws.items()},
     }
-    return json.dumps(content, indent=2, ensure_ascii=False)
+    return json_text(content, indent=2)

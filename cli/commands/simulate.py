@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from inspect import cleandoc
 from pathlib import Path
 
@@ -59,6 +58,7 @@ def command(
     (.urdf). A simulation's own files are replaced, others are not.
     """
     from collaudit.fixtures.simulation import simulate_to
+    from collaudit.reports.files.json_writer import json_text
 
     with progress("simulating") as report:
         files = simulate_to(
@@ -74,7 +74,7 @@ def command(
     if as_json:
         robot_file = None if files.robot_file is None else str(files.robot_file)
         content = {"schema": SIMULATED_SCHEMA, "log": [str(path) for path in files.log], "config": str(files.config)}
-        click.echo(json.dumps({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2))
+        click.echo(json_text({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2), nl=False)
     written = [*files.log, files.config, files.robot_file, files.truth]
     note("written: " + ", ".join(str(path) for path in written if path is not None))
     return EXIT_PASS

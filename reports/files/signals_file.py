@@ -105,7 +105,7 @@ def _schema(signals: Signals, log_sha256: str) -> pa.Schema:
         "gamma_nm": [float(g) if math.isfinite(g) else None for g in signals.gamma_nm],
         "states": {str(int(state)): state.code for state in State},
     }
-    return pa.schema(columns, metadata={_META: json.dumps(meta).encode()})
+    return pa.schema(columns, metadata={_META: json.dumps(meta, allow_nan=False).encode()})
 
 
 def _rows(signals: Signals, schema: pa.Schema, rows: slice) -> pa.Table:

@@ -190,7 +190,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_parts(tmp_path: Path, monkeyp
 
 
 def test_a_run_that_cannot_be_finished_leaves_nothing(tmp_path: Path, audit: Audit, monkeypatch) -> None:
-    from collaudit.reports.files.run_files import signals_file
+    from collaudit.reports.files import signals_file
 
     def broken(*_: object) -> None:
         raise OSError(5, "Input/output error")

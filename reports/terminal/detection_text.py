@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from collaudit.reports.terminal.text_table import table
+
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.core.data.detection_result import ContactForce, DelayFacts, DetectionFacts
 
 
-def detection_text(result: AuditResult) -> str:
-    """Lines about the detection; empty for results without it."""
+def detection_text(result: AuditResult, width: int | None = None) -> str:
+    """Lines about the detection; empty for results without it. Tables are cut to ``width``, None: any."""
     facts = result.detection
     if facts is None:
         return ""
     mode = "causal" if facts.causal else "after the fact, zero phase"
     parts = [f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.\n"]
-    parts += [_contacts(facts), _side_by_side(facts), _flags(facts)]
+    parts += [_contacts(facts, width), _side_by_side(facts, width), _flags(facts, width)]
     return "".join(parts)
 
 
@@ -28,16 +30,15 @@ def delay_text(delay: DelayFacts) -> str:
     )
 
 
-def _contacts(facts: DetectionFacts) -> str:
-    from collaudit.reports.terminal.audit_text import table
-
+def _contacts(facts: DetectionFacts, width: int | None) -> str:
     if not facts.incidents:
         return ""
     lines = [
         (f"{i.onset_s:.3f} s", ", ".join(i.joints), i.link, _force(i.force), i.kind, "; ".join(i.evidence))
         for i in facts.incidents
     ]
-    return "\nContacts\n" + table(("onset", "joints", "link or further out", "force", "kind", "evidence"), lines)
+    head = ("onset", "joints", "link or further out", "force", "kind", "evidence")
+    return "\nContacts\n" + table(head, lines, width=width)
 
 
 def _force(force: ContactForce | None) -> str:
@@ -48,9 +49,7 @@ def _force(force: ContactForce | None) -> str:
     return f"{low:.0f} to {high:.0f} N{blind}"
 
 
-def _side_by_side(facts: DetectionFacts) -> str:
-    from collaudit.reports.terminal.audit_text import table
-
+def _side_by_side(facts: DetectionFacts, width: int | None) -> str:
     if not facts.detectors:
         return ""
     lines = [
@@ -64,12 +63,10 @@ def _side_by_side(facts: DetectionFacts) -> str:
         for name, other in facts.detectors.items()
     ]
     head = ("detector", "collisions", "near misses", "delay", "noise gain")
-    return "\nOther detectors on this log\n" + table(head, lines, numeric=(1, 2, 4))
+    return "\nOther detectors on this log\n" + table(head, lines, (1, 2, 4), width)
 
 
-def _flags(facts: DetectionFacts) -> str:
-    from collaudit.reports.terminal.audit_text import table
-
+def _flags(facts: DetectionFacts, width: int | None) -> str:
     if not facts.flags:
         return ""
     lines = []
@@ -79,4 +76,5 @@ def _flags(facts: DetectionFacts) -> str:
             lead = f"{abs(1e3 * flag.lead_s):.0f} ms {'early' if flag.lead_s < 0 else 'late'}"
         times = ["–" if t is None else f"{t:.3f} s" for t in (flag.flag_s, flag.detected_s)]
         lines.append((*times, flag.relation, lead))
-    return "\nThe controller's own alarms\n" + table(("controller", "audit", "relation", "controller was"), lines)
+    head = ("controller", "audit", "relation", "controller was")
+    return "\nThe controller's own alarms\n" + table(head, lines, width=width)

@@ -1,21 +1,19 @@
-"""The scores of an audit against known events, for a terminal and as a file of their own."""
+"""The scores of an audit against known events, for a terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from collaudit.reports.terminal.text_table import table
+
 if TYPE_CHECKING:
     from collaudit.core.data.detection_result import Score
 
-SCORE_SCHEMA = "collaudit/score/1"
 
-
-def score_text(scores: Sequence[Score]) -> str:
-    """The table printed after an audit."""
+def score_text(scores: Sequence[Score], width: int | None = None) -> str:
+    """The table printed after an audit, cut to ``width``; None: any."""
     import numpy as np
-
-    from collaudit.reports.terminal.audit_text import table
 
     lines = []
     for row in scores:
@@ -36,14 +34,7 @@ def score_text(scores: Sequence[Score]) -> str:
             )
         )
     head = ("joint", "found", "not observable", "recall", "precision", "false alarms/h", "delay (5 to 95 %)", "AUC")
-    return table(head, lines, numeric=(1, 2, 3, 4, 5, 6, 7))
-
-
-def score_json(scores: Sequence[Score]) -> str:
-    """``score.json``."""
-    from collaudit.reports.files.json_writer import json_text
-
-    return json_text({"schema": SCORE_SCHEMA, "scores": list(scores)})
+    return table(head, lines, (1, 2, 3, 4, 5, 6, 7), width)
 
 
 def _share(value: float | None) -> str:

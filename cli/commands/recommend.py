@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -47,13 +46,14 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
     Exit code 3 when nothing could be recommended for any joint.
     """
     from collaudit.core.api import recommend
+    from collaudit.reports.files.dynamic_toml import dynamic_toml
     from collaudit.reports.terminal.rules_text import rules_text
 
     audits = _audits(inputs)
     rules = recommend(audits, _persistence_s(audits))
     laws = _dynamic(audits)
     if as_dynamic and not as_json:
-        click.echo(_dynamic_tables(laws), nl=False)
+        click.echo(dynamic_toml(laws), nl=False)
     else:
         click.echo(_json(audits, rules, laws) if as_json else rules_text(rules, terminal_width()), nl=False)
     collisions = sum(len(audit.result.collisions) for audit in audits)
@@ -99,18 +99,6 @@ def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
     joints = dict.fromkeys(joint for laws in learnt for joint in laws)
     pooled = {joint: pooled_dynamic([laws.get(joint) for laws in learnt]) for joint in joints}
     return {joint: law for joint, law in pooled.items() if law is not None}
-
-
-def _dynamic_tables(laws: Mapping[str, DynamicThreshold]) -> str:
-    """The thresholds as TOML, rounded up."""
-    from math import ceil
-
-    lines = []
-    for joint, law in laws.items():
-        lines.append(f"[detect.dynamic.{json.dumps(joint, ensure_ascii=False)}]")
-        lines += [f"{key} = {ceil(1e3 * value) / 1e3:g}" for key, value in asdict(law).items()]
-        lines.append("")
-    return "\n".join(lines)
 
 
 def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule], laws: Mapping[str, DynamicThreshold]) -> str:

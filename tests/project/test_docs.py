@@ -8,8 +8,9 @@ import jsonschema
 import pytest
 
 from collaudit.cli.docs import pages
-from collaudit.core.config.describe import all_keys, default_text, to_toml
+from collaudit.core.config.describe import all_keys, default_text
 from collaudit.core.config.schema import Config
+from collaudit.core.config.toml_text import to_toml
 
 PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"

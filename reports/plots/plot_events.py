@@ -26,7 +26,7 @@ def draw_event(
         signals: of the whole log.
         rule: as applied.
         event: the event; its joint is one of ``signals``.
-        unit: of the joint's torque, from :func:`collaudit.reports.words.torque_unit`.
+        unit: of the joint's torque, from :func:`collaudit.reports.values.words.torque_unit`.
         name: id of the plot, unique in the page.
         label: text for those who cannot see the plot.
 

@@ -32,7 +32,7 @@ def draw_overview(
         result: the audit's result.
         signals: its signals.
         joint: one of ``signals``.
-        unit: of the joint's torque, from :func:`collaudit.reports.words.torque_unit`.
+        unit: of the joint's torque, from :func:`collaudit.reports.values.words.torque_unit`.
         name: id of the plot, unique in the page.
         label: text for those who cannot see the plot.
 

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from origins import log_source
 
 from collaudit.core.config.schema import Config, RobotConfig
-from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
+from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.friction.least_squares import solve
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.prepare.calibration import Calibration, with_tool
@@ -58,7 +59,7 @@ def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tup
         }
     )
     robot = load_robot(RobotConfig.model_validate(keys), Path(), arm.joints)
-    source = LogSource("simulated", "0" * 64, "test", None, "column", "/t")
+    source = log_source("simulated")
     wrench = WrenchSeries(time_s, recording.wrench, "/w")
     log = JointLog(time_s, arm.joints, joints.position, None, joints.effort, "Nm", wrench, source)
     return prepare(log, robot, config), config

@@ -12,8 +12,8 @@ import samples
 
 from collaudit.core.data.audit_result import Audit, ResidualStats
 from collaudit.core.errors import CollauditError
+from collaudit.reports.files import atomic
 from collaudit.reports.files.run_files import (
-    atomic,
     atomic_write,
     audit_json,
     friction_json,

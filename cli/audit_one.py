@@ -46,7 +46,7 @@ def audit_one(
     from dataclasses import replace
 
     from collaudit.cli.chain import audit_files
-    from collaudit.reports.files.run_files import write_audit
+    from collaudit.reports.files.run_files import write_run
     from collaudit.reports.page.html import write_html
     from collaudit.reports.values.entries import entry_of, entry_of_error
 
@@ -59,7 +59,7 @@ def audit_one(
     except MemoryError:
         _remove_old(run)
         return Outcome(entry_of_error(name, NotJudgedError("not enough memory for this log", where=name)), None)
-    write_audit(run, audit, friction)
+    write_run(run, audit, friction)
     write_html(run / "report.html", [audit])
     return Outcome(replace(entry_of(audit.result, f"{folder}/report.html"), name=name), audit.result)
 

@@ -94,7 +94,7 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     from collaudit.core import api
     from collaudit.core.config import load_config
     from collaudit.fixtures.compare import check_events, check_friction, read_truth
-    from collaudit.reports.files.run_files import write_audit, write_friction
+    from collaudit.reports.files.run_files import write_friction, write_run
     from collaudit.reports.page.html import write_html
 
     steps = len(_RUNS) + 2
@@ -107,7 +107,7 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
     for name in _RUNS:
         overrides = {"friction.file": str((out / "friction.json").absolute()), "detect.watch": [WATCHED]}
         audit, used = audit_files(files[name].log, load_config(files[name].config, overrides))
-        write_audit(out / f"run-{name}", audit, used)
+        write_run(out / f"run-{name}", audit, used)
         runs.append(DemoRun(name, audit, check_events(audit, read_truth(files[name].truth))))
         progress(len(runs) + 1, steps)
     report = out / "report.html"

@@ -44,7 +44,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     from collaudit.cli.chain import audit_files, one_log
     from collaudit.cli.exit_codes import exit_code
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.run_files import audit_json, write_audit
+    from collaudit.reports.files.run_files import audit_json, write_run
     from collaudit.reports.files.score_file import score_json
     from collaudit.reports.terminal.audit_text import audit_text, rule_text
     from collaudit.reports.terminal.detection_text import detection_text
@@ -58,7 +58,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
         audit, friction = audit_files(files, loaded, report, truth)
     scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None:
-        write_audit(output, audit, friction)
+        write_run(output, audit, friction)
         if scores:
             atomic_write(output / "score.json", score_json(scores))
     if as_json:

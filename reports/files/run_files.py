@@ -20,8 +20,8 @@ __all__ = [
     "friction_json",
     "read_friction",
     "read_run",
-    "write_audit",
     "write_friction",
+    "write_run",
 ]
 
 AUDIT_NAME = "audit.json"
@@ -65,7 +65,7 @@ def read_friction(path: Path) -> FrictionFile:
     return read_result(path, FrictionFile, FRICTION_SCHEMA)
 
 
-def write_audit(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> None:
+def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> None:
     """Write a run's folder: all files are complete before the first one appears, ``audit.json`` last.
 
     Args:
@@ -93,7 +93,7 @@ def read_run(run_dir: Path) -> Audit:
     """Read a run's folder back.
 
     Args:
-        run_dir: a folder made by :func:`write_audit`.
+        run_dir: a folder made by :func:`write_run`.
 
     Returns:
         The result as written, and its signals.

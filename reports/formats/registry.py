@@ -47,7 +47,7 @@ def formats_of_many() -> tuple[str, ...]:
     return tuple(name for name, fmt in FORMATS.items() if fmt.of_many)
 
 
-def write_report(path: Path, audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] = ()) -> None:
+def write_report(path: Path, audits: Sequence[Audit], fmt: str = "html", unread: Sequence[IndexEntry] = ()) -> None:
     """Write a report of one or several audits.
 
     Args:

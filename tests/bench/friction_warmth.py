@@ -24,8 +24,8 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robot_registry import robot_named
-from collaudit.fixtures.simulated_robot import FixtureRobot
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.simulation import plan
 
 PER_KELVIN, TRUE_AT_C = -0.01, 30.0

@@ -29,9 +29,9 @@ from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robot_registry import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulated_robot import FixtureRobot
 from collaudit.fixtures.simulation import plan
 
 SECONDS, FIRST, WORKERS, OFF = 60.0, 101, 2, 0.1

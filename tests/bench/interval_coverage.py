@@ -25,7 +25,7 @@ from collaudit.core.friction.joint_fits import joint_points
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.lugre import LuGre
-from collaudit.fixtures.robot_registry import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import plan
 
 ROBOTS = ("paper6", "seven")

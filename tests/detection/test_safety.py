@@ -16,7 +16,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError
 from collaudit.core.prepare.usual_force import meant_share
 from collaudit.core.robot import load_robot
-from collaudit.fixtures.robot_registry import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
 
 T = 0.002
 

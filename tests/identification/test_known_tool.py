@@ -18,9 +18,9 @@ from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.robot import load_robot
 from collaudit.fixtures.motion import Path as Motion
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robot_registry import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulated_robot import FixtureRobot
 
 
 def quiet(arm: FixtureRobot) -> FixtureRobot:

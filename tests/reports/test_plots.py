@@ -170,10 +170,10 @@ def test_the_worst_is_always_drawn() -> None:
 
 
 def test_views_of_runs_read_back_are_the_same(tmp_path) -> None:
-    from collaudit.reports.files.run_files import read_run, write_audit
+    from collaudit.reports.files.run_files import read_run, write_run
 
     audit = samples.failed(5000)
-    write_audit(tmp_path, audit, None)
+    write_run(tmp_path, audit, None)
     assert make_view(audit, "a", 9, 9) == make_view(read_run(tmp_path), "a", 9, 9)
 
 

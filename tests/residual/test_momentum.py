@@ -180,7 +180,7 @@ def two_link_log() -> JointLog:
     t = T * np.arange(4000)
     q = np.stack([0.6 * np.sin(1.3 * t), 0.5 * np.cos(1.9 * t)], axis=1)
     v = np.stack([0.78 * np.cos(1.3 * t), -0.95 * np.sin(1.9 * t)], axis=1)
-    source = LogSource("two-link", "0" * 64, "test", None, "column", "/t")
+    source = log_source("two-link")
     return JointLog(t, ("joint1", "joint2"), q, v, np.zeros_like(q), "Nm", None, source)
 
 

@@ -59,8 +59,8 @@ FUZZ_SECONDS ?= 600
 fuzz: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_SECONDS)
 
-# The generated pages: configuration, its JSON Schema, findings, commands.
-docs: $(RUN)/.installed
+# The generated pages: configuration, its JSON Schema, findings, commands, JSON Schemas of results.
+docs: $(RUN)/.dev
 	$(RUN)/bin/python -m collaudit.cli.docs docs
 
 clean:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collaudit.core.api import LogFiles, Progress
     from collaudit.core.config import LoadedConfig
     from collaudit.core.data.audit_result import AuditResult
-    from collaudit.reports.entries import IndexEntry
+    from collaudit.reports.values.entries import IndexEntry
 
 _RUN_FILES = ("audit.json", "signals.parquet", "friction.json", "report.html")
 
@@ -46,9 +46,9 @@ def audit_one(
     from dataclasses import replace
 
     from collaudit.cli.chain import audit_files
-    from collaudit.reports.entries import entry_of, entry_of_error
-    from collaudit.reports.files import write_audit
-    from collaudit.reports.html import write_html
+    from collaudit.reports.files.run_files import write_run
+    from collaudit.reports.page.html import write_html
+    from collaudit.reports.values.entries import entry_of, entry_of_error
 
     run = out / folder
     try:
@@ -59,7 +59,7 @@ def audit_one(
     except MemoryError:
         _remove_old(run)
         return Outcome(entry_of_error(name, NotJudgedError("not enough memory for this log", where=name)), None)
-    write_audit(run, audit, friction)
+    write_run(run, audit, friction)
     write_html(run / "report.html", [audit])
     return Outcome(replace(entry_of(audit.result, f"{folder}/report.html"), name=name), audit.result)
 

@@ -52,7 +52,7 @@ def audit_files(
     from collaudit.core import api
     from collaudit.core.provenance import file_sha256
     from collaudit.core.scoring.truth_events import read_truth
-    from collaudit.reports.files import read_friction
+    from collaudit.reports.files.run_files import read_friction
 
     path = loaded.friction_path
     friction = read_friction(path) if path else None

@@ -1,12 +1,12 @@
 """Generated pages of the user guide: ``python -m collaudit.cli.docs docs``.
 
 The configuration reference and its JSON Schema come from the schema, findings from their table, commands
-from their own help; a test compares the files with what this module makes.
+from their own help, the JSON Schemas of results from their types; a test compares the files with what this module
+makes.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -16,6 +16,8 @@ from collaudit.cli.main import collaudit
 from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.finding_kinds import KINDS, Kind
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.result_schemas import schema_texts
 
 
 def pages() -> dict[str, str]:
@@ -25,6 +27,7 @@ def pages() -> dict[str, str]:
         "config.md": config_page(),
         "findings.md": findings_page(),
         "commands.md": commands_page(),
+        **{f"schemas/{name}": text for name, text in schema_texts().items()},
     }
 
 
@@ -32,7 +35,7 @@ def config_schema() -> str:
     """The JSON Schema of collaudit.toml."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "collaudit.toml"}
     schema |= {key: value for key, value in Config.model_json_schema().items() if key != "title"}
-    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+    return json_text(schema, indent=2)
 
 
 def config_page() -> str:
@@ -133,7 +136,9 @@ def main(arguments: list[str]) -> int:
         sys.stderr.write("usage: python -m collaudit.cli.docs FOLDER\n")
         return 2
     for name, text in pages().items():
-        (Path(arguments[0]) / name).write_text(text, encoding="utf-8")
+        path = Path(arguments[0]) / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
     return 0
 
 

@@ -1,49 +1,39 @@
-"""Which file each format of a report goes to."""
+"""Report formats on the command line: names out of a list, and the file each goes to."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import get_args
 
 from collaudit.core.errors import ConfigError
-from collaudit.reports.report import FORMATS, Format
-
-SUFFIXES: dict[Format, str] = {
-    "html": ".html",
-    "json": ".json",
-    "junit": ".xml",
-    "sarif": ".sarif",
-    "markdown": ".md",
-}
+from collaudit.reports.formats.registry import FORMATS
 
 
-def parse_formats(text: str, allowed: Sequence[Format] = FORMATS) -> list[Format]:
+def parse_formats(text: str, allowed: Collection[str] = tuple(FORMATS)) -> list[str]:
     """Names of formats out of a list with commas, each once.
 
     Raises:
-        ConfigError: one is not known, or none is given.
+        ConfigError: one is not allowed, or none is given.
     """
     names = list(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
-    known = [name for name in get_args(Format) if name in names and name in allowed]
-    if len(known) < len(names) or not names:
-        strangers = [name for name in names if name not in known]
+    strangers = [name for name in names if name not in allowed]
+    if strangers or not names:
         raise ConfigError(
             "no such report format",
             where="--format",
             found=", ".join(strangers) or "nothing",
             expected=", ".join(allowed),
         )
-    return sorted(known, key=names.index)
+    return names
 
 
-def report_paths(output: Path, formats: Sequence[Format]) -> dict[Format, Path]:
+def report_paths(output: Path, formats: Sequence[str]) -> dict[str, Path]:
     """A file for every format: the first keeps the name asked for, the others stand beside it.
 
     Raises:
         ConfigError: two formats would go to one file.
     """
-    paths = {name: output if name == formats[0] else output.with_suffix(SUFFIXES[name]) for name in formats}
+    paths = {name: output if name == formats[0] else output.with_suffix(FORMATS[name].suffix) for name in formats}
     if len(set(paths.values())) < len(paths):
         raise ConfigError("two formats would go to one file", where=str(output), hint="give -o the first one's suffix")
     return paths

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -19,13 +19,15 @@ from collaudit.core.data.audit_result import (
     FrictionFile,
     LogFacts,
     Provenance,
+    RecommendedRule,
+    ResidualStats,
 )
 from collaudit.core.data.detection_result import DetectionFacts, DetectorFacts
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.clean_samples import clean_samples, residual_level_findings, residual_stats
-from collaudit.core.detection.detection_findings import detection_findings
+from collaudit.core.detection.clean_samples import clean_samples, residual_stats
+from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
 from collaudit.core.detection.detector_run import (
     DetectionInputs,
     DetectorRun,
@@ -35,12 +37,12 @@ from collaudit.core.detection.detector_run import (
     run_detector,
 )
 from collaudit.core.detection.rule_settings import make_rule
-from collaudit.core.detection.threshold import learn_dynamic
+from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.watch import control_modes
-from collaudit.core.findings import joints_not_judged
-from collaudit.core.friction.applied_friction import applied_friction
+from collaudit.core.findings import Finding, joints_not_judged
+from collaudit.core.friction.applied_friction import AppliedFriction, applied_friction
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
-from collaudit.core.friction.joint_fits import fit_joints, friction_findings, scatter_findings
+from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.identification import identify, wanted
 from collaudit.core.identification.identification_findings import identified_findings
@@ -117,34 +119,27 @@ def audit_log(
     """
     prepared = calibrated(prepared, Calibration.of(friction, config), config)
     series = prepared.judged_series
+    phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
-    rule, watch, rule_findings = make_rule(series, prepared.phases, config)
-    inputs = DetectionInputs(applied.laws, joints_not_judged(prepared.findings, prepared.judged), rule, watch)
-    run = run_detector(prepared, inputs, config)
-    signals = _signals(series, run, rule.gamma_nm)
-    detected = run.detected
-    clean = {joint: clean_samples(signals, detected.collision_times(joint), joint) for joint in series.joint_names}
-    stats = {joint: residual_stats(signals, joint, clean[joint], series.period_s) for joint in series.joint_names}
-    detection = _detection_facts(prepared, run, inputs, config, clean, truth)
-    recommended = {
-        joint: recommend_rule([clean_residual(signals, joint, clean[joint], series.period_s)], rule.persistence_s)
-        for joint in series.joint_names
-        if watch[joint].watched
-    }
-    coverage = measure_coverage(series, detected.state, watch)
-    findings = [*asked_findings(prepared, config), *applied.findings, *rule_findings]
-    findings += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
-    findings += detection_findings(series, run, inputs) + coverage_findings(coverage, config.policy.min_coverage)
-    findings += little_data_findings(recommended)
+    judged = _detect(prepared, applied, config)
+    contacts = find_contacts(prepared, judged.run, config)
+    alarms = compare_controller_alarms(controller_alarms_s(series, config.detect), contacts)
+    scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
+    recommended = _recommended(judged, series.period_s)
+    scarce = little_data_findings(recommended)
+    detected = judged.run.detected
+    coverage = measure_coverage(series, detected.state, judged.inputs.watch)
+    uncovered = coverage_findings(coverage, config.policy.min_coverage)
+    findings = [*asked_findings(prepared, config), *applied.findings, *judged.findings, *uncovered, *scarce]
     verdict, reasons = decide(config.policy, detected.collisions, detected.near_misses, coverage, findings)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
         verdict=verdict,
         reasons=reasons,
         log=_log_facts(series),
-        rule=rule,
-        phases=phase_spans(series.time_s, prepared.phases, series.period_s),
-        residual=stats,
+        rule=judged.inputs.rule,
+        phases=phases,
+        residual=judged.stats,
         collisions=detected.collisions,
         near_misses=detected.near_misses,
         recommended=recommended,
@@ -155,49 +150,64 @@ def audit_log(
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
-        detection=detection,
+        detection=replace(judged.facts, incidents=contacts, flags=alarms, scores=scores),
     )
-    return Audit(result, signals)
+    return Audit(result, judged.signals)
 
 
-def _detection_facts(
-    prepared: Prepared,
-    run: DetectorRun,
-    inputs: DetectionInputs,
-    config: Config,
-    clean: Mapping[str, BoolArray],
-    truth: TruthFile | None,
-) -> DetectionFacts:
-    """What the events alone do not tell: delay, levels, other detectors, contacts, controller alarms, scores."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Judged:
+    """What detection made of a log: the run of its detector, the signals, and what follows from them joint by joint."""
+
+    inputs: DetectionInputs
+    run: DetectorRun
+    signals: Signals
+    clean: Mapping[str, BoolArray]
+    stats: dict[str, ResidualStats]
+    facts: DetectionFacts
+    findings: tuple[Finding, ...]
+
+
+def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Judged:
+    """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
+    rule, watch, found = make_rule(series, prepared.phases, config)
+    inputs = DetectionInputs(applied.laws, joints_not_judged(prepared.findings, prepared.judged), rule, watch)
+    run = run_detector(prepared, inputs, config)
+    signals = _signals(series, run, rule.gamma_nm)
+    times = run.detected.collision_times
+    clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
+    stats = {joint: residual_stats(signals, joint, clean[joint], period) for joint in series.joint_names}
+    watched = {joint: samples for joint, samples in clean.items() if watch[joint].watched}
     others: dict[str, DetectorFacts] = {
-        name: detector_facts(run_detector(prepared, inputs, config, name), inputs.rule, series.joint_names, period)
+        name: detector_facts(run_detector(prepared, inputs, config, name), rule, series.joint_names, period)
         for name in dict.fromkeys(config.detect.compare)
     }
-    dynamic = {
-        joint: learn_dynamic(
-            run.residual.torque_nm[:, j],
-            series.velocity_rad_s[:, j],
-            series.acceleration_rad_s2[:, j],
-            clean[joint],
-            inputs.rule.n,
-        )
-        for j, joint in enumerate(series.joint_names)
-        if inputs.watch[joint].watched
-    }
-    contacts = find_contacts(prepared, run, config)
-    return DetectionFacts(
+    facts = DetectionFacts(
         causal=config.detect.causal,
         equation=run.detector.equation,
-        delay=delay_facts(run.residual.balance.kernel, inputs.rule, period),
+        delay=delay_facts(run.residual.balance.kernel, rule, period),
         friction_level=friction_levels(run.residual, config.detect.friction_level == "followed"),
-        dynamic=dynamic,
-        incidents=contacts,
+        dynamic=learn_dynamic_thresholds(
+            series, run.residual, {j: clean[j] for j in clean if watch[j].watched}, rule.n
+        ),
+        incidents=(),
         detectors=others,
-        flags=compare_controller_alarms(controller_alarms_s(series, config.detect), contacts),
+        flags=(),
         control=control_modes(series, prepared.phases, config.detect),
-        scores=score_detection(series, run, inputs, config.detect, truth),
     )
+    found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
+    return _Judged(inputs, run, signals, clean, stats, facts, (*found, *detection_findings(series, run, inputs)))
+
+
+def _recommended(judged: _Judged, period_s: float) -> dict[str, RecommendedRule]:
+    """A threshold for each watched joint from this log alone."""
+    rule, signals = judged.inputs.rule, judged.signals
+    return {
+        joint: recommend_rule([clean_residual(signals, joint, judged.clean[joint], period_s)], rule.persistence_s)
+        for joint in signals.joint_names
+        if judged.inputs.watch[joint].watched
+    }
 
 
 def _signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[str, float]) -> Signals:

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress
+from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from collaudit.cli.audit_one import Outcome
-    from collaudit.reports.report import Format
 
 
 @example_command(
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     "--format",
     "formats",
     metavar="LIST",
-    help="Also write these for all logs: junit, sarif, markdown, separated by commas.",
+    help=f"Also write these for all logs: {', '.join(formats_of_many())}, separated by commas.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @config_option
@@ -49,14 +49,14 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch import audit_logs
+    from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.formats import parse_formats
-    from collaudit.cli.summary import exit_code
     from collaudit.core.api import find_logs
-    from collaudit.reports.files import read_friction
-    from collaudit.reports.index import summary_json, write_index
-    from collaudit.reports.text import summary_table
+    from collaudit.reports.files.run_files import read_friction
+    from collaudit.reports.page.index import summary_json, write_index
+    from collaudit.reports.terminal.audit_text import summary_table
 
-    extra = parse_formats(formats, ("junit", "sarif", "markdown")) if formats else []
+    extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
     friction = loaded.friction_path
     if friction is not None:
@@ -67,7 +67,7 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     entries = [outcome.entry for outcome in outcomes]
     write_index(output, entries)
     _write_extra(output, extra, outcomes)
-    click.echo(summary_json(entries) if as_json else summary_table(entries), nl=False)
+    click.echo(summary_json(entries) if as_json else summary_table(entries, terminal_width()), nl=False)
     note(f"index page: {output / 'index.html'}")
     return exit_code([entry.verdict for entry in entries])
 
@@ -78,15 +78,10 @@ def _say_error(outcome: Outcome) -> None:
         note(f"{outcome.entry.name}: not judged\n  " + error.replace("\n", "\n  "))
 
 
-def _write_extra(output: Path, formats: Sequence[Format], outcomes: Sequence[Outcome]) -> None:
-    from collaudit.cli.formats import SUFFIXES
-    from collaudit.reports.atomic import atomic_write
-    from collaudit.reports.junit import junit_text
-    from collaudit.reports.markdown import markdown_text
-    from collaudit.reports.sarif import sarif_text
+def _write_extra(output: Path, formats: Sequence[str], outcomes: Sequence[Outcome]) -> None:
+    from collaudit.reports.files.atomic import atomic_write
 
-    writers = {"junit": junit_text, "sarif": sarif_text, "markdown": markdown_text}
     results = [outcome.result for outcome in outcomes if outcome.result is not None]
     unread = [outcome.entry for outcome in outcomes if outcome.result is None]
     for name in formats:
-        atomic_write(output / f"summary{SUFFIXES[name]}", writers[name](results, unread))
+        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread))

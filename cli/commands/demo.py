@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
 
@@ -30,13 +30,15 @@ def command(output: Path, seed: int) -> int:
 
     Exit code 0 when every push was found and nothing else; 1 otherwise.
     """
-    from collaudit.cli.demo import demo_text, evaluate, simulate_all
+    from collaudit.cli.demonstration import evaluate, level_checks, parameter_checks, push_checks, simulate_all
+    from collaudit.reports.terminal.demo_text import demo_text
 
     output.mkdir(parents=True, exist_ok=True)
     note("simulating the friction run and polishing runs A and B (about a minute) …")
     files = simulate_all(output, seed)
     with progress("auditing") as report:
         demo = evaluate(files, output, report)
-    click.echo(demo_text(demo))
+    checks = parameter_checks(demo), push_checks(demo.runs), level_checks(demo.runs)
+    click.echo(demo_text(*checks, terminal_width()), nl=False)
     click.echo(f"Report: {demo.report}")
     return EXIT_PASS if demo.right else EXIT_FAIL

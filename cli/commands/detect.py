@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress
 
 
 @example_command(
@@ -42,12 +42,13 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
     from collaudit.cli.chain import audit_files, one_log
-    from collaudit.cli.detection_text import detection_text
-    from collaudit.cli.score import score_json, score_text
-    from collaudit.cli.summary import exit_code, rule_text
-    from collaudit.reports.atomic import atomic_write
-    from collaudit.reports.files import audit_json, write_audit
-    from collaudit.reports.text import audit_text
+    from collaudit.cli.exit_codes import exit_code
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.run_files import audit_json, write_run
+    from collaudit.reports.files.score_file import score_json
+    from collaudit.reports.terminal.audit_text import audit_text, rule_text
+    from collaudit.reports.terminal.detection_text import detection_text
+    from collaudit.reports.terminal.score_text import score_text
 
     loaded = load_settings()
     files = one_log(logs, loaded)
@@ -57,17 +58,18 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
         audit, friction = audit_files(files, loaded, report, truth)
     scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None:
-        write_audit(output, audit, friction)
+        write_run(output, audit, friction)
         if scores:
             atomic_write(output / "score.json", score_json(scores))
     if as_json:
         click.echo(audit_json(audit.result), nl=False)
     else:
-        click.echo(audit_text(audit.result), nl=False)
+        width = terminal_width()
+        click.echo(audit_text(audit.result, width), nl=False)
         click.echo(rule_text(audit.result.rule))
-        click.echo(detection_text(audit.result), nl=False)
+        click.echo(detection_text(audit.result, width), nl=False)
         if scores:
-            click.echo("\nAgainst the known events\n" + score_text(scores), nl=False)
+            click.echo("\nAgainst the known events\n" + score_text(scores, width), nl=False)
     if output is not None:
         note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
     return exit_code([audit.result.verdict])

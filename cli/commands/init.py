@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, print_findings
 from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.cli.words import note, print_findings
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     from collaudit.core.config import parse_config
     from collaudit.core.logs import describe, guess_csv_columns
     from collaudit.core.robot import robot_joints
-    from collaudit.reports.files import atomic_write
+    from collaudit.reports.files.run_files import atomic_write
 
     if output is not None and output.exists() and not force:
         raise ConfigError("this file exists", where=str(output), hint="--force replaces it")

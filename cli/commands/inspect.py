@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, print_findings, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.cli.words import bytes_text, note, print_findings
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
 
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles
     from collaudit.core.config import LoadedConfig
     from collaudit.core.findings import Finding
-    from collaudit.core.logs import LogSummary, TopicInfo
+    from collaudit.core.logs import LogSummary
 
 INSPECT_SCHEMA = "collaudit/inspect/1"
-_LONGEST_LIST = 24
 
 
 @example_command(
@@ -45,6 +43,7 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
     """
     from collaudit.core.api import find_logs
     from collaudit.core.logs import describe
+    from collaudit.reports.terminal.log_text import log_text
 
     loaded = load_settings()
     looks = []
@@ -55,10 +54,11 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
         findings = (*summary.findings, *(finding for finding in checked if finding not in known))
         looks.append(_Look(summary, findings, error))
     if as_json:
-        click.echo(_json(looks))
+        click.echo(_json(looks), nl=False)
     else:
         for look in looks:
-            click.echo(_text(look.summary))
+            described = log_text(look.summary, terminal_width())
+            click.echo(click.style(look.summary.name, bold=True) + described.removeprefix(look.summary.name))
             print_findings(look.findings)
     obstacles = [(look.summary.name, text) for look in looks if (text := look.obstacle())]
     for name, text in obstacles:
@@ -98,6 +98,8 @@ def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditErr
 
 
 def _json(looks: list[_Look]) -> str:
+    from collaudit.reports.files.json_writer import json_text
+
     logs = [
         {
             **asdict(look.summary),
@@ -106,55 +108,4 @@ def _json(looks: list[_Look]) -> str:
         }
         for look in looks
     ]
-    return json.dumps({"schema": INSPECT_SCHEMA, "logs": logs}, indent=2, ensure_ascii=False)
-
-
-def _text(summary: LogSummary) -> str:
-    from collaudit.reports.text import table
-
-    title = [click.style(summary.name, bold=True), f"{summary.format}, {bytes_text(summary.size_bytes)}"]
-    if summary.duration_s is not None:
-        title.append(f"{summary.duration_s:.3f} s")
-    if summary.start_ns is not None:
-        title.append(f"starts {_utc(summary.start_ns)}")
-    lines = ["  ".join(title)]
-    if summary.csv_columns:
-        lines.append(f"  {len(summary.csv_columns)} columns: {_listed(summary.csv_columns)}")
-    if summary.topics:
-        rows = [
-            (
-                topic.name,
-                topic.type,
-                topic.role.replace("_", " "),
-                str(topic.count),
-                "" if topic.rate_hz is None else f"{topic.rate_hz:.1f}",
-                "" if topic.largest_gap_s is None else f"{topic.largest_gap_s:.3f}",
-                topic.note,
-            )
-            for topic in summary.topics
-        ]
-        head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
-        lines.append(_indent(table(head, rows, numeric=(3, 4, 5)).rstrip()))
-        lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
-    return "\n".join(lines)
-
-
-def _joints(topic: TopicInfo) -> str:
-    present = {"velocity": topic.has_velocity, "effort": topic.has_effort}
-    lacking = [f"no {name}" for name, there in present.items() if there is False]
-    return _listed(topic.joints) + (f" ({', '.join(lacking)})" if lacking else "")
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    shown = [name for name in names if name][:_LONGEST_LIST]
-    return ", ".join(shown) + (", …" if len(names) > _LONGEST_LIST else "")
-
-
-def _indent(text: str) -> str:
-    return "\n".join(f"  {line}" for line in text.splitlines())
-
-
-def _utc(start_ns: int) -> str:
-    from datetime import UTC, datetime
-
-    return datetime.fromtimestamp(start_ns / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    return json_text({"schema": INSPECT_SCHEMA, "logs": logs}, indent=2)

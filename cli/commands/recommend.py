@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -47,14 +46,16 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
     Exit code 3 when nothing could be recommended for any joint.
     """
     from collaudit.core.api import recommend
+    from collaudit.reports.files.dynamic_toml import dynamic_toml
+    from collaudit.reports.terminal.rules_text import rules_text
 
     audits = _audits(inputs)
     rules = recommend(audits, _persistence_s(audits))
     laws = _dynamic(audits)
     if as_dynamic and not as_json:
-        click.echo(_dynamic_tables(laws), nl=False)
+        click.echo(dynamic_toml(laws), nl=False)
     else:
-        click.echo(_json(audits, rules, laws) if as_json else rules_table(rules))
+        click.echo(_json(audits, rules, laws) if as_json else rules_text(rules, terminal_width()), nl=False)
     collisions = sum(len(audit.result.collisions) for audit in audits)
     if collisions:
         note(f"{collisions} collisions in the inputs were left out")
@@ -78,7 +79,7 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
     """Runs are read, everything else is judged as a log."""
     from collaudit.cli.chain import audit_files
     from collaudit.core.api import find_logs
-    from collaudit.reports.files import AUDIT_NAME, read_run
+    from collaudit.reports.files.run_files import AUDIT_NAME, read_run
 
     runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
     logs = [text for text in inputs if Path(text) not in runs]
@@ -88,35 +89,6 @@ def _audits(inputs: Sequence[str]) -> list[Audit]:
         with progress(f"reading {files[0].name}") as report:
             audits.append(audit_files(files, loaded, report)[0])
     return audits
-
-
-def rules_table(rules: Mapping[str, RecommendedRule]) -> str:
-    """One line a joint, below it what evidence is missing."""
-    from collaudit.reports.text import table
-
-    rows = [
-        (
-            joint,
-            "none" if rule.gamma_nm is None else f"{rule.gamma_nm:g}",
-            str(rule.n),
-            "" if rule.largest_clean_nm is None else f"{rule.largest_clean_nm:.3g}",
-            f"{rule.clean_hours:.3g}",
-            "" if rule.false_alarms_per_hour is None else f"{rule.false_alarms_per_hour:.3g}",
-            "" if rule.false_alarms_per_hour_upper95 is None else f"{rule.false_alarms_per_hour_upper95:.3g}",
-        )
-        for joint, rule in rules.items()
-    ]
-    head = (
-        "joint",
-        "gamma N·m",
-        "n",
-        "largest clean N·m",
-        "clean hours",
-        "expected alarms/h",
-        "hours alone: at most (95 %)",
-    )
-    missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
-    return "\n".join([table(head, rows, numeric=tuple(range(1, len(head)))).rstrip(), *missing])
 
 
 def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
@@ -129,23 +101,13 @@ def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
     return {joint: law for joint, law in pooled.items() if law is not None}
 
 
-def _dynamic_tables(laws: Mapping[str, DynamicThreshold]) -> str:
-    """The thresholds as TOML, rounded up."""
-    from math import ceil
-
-    lines = []
-    for joint, law in laws.items():
-        lines.append(f"[detect.dynamic.{json.dumps(joint, ensure_ascii=False)}]")
-        lines += [f"{key} = {ceil(1e3 * value) / 1e3:g}" for key, value in asdict(law).items()]
-        lines.append("")
-    return "\n".join(lines)
-
-
 def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule], laws: Mapping[str, DynamicThreshold]) -> str:
+    from collaudit.reports.files.json_writer import json_text
+
     content = {
         "schema": RECOMMEND_SCHEMA,
         "logs": [{"name": a.result.log.name, "sha256": a.result.log.sha256} for a in audits],
         "joints": {joint: asdict(rule) for joint, rule in rules.items()},
         "dynamic": {joint: asdict(law) for joint, law in laws.items()},
     }
-    return json.dumps(content, indent=2, ensure_ascii=False)
+    return json_text(content, indent=2)

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, config_path, load_settings
-from collaudit.cli.words import note
 from collaudit.core.errors import EXIT_PASS, ConfigError
+from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
 
 @example_command(
@@ -34,7 +35,7 @@ from collaudit.core.errors import EXIT_PASS, ConfigError
     default="html",
     show_default=True,
     metavar="LIST",
-    help="Out of html, json, junit, sarif, markdown, separated by commas.",
+    help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
 @config_option
 def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
@@ -46,8 +47,7 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
     from collaudit.cli.formats import parse_formats, report_paths
-    from collaudit.reports.files import read_run
-    from collaudit.reports.report import report_text, write_report
+    from collaudit.reports.files.run_files import read_run
 
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)

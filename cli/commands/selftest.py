@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import click
 
+from collaudit.cli.console import note, progress, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
-
-if TYPE_CHECKING:
-    from collaudit.fixtures.selftest import Selftest
 
 
 @example_command("selftest", "collaudit selftest", "collaudit selftest -o selftest.json", "collaudit selftest --seed 7")
@@ -29,22 +25,18 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
 
     Exit code 0 when everything is as it should be, 1 otherwise.
     """
-    from collaudit.fixtures.selftest import run_selftest
-    from collaudit.reports.files import atomic_write
+    from collaudit.fixtures.installation_checks import run_selftest
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.terminal.checks_text import checks_text
 
     note("simulating and auditing known-truth logs (a minute or two) …")
     with TemporaryDirectory(prefix="collaudit-selftest-") as scratch, progress("selftest") as report:
         result = run_selftest(keep or Path(scratch), seed=seed, progress=report)
+    text = json_text(result)
     if output is not None:
-        atomic_write(output, result.to_json())
+        atomic_write(output, text)
         note(f"result written to {output}")
-    click.echo(result.to_json() if as_json else _text(result), nl=False)
+    rows = [(row.passed, row.robot, row.check, row.wanted, row.found) for row in result.rows]
+    click.echo(text if as_json else checks_text(rows, terminal_width()), nl=False)
     return EXIT_PASS if result.passed else EXIT_FAIL
-
-
-def _text(result: Selftest) -> str:
-    from collaudit.reports.text import table
-
-    rows = [("ok" if row.passed else "WRONG", row.robot, row.check, row.wanted, row.found) for row in result.rows]
-    passed = sum(row.passed for row in result.rows)
-    return table(("", "robot", "check", "wanted", "found"), rows) + f"\n{passed} of {len(rows)} checks passed\n"

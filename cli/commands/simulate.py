@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from inspect import cleandoc
 from pathlib import Path
 
 import click
 
+from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
-from collaudit.cli.words import note, progress
 from collaudit.core.errors import EXIT_PASS
 from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS, format_of_suffix
 
@@ -58,7 +57,8 @@ def command(
     Beside LOG stand its configuration (.toml), its truth (.truth.json) and, for a URDF robot, its model
     (.urdf). A simulation's own files are replaced, others are not.
     """
-    from collaudit.fixtures.simulate import simulate_to
+    from collaudit.fixtures.simulation import simulate_to
+    from collaudit.reports.files.json_writer import json_text
 
     with progress("simulating") as report:
         files = simulate_to(
@@ -74,7 +74,7 @@ def command(
     if as_json:
         robot_file = None if files.robot_file is None else str(files.robot_file)
         content = {"schema": SIMULATED_SCHEMA, "log": [str(path) for path in files.log], "config": str(files.config)}
-        click.echo(json.dumps({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2))
+        click.echo(json_text({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2), nl=False)
     written = [*files.log, files.config, files.robot_file, files.truth]
     note("written: " + ", ".join(str(path) for path in written if path is not None))
     return EXIT_PASS

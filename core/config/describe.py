@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from collaudit.core.config.schema import Config
+from collaudit.core.config.toml_text import to_toml
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 
 _PLAIN = {str: "text", bool: "true or false", Path: "a file name", float: "a number", int: "a whole number"}
@@ -89,28 +90,9 @@ def default_text(info: FieldInfo) -> str:
     if info.is_required():
         return "required"
     value = info.get_default(call_default_factory=True)
+    if isinstance(value, BaseModel):
+        value = value.model_dump(mode="json", exclude_none=True)
     return "absent" if value is None else to_toml(value)
-
-
-def to_toml(value: object) -> str:
-    """A plain value as TOML on one line."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str | Path):
-        text = str(value).replace("\\", "\\\\").replace('"', '\\"')
-        return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text) + '"'
-    if isinstance(value, dict):
-        inner = ", ".join(f"{toml_key(str(k))} = {to_toml(v)}" for k, v in value.items())
-        return "{ " + inner + " }" if inner else "{}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(to_toml(v) for v in value) + "]"
-    return repr(value) if isinstance(value, int | float) else str(value)
-
-
-def toml_key(name: str) -> str:
-    """A key, quoted where TOML needs it."""
-    bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
-    return name if bare else to_toml(name)
 
 
 def _key(path: tuple[str, ...], info: FieldInfo) -> Key:

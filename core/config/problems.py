@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING
 
-from collaudit.core.config.describe import all_keys, find_key, keys_of, to_toml, value_text
+from collaudit.core.config.describe import all_keys, find_key, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_lines import KeyPath
+from collaudit.core.config.toml_text import to_toml
 from collaudit.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -195,7 +196,7 @@ def _dotted(path: KeyPath) -> str:
 
 
 def _short(value: object) -> str:
-    text = to_toml(value)
+    text = "nothing" if value is None else to_toml(value)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from collaudit.core.data.audit_result import ResidualStats
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray
 
 _AROUND_EVENT_S = 0.5
@@ -48,21 +47,3 @@ def residual_stats(signals: Signals, joint: str, clean: BoolArray, period_s: flo
         clean_mean_abs_nm=float(np.mean(calm)) if calm.size else None,
         clean_s=float(calm.size) * period_s,
     )
-
-
-def residual_level_findings(stats: Mapping[str, ResidualStats], gamma_nm: Mapping[str, float]) -> list[Finding]:
-    """Joints whose collision-free residual averages more than half their threshold, N·m."""
-    findings = []
-    for joint, level in stats.items():
-        mean = level.clean_mean_abs_nm
-        if joint in gamma_nm and mean is not None and mean > 0.5 * gamma_nm[joint]:
-            findings.append(
-                Finding(
-                    "residual-level",
-                    "warning",
-                    f"The collision-free residual of joint '{joint}' averages {mean:.3g} N·m "
-                    f"against a threshold of {gamma_nm[joint]:g} N·m: the model fits this joint too poorly for it.",
-                    joint=joint,
-                )
-            )
-    return findings

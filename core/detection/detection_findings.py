@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.audit_result import ResidualStats, RuleFacts
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, friction_levels
@@ -106,3 +109,37 @@ def _hidden_at_rest(
         "go unseen. Not observable, not clean."
     )
     return [Finding("hidden-at-rest", "info", text, joint=joint)]
+
+
+def residual_level_findings(stats: Mapping[str, ResidualStats], gamma_nm: Mapping[str, float]) -> list[Finding]:
+    """Joints whose collision-free residual averages more than half their threshold, N·m."""
+    findings = []
+    for joint, level in stats.items():
+        mean = level.clean_mean_abs_nm
+        if joint in gamma_nm and mean is not None and mean > 0.5 * gamma_nm[joint]:
+            findings.append(
+                Finding(
+                    "residual-level",
+                    "warning",
+                    f"The collision-free residual of joint '{joint}' averages {mean:.3g} N·m "
+                    f"against a threshold of {gamma_nm[joint]:g} N·m: the model fits this joint too poorly for it.",
+                    joint=joint,
+                )
+            )
+    return findings
+
+
+def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, float]) -> list[Finding]:
+    """Joints whose friction points scatter about the curve by more than half the threshold."""
+    return [
+        Finding(
+            "friction-scatter",
+            "warning",
+            f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
+            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model "
+            "can by itself look like a collision on this joint.",
+            joint=joint,
+        )
+        for joint, fit in fits.items()
+        if joint in gamma_nm and fit.rmse_nm is not None and fit.rmse_nm > 0.5 * gamma_nm[joint]
+    ]

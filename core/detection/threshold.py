@@ -7,7 +7,7 @@ while moving fast is blind while moving slowly.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -75,6 +75,23 @@ def dynamic_level(law: DynamicThreshold, velocity: FloatArray, acceleration: Flo
     return np.asarray(
         law.base_nm + law.speed_nm_s_per_rad * np.abs(velocity) + law.acceleration_nm_s2_per_rad * np.abs(acceleration)
     )
+
+
+def learn_dynamic_thresholds(
+    series: UniformSeries, residual: Residual, clean: Mapping[str, BoolArray], n: int
+) -> dict[str, DynamicThreshold | None]:
+    """Dynamic thresholds of the joints whose clean samples (n,) are given, at a persistence of ``n`` samples."""
+    return {
+        joint: learn_dynamic(
+            residual.torque_nm[:, j],
+            series.velocity_rad_s[:, j],
+            series.acceleration_rad_s2[:, j],
+            clean[joint],
+            n,
+        )
+        for j, joint in enumerate(series.joint_names)
+        if joint in clean
+    }
 
 
 def learn_dynamic(

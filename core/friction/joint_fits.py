@@ -90,22 +90,6 @@ def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:
     return None if gain is None else log.rigid_nm * gain
 
 
-def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, float]) -> list[Finding]:
-    """Joints whose friction points scatter about the curve by more than half the threshold."""
-    return [
-        Finding(
-            "friction-scatter",
-            "warning",
-            f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
-            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model "
-            "can by itself look like a collision on this joint.",
-            joint=joint,
-        )
-        for joint, fit in fits.items()
-        if joint in gamma_nm and fit.rmse_nm is not None and fit.rmse_nm > 0.5 * gamma_nm[joint]
-    ]
-
-
 def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
     """What the fits could not do, one finding a joint and fact."""
     findings = []

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arms import LEVEL, dh_robot, dh_row
+from origins import NOBODY
 from synthetic import PERIOD, lugre, make_log, strokes
 
 from collaudit.core.audit import Audit, audit_log, fit_logs, prepare, recommend_rules
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import FrictionFile, Provenance
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.robot import load_robot
@@ -20,16 +22,11 @@ MASS, LENGTH, INERTIA, ROTOR = 6.0, 0.4, 0.05, 0.3
 GRAVITY = 9.80665
 FRICTION = (6.0, 2.0, 8.0, 4.0)
 SPEEDS = np.geomspace(0.02, 1.2, 16)
-NOBODY = Provenance("test", {})
 
 
 def config(**sections) -> Config:  # type: ignore[no-untyped-def]
-    robot = {
-        "dh_convention": "standard",
-        "dh": [{"a": LENGTH, "mass_kg": MASS, "com_m": [0, 0, 0], "inertia_kg_m2": [0, 0, INERTIA, 0, 0, 0]}],
-        "base_rpy_deg": [90, 0, 0],  # the joint axis lies level: a pendulum
-        "armature_kg_m2": [ROTOR],
-    }
+    pendulum = dh_row(MASS, (0, 0, 0), (0, 0, INERTIA), a=LENGTH)
+    robot = dh_robot([pendulum], armature_kg_m2=[ROTOR], **LEVEL)
     return Config.model_validate({"robot": robot, **sections})
 
 

@@ -16,7 +16,7 @@ from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots import FixtureRobot
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.run import carry_out
 from collaudit.fixtures.sensors import record
 

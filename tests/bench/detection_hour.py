@@ -15,9 +15,9 @@ from mcap.writer import CompressionType
 
 from collaudit.core.data.audit_result import FRICTION_SCHEMA, FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.fixtures.robots import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.toml import to_toml
-from collaudit.reports.files import write_friction
+from collaudit.reports.files.run_files import write_friction
 
 ARM = robot_named("seven")
 JOINTS = ARM.joints

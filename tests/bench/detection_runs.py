@@ -21,9 +21,10 @@ from collaudit.core.prepare.prepared import Prepared, judged_series
 from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, Score, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
-from collaudit.fixtures import simulate as simulation
-from collaudit.fixtures.robots import FixtureRobot, robot_named
-from collaudit.reports.files import read_friction, write_friction
+from collaudit.fixtures import simulation
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.reports.files.run_files import read_friction, write_friction
 
 #: Pushes count when their true torque exceeds 1.3 gamma for longer than n.
 FACTOR = 1.3

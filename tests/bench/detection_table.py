@@ -17,7 +17,7 @@ from detection_runs import Total, add_up, bench, friction_of, off_calibration, s
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.data.detection_result import Score
-from collaudit.fixtures.robots import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
 
 SEEDS = range(1, 21)
 #: (robot, scenario, seed, seconds): an hour each of fast motion and of stop-and-go, on stiff and soft joints.

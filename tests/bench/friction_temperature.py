@@ -24,8 +24,9 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots import FixtureRobot, robot_named
-from collaudit.fixtures.simulate import plan
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulation import plan
 
 PER_KELVIN, TRUE_AT_C = -0.01, 30.0
 SECONDS, SEEDS = 60.0, (101, 102, 103, 104, 105)

@@ -20,8 +20,9 @@ from tables import put
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.prepared import prepare
-from collaudit.fixtures.robots import FixtureRobot, robot_named
-from collaudit.fixtures.simulate import plan
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
+from collaudit.fixtures.simulation import plan
 
 SCENARIO, SECONDS, FIRST, WORKERS = "free-clean", 60.0, 101, 2
 Row = tuple[str, bool, float, float]

@@ -29,7 +29,7 @@ from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.prepared import calibrated, prepare
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.fixtures.robots import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
 
 T = TypeVar("T")
 

@@ -29,9 +29,10 @@ from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots import FixtureRobot, robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
-from collaudit.fixtures.simulate import plan
+from collaudit.fixtures.simulation import plan
 
 SECONDS, FIRST, WORKERS, OFF = 60.0, 101, 2, 0.1
 _CALIBRATIONS = 10  # motions; the sensor's noise differs in every log

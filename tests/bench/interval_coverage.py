@@ -25,8 +25,8 @@ from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.parameter_units import FrictionUnits, parameter_symbol
 from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.lugre import LuGre
-from collaudit.fixtures.robots import robot_named
-from collaudit.fixtures.simulate import plan
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.simulation import plan
 
 ROBOTS = ("paper6", "seven")
 UNITS = FrictionUnits.of("revolute", "Nm")

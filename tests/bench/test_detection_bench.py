@@ -31,7 +31,7 @@ from collaudit.core.logs import read_log
 from collaudit.core.numeric.allocator import keep_freed_memory
 from collaudit.core.prepare.prepared import Prepared, judged_series, prepare
 from collaudit.core.robot import load_robot
-from collaudit.reports.files import read_friction
+from collaudit.reports.files.run_files import read_friction
 
 Result = TypeVar("Result")
 pytestmark = pytest.mark.bench

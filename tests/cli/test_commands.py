@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.config import load_config
-from collaudit.reports.files import read_friction, read_run
+from collaudit.reports.files.run_files import read_friction, read_run
 
 
 def test_fit_recovers_and_prints(arm, collaudit, tmp_path: Path) -> None:

@@ -6,14 +6,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+from origins import NOBODY
+
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
-from collaudit.core.data.audit_result import FrictionFile, Provenance
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.prepare.commanded_force import CommandedTorque
-
-NOBODY = Provenance("test", {})
 
 
 def contacts(log: Path, friction: FrictionFile, blind: bool, **settings: object) -> tuple[Contact, ...]:

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from origins import NOBODY
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import Audit, audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
-from collaudit.core.data.audit_result import FrictionFile, Provenance
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.detection.threshold import dynamic_level, learn_dynamic, pooled_dynamic
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
 
-NOBODY = Provenance("test", {})
 T = 0.002
 
 

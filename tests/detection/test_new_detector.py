@@ -17,7 +17,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError
 from collaudit.core.residual import detectors
 from collaudit.core.residual.detector import detector_named
-from collaudit.reports.files import friction_json
+from collaudit.reports.files.run_files import friction_json
 
 FILE = '''"""Eq. (5) as it is, without a filter."""
 

@@ -7,15 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from origins import log_source
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stalled_logger import without_stalls
 from collaudit.core.config.schema import ConditioningConfig, PhasesConfig, RobotConfig
-from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import RobotError
 from collaudit.core.prepare.usual_force import excess_findings, meant_share
 from collaudit.core.robot import load_robot
-from collaudit.fixtures.robots import robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
 
 T = 0.002
 
@@ -25,7 +26,7 @@ def moving(n: int = 5000, noise: float = 1e-6) -> JointLog:
     rng = np.random.default_rng(0)
     q = np.stack([np.sin(t), np.cos(t)], axis=1) + rng.normal(0, noise, (n, 2))
     v = np.stack([np.cos(t), -np.sin(t)], axis=1)
-    source = LogSource("x", "0", "csv", None, "column", "x")
+    source = log_source()
     return JointLog(t, ("a", "b"), q, v, 3.0 * v + rng.normal(0, 0.1, (n, 2)), "Nm", None, source)
 
 

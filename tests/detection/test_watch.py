@@ -5,17 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from origins import NOBODY
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
-from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.errors import ConfigError
 
 
 def audited(log: Path, friction: FrictionFile, **settings: object) -> AuditResult:
     loaded = load_config(log.with_suffix(".toml"), {k.replace("__", "."): v for k, v in settings.items()})
-    return audit_log(prepare((log,), loaded), loaded.config, friction, Provenance("test", {})).result
+    return audit_log(prepare((log,), loaded), loaded.config, friction, NOBODY).result
 
 
 def test_force_controlled_joints_are_lumped_and_a_neighbour_watches(polishing: Path, friction: FrictionFile) -> None:

@@ -14,7 +14,7 @@ from filelock import FileLock
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.fixtures.chain import fit_simulated
-from collaudit.fixtures.simulate import Reduction, SimulatedFiles, simulate_to
+from collaudit.fixtures.simulation import Reduction, SimulatedFiles, simulate_to
 
 ROBOTS = ("paper6", "seven")
 FEWER_SPEEDS = 14

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from origins import log_source
 
-from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.data.joint_log import JointLog
 
 PERIOD = 0.002
 
@@ -27,7 +28,7 @@ def make_log(
         effort=effort,
         effort_unit="raw" if unit == "raw" else "Nm",
         wrench=None,
-        source=LogSource("synthetic", "0" * 64, "test", None, "column", "/t"),
+        source=log_source(),
     )
 
 

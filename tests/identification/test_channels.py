@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arms import dh_robot, dh_row
+from origins import NOBODY, log_source
 
 from collaudit.core.audit import audit_log, fit_logs
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
-from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.channel_delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort
@@ -27,17 +29,15 @@ PERIOD = 0.004
 
 
 def settings(**log: object) -> Config:
-    def row(**keys: object) -> dict[str, object]:
-        return {"inertia_kg_m2": (0.02, 0.05, 0.05, 0, 0, 0), **keys}
-
+    inertia = (0.02, 0.05, 0.05)
     rows = [
-        row(d=0.3, alpha=-np.pi / 2, mass_kg=6.0, com_m=(0, 0.02, 0)),
-        row(a=0.35, mass_kg=5.0, com_m=(-0.15, 0, 0.02)),
-        row(a=0.3, alpha=np.pi / 2, mass_kg=3.0, com_m=(-0.12, 0.01, 0)),
+        dh_row(6.0, (0, 0.02, 0), inertia, d=0.3, alpha=-np.pi / 2),
+        dh_row(5.0, (-0.15, 0, 0.02), inertia, a=0.35),
+        dh_row(3.0, (-0.12, 0.01, 0), inertia, a=0.3, alpha=np.pi / 2),
     ]
     # a tilted base: turning any joint then turns the sensor against gravity
     base = (60, 0, 0) if "wrench" in log else (0, 0, 0)
-    return Config.model_validate({"robot": {"dh_convention": "standard", "dh": rows, "base_rpy_deg": base}, "log": log})
+    return Config.model_validate({"robot": dh_robot(rows, base_rpy_deg=base), "log": log})
 
 
 def moving_log(late_s: float = 0.0, wrench: bool = False, pace: float = 1.0) -> JointLog:
@@ -62,7 +62,7 @@ def moving_log(late_s: float = 0.0, wrench: bool = False, pace: float = 1.0) -> 
         sensor = WrenchSeries(
             t, np.hstack([force, np.zeros_like(force)]) + 0.02 * rng.standard_normal((t.size, 6)), "/w"
         )
-    source = LogSource("synthetic", "0" * 64, "test", None, "column", "/t")
+    source = log_source()
     return JointLog(t, NAMES, q, v, effort, "Nm", sensor, source)
 
 
@@ -159,7 +159,7 @@ def static_log(poses: np.ndarray, seed: int, drift: float = 0.0, turn: np.ndarra
     offset = np.array([1.7, -2.4, 4.1, 0.06, -0.11, 0.03])
     reading = np.hstack([force, moment]) + offset + np.array([0.3] * 3 + [0.01] * 3) * rng.standard_normal((len(q), 6))
     reading[:, 2] += drift * t / t[-1]
-    source = LogSource("synthetic", "0" * 64, "test", None, "column", "/t")
+    source = log_source()
     return JointLog(t, NAMES, q, v, np.zeros_like(q), "Nm", WrenchSeries(t, reading, "/w"), source)
 
 
@@ -242,7 +242,7 @@ def warmed() -> tuple[Config, FrictionFile]:
     fixed = {"friction_level": "fixed", "gamma_nm": 4.0, "watch": list(NAMES)}
     keys = {**settings().model_dump(exclude_defaults=True), "fit": {"motion": "any"}, "detect": fixed}
     config = Config.model_validate(keys)
-    return config, fit_logs([prepared(heated_log(25.0, 10.0), config)], config, Provenance("0", {}))
+    return config, fit_logs([prepared(heated_log(25.0, 10.0), config)], config, NOBODY)
 
 
 def test_friction_is_compared_with_a_temperature_channel(warmed: tuple[Config, FrictionFile]) -> None:
@@ -260,7 +260,7 @@ def test_a_log_is_judged_at_its_own_temperature(warmed: tuple[Config, FrictionFi
     cold = heated_log(25.0, 1.0)
 
     def judged(log: JointLog) -> AuditResult:
-        return audit_log(prepared(log, config), config, friction, Provenance("0", {})).result
+        return audit_log(prepared(log, config), config, friction, NOBODY).result
 
     def said(result: AuditResult) -> set[str]:
         return {f.code for f in result.findings if f.code.startswith("friction-temperature")}

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arms import dh_robot, dh_row
+from origins import log_source
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.motion_points import motion_points
 from collaudit.core.identification import inertial_consistency
@@ -29,13 +31,11 @@ ARMATURE = np.array([0.8, 0.8, 0.4])
 def settings(scale: float = 1.0, **extra: object) -> Config:
     """A three-joint arm; ``scale`` is how far its description is off, in masses and centres."""
     rows = [
-        {"d": 0.3, "a": 0.05, "alpha": -np.pi / 2, "mass_kg": 6.0, "com_m": (0, 0.02, 0), "inertia_kg_m2": (0.05,) * 3},
-        {"a": 0.35, "mass_kg": 5.0 * scale, "com_m": (-0.15 * scale, 0, 0.02), "inertia_kg_m2": (0.02, 0.06, 0.06)},
-        {"a": 0.30, "mass_kg": 3.0 / scale, "com_m": (-0.12, 0.01, 0), "inertia_kg_m2": (0.01, 0.03, 0.03)},
+        dh_row(6.0, (0, 0.02, 0), (0.05, 0.05, 0.05), d=0.3, a=0.05, alpha=-np.pi / 2),
+        dh_row(5.0 * scale, (-0.15 * scale, 0, 0.02), (0.02, 0.06, 0.06), a=0.35),
+        dh_row(3.0 / scale, (-0.12, 0.01, 0), (0.01, 0.03, 0.03), a=0.30),
     ]
-    for row in rows:
-        row["inertia_kg_m2"] = (*row["inertia_kg_m2"], 0.0, 0.0, 0.0)
-    robot = {"dh_convention": "standard", "dh": rows, "armature_kg_m2": [0.8, 0.8, 0.4]}
+    robot = dh_robot(rows, armature_kg_m2=[0.8, 0.8, 0.4])
     tool = extra.pop("tool", None)
     if tool:
         robot["tool"] = tool
@@ -62,7 +62,7 @@ def log_of(truth: RobotModel, gain: np.ndarray, seed: int = 0, seconds: float = 
     slow = np.cumsum(rng.standard_normal(torque.shape), axis=0)
     slow = np.apply_along_axis(lambda x: x - np.convolve(x, np.ones(125) / 125, "same"), 0, slow)
     torque += 0.3 * rng.standard_normal(torque.shape) + 0.3 * slow / slow.std()
-    source = LogSource("synthetic", "0" * 64, "test", None, "column", "/t")
+    source = log_source()
     return JointLog(t, NAMES, q, v, torque * gain, "raw" if unit == "raw" else "Nm", None, source)
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from origins import log_source
 
 from collaudit.core.config.schema import Config, RobotConfig
-from collaudit.core.data.joint_log import JointLog, LogSource, WrenchSeries
+from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.friction.least_squares import solve
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.prepare.calibration import Calibration, with_tool
@@ -17,7 +18,8 @@ from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.robot import load_robot
 from collaudit.fixtures.motion import Path as Motion
 from collaudit.fixtures.plant import Trace
-from collaudit.fixtures.robots import FixtureRobot, robot_named
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.sensors import record
 
 
@@ -57,7 +59,7 @@ def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tup
         }
     )
     robot = load_robot(RobotConfig.model_validate(keys), Path(), arm.joints)
-    source = LogSource("simulated", "0" * 64, "test", None, "column", "/t")
+    source = log_source("simulated")
     wrench = WrenchSeries(time_s, recording.wrench, "/w")
     log = JointLog(time_s, arm.joints, joints.position, None, joints.effort, "Nm", wrench, source)
     return prepare(log, robot, config), config

@@ -8,16 +8,22 @@ import jsonschema
 import pytest
 
 from collaudit.cli.docs import pages
-from collaudit.core.config.describe import all_keys, default_text, to_toml
+from collaudit.core.config.describe import all_keys, default_text
 from collaudit.core.config.schema import Config
+from collaudit.core.config.toml_text import to_toml
 
 PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"
 
 
-@pytest.mark.parametrize("name", ["config-schema.json", "config.md", "findings.md", "commands.md"])
+@pytest.mark.parametrize("name", sorted(pages()))
 def test_generated_page_is_current(name: str) -> None:
     assert (DOCS / name).read_text(encoding="utf-8") == pages()[name], "run: make docs"
+
+
+def test_every_published_schema_is_generated() -> None:
+    published = {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*schema.json")}
+    assert published == {name for name in pages() if name.endswith("schema.json")}
 
 
 def test_links_between_pages_lead_somewhere() -> None:

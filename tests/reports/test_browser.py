@@ -15,8 +15,8 @@ from matplotlib.image import imread
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
-from collaudit.reports.html import write_html
-from collaudit.reports.index import entry_of, entry_of_error, write_index
+from collaudit.reports.page.html import write_html
+from collaudit.reports.page.index import entry_of, entry_of_error, write_index
 
 pytestmark = pytest.mark.browser
 

@@ -12,15 +12,15 @@ import samples
 
 from collaudit.core.data.audit_result import Audit, ResidualStats
 from collaudit.core.errors import CollauditError
-from collaudit.reports import atomic
-from collaudit.reports.files import (
+from collaudit.reports.files import atomic
+from collaudit.reports.files.run_files import (
     atomic_write,
     audit_json,
     friction_json,
     read_friction,
     read_run,
-    write_audit,
     write_friction,
+    write_run,
 )
 
 EXACT = ("time_s", "residual_nm", "state", "gamma_nm")
@@ -34,7 +34,7 @@ def audit() -> Audit:
 
 @pytest.fixture
 def run(tmp_path: Path, audit: Audit) -> Path:
-    write_audit(tmp_path / "run", audit, samples.friction_file())
+    write_run(tmp_path / "run", audit, samples.friction_file())
     return tmp_path / "run"
 
 
@@ -52,7 +52,7 @@ def test_a_run_comes_back_as_it_was(run: Path, audit: Audit) -> None:
 @pytest.mark.parametrize("make", [samples.not_judged, samples.hostile])
 def test_awkward_runs_come_back_too(tmp_path: Path, make) -> None:
     audit = make()
-    write_audit(tmp_path, audit, None)
+    write_run(tmp_path, audit, None)
     back = read_run(tmp_path)
     assert back.result == audit.result
     assert back.signals.joint_names == audit.signals.joint_names
@@ -60,7 +60,7 @@ def test_awkward_runs_come_back_too(tmp_path: Path, make) -> None:
 
 def test_the_same_run_gives_the_same_bytes(tmp_path: Path, audit: Audit) -> None:
     for name in ("a", "b"):
-        write_audit(tmp_path / name, audit, samples.friction_file())
+        write_run(tmp_path / name, audit, samples.friction_file())
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
     assert files == ["audit.json", "friction.json", "signals.parquet"]
     for name in files:
@@ -68,13 +68,13 @@ def test_the_same_run_gives_the_same_bytes(tmp_path: Path, audit: Audit) -> None
 
 
 def test_writing_what_was_read_changes_nothing(run: Path, tmp_path: Path) -> None:
-    write_audit(tmp_path / "again", read_run(run), read_friction(run / "friction.json"))
+    write_run(tmp_path / "again", read_run(run), read_friction(run / "friction.json"))
     for name in ("audit.json", "friction.json", "signals.parquet"):
         assert (run / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
 
 
 def test_a_stale_friction_file_is_removed(run: Path, audit: Audit) -> None:
-    write_audit(run, audit, None)
+    write_run(run, audit, None)
     assert not (run / "friction.json").exists()
 
 
@@ -101,7 +101,7 @@ def test_numpy_numbers_are_written_in_full(audit: Audit) -> None:
 def test_file_names_that_are_not_text_survive(audit: Audit, tmp_path: Path) -> None:
     name = b"log\xff.bag".decode("utf-8", "surrogateescape")
     odd = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=name)))
-    write_audit(tmp_path, odd, None)
+    write_run(tmp_path, odd, None)
     assert read_run(tmp_path).result.log.name == "log\\udcff.bag"
 
 
@@ -158,7 +158,7 @@ def test_truncated_signals_are_named(run: Path) -> None:
 
 def test_signals_of_another_log_are_refused(run: Path, audit: Audit, tmp_path: Path) -> None:
     other = replace(audit, result=replace(audit.result, log=replace(audit.result.log, sha256="f" * 64)))
-    write_audit(tmp_path / "other", other, None)
+    write_run(tmp_path / "other", other, None)
     (tmp_path / "other" / "signals.parquet").replace(run / "signals.parquet")
     with pytest.raises(CollauditError, match="another log"):
         read_run(run)
@@ -190,14 +190,14 @@ def test_a_failed_write_leaves_the_old_file_and_no_parts(tmp_path: Path, monkeyp
 
 
 def test_a_run_that_cannot_be_finished_leaves_nothing(tmp_path: Path, audit: Audit, monkeypatch) -> None:
-    from collaudit.reports import parquet
+    from collaudit.reports.files import signals_file
 
     def broken(*_: object) -> None:
         raise OSError(5, "Input/output error")
 
-    monkeypatch.setattr(parquet, "write_signals", broken)
+    monkeypatch.setattr(signals_file, "write_signals", broken)
     with pytest.raises(CollauditError):
-        write_audit(tmp_path / "run", audit, samples.friction_file())
+        write_run(tmp_path / "run", audit, samples.friction_file())
     assert list((tmp_path / "run").iterdir()) == []
 
 
@@ -235,3 +235,17 @@ def test_friction_files_come_back(tmp_path: Path) -> None:
     assert path.read_text() == friction_json(samples.friction_file())
     with pytest.raises(CollauditError, match="no such file"):
         read_friction(tmp_path / "absent.json")
+
+
+def test_the_package_hands_on_what_a_script_needs(tmp_path: Path, audit: Audit) -> None:
+    from collaudit import reports
+
+    reports.write_run(tmp_path / "run", audit, samples.friction_file())
+    assert reports.read_run(tmp_path / "run").result == audit.result
+    assert reports.read_friction(tmp_path / "run/friction.json") == samples.friction_file()
+    reports.write_friction(tmp_path / "f.json", samples.friction_file())
+    reports.write_report(tmp_path / "page", [audit])
+    assert (tmp_path / "page").read_text().startswith("<!doctype html>")
+    assert sorted(reports.__all__) == reports.__all__
+    with pytest.raises(AttributeError):
+        _ = reports.write_nothing

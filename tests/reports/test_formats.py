@@ -11,12 +11,12 @@ import samples
 from sarif_pydantic import Sarif
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.reports.entries import IndexEntry, worst_first
-from collaudit.reports.files import audit_json
-from collaudit.reports.index import entry_of, entry_of_error, summary_json, write_index
-from collaudit.reports.markdown import escaped
-from collaudit.reports.report import FORMATS, report_text, write_report
-from collaudit.reports.text import audit_text, summary_table, table
+from collaudit.reports.files.run_files import audit_json
+from collaudit.reports.formats.markdown import escaped
+from collaudit.reports.formats.registry import FORMATS, report_text, write_report
+from collaudit.reports.page.index import entry_of, entry_of_error, summary_json, write_index
+from collaudit.reports.terminal.audit_text import audit_text, summary_table
+from collaudit.reports.values.entries import IndexEntry, worst_first
 
 BROKEN = entry_of_error(
     "broken.bag", LogError("the bag is cut short", where="broken.bag", found="12 bytes", expected="a ROS 1 bag")
@@ -80,12 +80,6 @@ def test_the_summary_table_is_aligned_and_safe(entries: list[IndexEntry]) -> Non
     assert "5 logs: 1 pass, 2 fail, 2 not judged" in lines[-1]
     starts = {line.index(word) for line in lines[2:7] for word in ("FAIL", "NOT JUDGED", "PASS") if word in line}
     assert starts == {0}
-
-
-def test_tables_count_the_columns_of_a_terminal() -> None:
-    lines = table(("name", "n"), [("关节", "1"), ("e\u0301lbow", "22")], numeric=(1,)).splitlines()
-    assert lines[2] == "关节    1"
-    assert lines[3] == "e\u0301lbow  22"
 
 
 def test_the_text_of_an_audit_has_its_numbers() -> None:

@@ -13,8 +13,8 @@ import pytest
 import samples
 
 from collaudit.core.data.audit_result import Audit
-from collaudit.reports.html import html_text
-from collaudit.reports.words import STATEMENT, visible
+from collaudit.reports.page.html import html_text
+from collaudit.reports.values.words import STATEMENT, visible
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collaudit.reports.numbers import (
+from collaudit.reports.values.numbers import (
     UNKNOWN,
     against,
     apart,

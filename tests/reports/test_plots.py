@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.reports.coverage_bar import coverage_bar
-from collaudit.reports.downsample import column_shares, thin
-from collaudit.reports.friction_band import band, curve
-from collaudit.reports.plot_events import draw_event
-from collaudit.reports.plot_friction import draw_friction
-from collaudit.reports.plot_overview import _peak_time, draw_overview
-from collaudit.reports.plot_residual import trace
-from collaudit.reports.selection import select
-from collaudit.reports.view import make_view
+from collaudit.reports.page.selection import select
+from collaudit.reports.page.view import make_view
+from collaudit.reports.plots.coverage_bar import coverage_bar
+from collaudit.reports.plots.downsample import column_shares, thin
+from collaudit.reports.plots.friction_band import band, curve
+from collaudit.reports.plots.plot_events import draw_event
+from collaudit.reports.plots.plot_friction import draw_friction
+from collaudit.reports.plots.plot_overview import _peak_time, draw_overview
+from collaudit.reports.plots.plot_residual import trace
 
 
 @settings(deadline=None)
@@ -170,10 +170,10 @@ def test_the_worst_is_always_drawn() -> None:
 
 
 def test_views_of_runs_read_back_are_the_same(tmp_path) -> None:
-    from collaudit.reports.files import read_run, write_audit
+    from collaudit.reports.files.run_files import read_run, write_run
 
     audit = samples.failed(5000)
-    write_audit(tmp_path, audit, None)
+    write_run(tmp_path, audit, None)
     assert make_view(audit, "a", 9, 9) == make_view(read_run(tmp_path), "a", 9, 9)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from origins import log_source
 
-from collaudit.core.data.joint_log import LogSource
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span
@@ -58,7 +58,7 @@ def motion(v: np.ndarray) -> UniformSeries:
     zero = np.zeros((n, 1))
     return UniformSeries(
         T * np.arange(n), T, ("joint1",), q[:, None], v[:, None], zero, zero, "Nm", None, (Span(0, n),),
-        np.zeros(n, bool), np.zeros((n, 1), bool), 20.0, LogSource("x", "0" * 64, "t", None, "column", "/t"),
+        np.zeros(n, bool), np.zeros((n, 1), bool), 20.0, log_source(),
     )  # fmt: skip
 
 

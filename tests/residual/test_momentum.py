@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from arms import LEVEL, dh_robot, dh_row
+from origins import log_source
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config
-from collaudit.core.data.joint_log import JointLog, LogSource
+from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
@@ -31,15 +33,10 @@ G = 9.80665
 
 def config(links: int, **detect: object) -> Config:
     rows = [
-        {"a": L1, "mass_kg": M1, "com_m": [0, 0, 0], "inertia_kg_m2": [0, 0, 0.02, 0, 0, 0]},
-        {"a": L2, "mass_kg": M2, "com_m": [0, 0, 0], "inertia_kg_m2": [0, 0, 0.01, 0, 0, 0]},
+        dh_row(M1, (0, 0, 0), (0, 0, 0.02), a=L1),
+        dh_row(M2, (0, 0, 0), (0, 0, 0.01), a=L2),
     ]
-    robot = {
-        "dh_convention": "standard",
-        "dh": rows[:links],
-        "base_rpy_deg": [90, 0, 0],
-        "armature_kg_m2": [0.3] * links,
-    }
+    robot = dh_robot(rows[:links], armature_kg_m2=[0.3] * links, **LEVEL)
     return Config.model_validate({"robot": robot, "detect": detect})
 
 
@@ -77,7 +74,7 @@ def pendulum_log(seconds: float = 12.0, noise: float = 0.0) -> tuple[JointLog, n
     inertia = M1 * L1**2 + 0.02 + 0.3
     effort = inertia * a + M1 * G * L1 * np.cos(q) + pulse
     effort = effort + np.random.default_rng(0).normal(0, noise, t.size) if noise else effort
-    source = LogSource("pendulum", "0" * 64, "test", None, "column", "/t")
+    source = log_source("pendulum")
     return JointLog(t, ("joint1",), q[:, None], v[:, None], effort[:, None], "Nm", None, source), pulse
 
 
@@ -183,7 +180,7 @@ def two_link_log() -> JointLog:
     t = T * np.arange(4000)
     q = np.stack([0.6 * np.sin(1.3 * t), 0.5 * np.cos(1.9 * t)], axis=1)
     v = np.stack([0.78 * np.cos(1.3 * t), -0.95 * np.sin(1.9 * t)], axis=1)
-    source = LogSource("two-link", "0" * 64, "test", None, "column", "/t")
+    source = log_source("two-link")
     return JointLog(t, ("joint1", "joint2"), q, v, np.zeros_like(q), "Nm", None, source)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from arms import dh_robot
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.robot import load_robot, robot_joints
@@ -45,7 +46,7 @@ def rows_modified() -> list[dict[str, Any]]:
 
 
 def load(rows: list[dict[str, Any]], convention: str) -> RobotModel:
-    config = RobotConfig.model_validate({"dh_convention": convention, "dh": rows})
+    config = RobotConfig.model_validate(dh_robot(rows, convention))
     return load_robot(config, HERE, robot_joints(config, HERE))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arms import dh_robot, dh_row
 
 from collaudit.core.config.schema import RobotConfig
 from collaudit.core.robot import load_robot
@@ -20,11 +21,10 @@ G = 9.81
 def pendulum(**more: Any) -> RobotConfig:
     """Two standard DH rows turning about z; gravity along -y, so that q = 0 is horizontal."""
     rows = [
-        {"a": L1, "mass_kg": M1, "com_m": (C1 - L1, 0, 0), "inertia_kg_m2": (I1, I1, I1, 0, 0, 0)},
-        {"a": L2, "mass_kg": M2, "com_m": (C2 - L2, 0, 0), "inertia_kg_m2": (I2, I2, I2, 0, 0, 0)},
+        dh_row(M1, (C1 - L1, 0, 0), (I1, I1, I1), a=L1),
+        dh_row(M2, (C2 - L2, 0, 0), (I2, I2, I2), a=L2),
     ]
-    values: dict[str, Any] = {"dh_convention": "standard", "dh": rows, "gravity_m_s2": (0, -G, 0)}
-    return RobotConfig.model_validate({**values, **more})
+    return RobotConfig.model_validate({**dh_robot(rows, gravity_m_s2=(0, -G, 0)), **more})
 
 
 def by_hand(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

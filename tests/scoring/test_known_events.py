@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from origins import NOBODY
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
-from collaudit.core.data.audit_result import FrictionFile, Provenance
+from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.detection_result import DetectionFacts
 from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import ConfigError
 from collaudit.core.prepare.phases import PHASES, logged_phases, phase_findings
 from collaudit.core.prepare.prepared import Prepared
 
-NOBODY = Provenance("test", {})
 TRUE, FLAGS = "/operator/contact", "/controller/collision"
 
 

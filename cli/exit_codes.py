@@ -1,0 +1,19 @@
+"""Verdicts as exit codes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from collaudit.core.data.audit_result import Verdict
+
+
+def exit_code(verdicts: Sequence[Verdict]) -> int:
+    """The contracted exit code: a broken policy wins over what could not be judged."""
+    if "fail" in verdicts:
+        return EXIT_FAIL
+    return EXIT_NOT_JUDGED if "not_judged" in verdicts or not verdicts else EXIT_PASS

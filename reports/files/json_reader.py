@@ -1,0 +1,140 @@
+"""Reading results back: JSON checked against the dataclasses that wrote it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Hashable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from pydantic import TypeAdapter, ValidationError
+
+from collaudit.core.errors import CollauditError
+from collaudit.reports.files.json_writer import not_finite
+
+T = TypeVar("T")
+
+_SHOWN_PROBLEMS = 3
+_LARGEST_FILE = 1 << 30
+
+
+def adapter(kind: type[T]) -> TypeAdapter[T]:
+    """The validator of a result type, built once."""
+    return _adapter(cast("Hashable", kind))
+
+
+@cache
+def _adapter(kind: Hashable) -> TypeAdapter[Any]:
+    return TypeAdapter(cast("Any", kind))
+
+
+def read_result(path: Path, kind: type[T], schema: str) -> T:
+    """Read a result file.
+
+    Args:
+        path: the file.
+        kind: the dataclass it holds.
+        schema: what its ``schema`` key must say, such as ``collaudit/audit/1``.
+
+    Returns:
+        The dataclass.
+
+    Raises:
+        CollauditError: no such file, not JSON, another schema or version, or content that does not fit.
+    """
+    return parse_result(_load(path), kind, schema, str(path))
+
+
+def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
+    """As :func:`read_result`, from text; ``where`` names its origin in messages."""
+    document = _parse(text, where)
+    _check_schema(document, schema, where)
+    for place in not_finite(document):
+        raise CollauditError("a number is out of range", where=f"{where}, {place}", expected="a finite number")
+    try:
+        result = adapter(kind).validate_json(text, strict=True)
+    except ValidationError as error:
+        raise _misfit(error, where) from error
+    return result
+
+
+def describe_problems(error: ValidationError) -> str:
+    """The first problems of a validation, each with its place."""
+    problems = error.errors(include_url=False, include_context=False)
+    shown = [f"{_place(problem['loc'])}: {problem['msg']}" for problem in problems[:_SHOWN_PROBLEMS]]
+    if len(problems) > _SHOWN_PROBLEMS:
+        shown.append(f"and {len(problems) - _SHOWN_PROBLEMS} more")
+    return "; ".join(shown)
+
+
+def _load(path: Path) -> str:
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise CollauditError("the file is too large to be a result", where=str(path), expected="under 1 GiB")
+        return path.read_bytes().decode("utf-8")
+    except FileNotFoundError as error:
+        raise CollauditError("no such file", where=str(path)) from error
+    except OSError as error:
+        raise CollauditError("cannot read the file", where=str(path), found=error.strerror) from error
+    except UnicodeDecodeError as error:
+        raise CollauditError(
+            "this is not a JSON file",
+            where=f"{path}, byte {error.start}",
+            found="bytes that are not UTF-8 text",
+            expected="a JSON file written by collaudit",
+        ) from error
+
+
+def _parse(text: str, where: str) -> Any:
+    def refuse(constant: str) -> None:
+        raise ValueError(constant)
+
+    try:
+        return json.loads(text, parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        raise CollauditError(
+            "the JSON is damaged",
+            where=f"{where}, line {error.lineno}, column {error.colno}",
+            found=error.msg if text.strip() else "an empty file",
+            expected="a whole JSON file written by collaudit",
+            hint="make the file again; it may have been cut short or edited",
+        ) from error
+    except ValueError as error:
+        raise CollauditError(
+            "the JSON holds a word that JSON does not have", where=where, found=str(error), expected="null"
+        ) from error
+    except RecursionError as error:
+        raise CollauditError("the JSON is nested too deeply", where=where) from error
+
+
+def _check_schema(document: object, schema: str, where: str) -> None:
+    found = document.get("schema") if isinstance(document, dict) else None
+    if found == schema:
+        return
+    family = schema.rpartition("/")[0]
+    newer = isinstance(found, str) and found.rpartition("/")[0] == family
+    raise CollauditError(
+        "the file has a version this collaudit does not know" if newer else "this is another kind of file",
+        where=where,
+        found=f"schema {found!r}" if found is not None else "no schema",
+        expected=f"schema {schema!r}",
+        hint="read it with the version of collaudit that wrote it" if newer else None,
+    )
+
+
+def _misfit(error: ValidationError, where: str) -> CollauditError:
+    return CollauditError(
+        "the file does not have the content its schema promises",
+        where=where,
+        found=describe_problems(error),
+        expected="a file as collaudit wrote it",
+        hint="make the file again; it may have been edited",
+    )
+
+
+def _place(loc: tuple[int | str, ...]) -> str:
+    text = "$"
+    for part in loc:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return text

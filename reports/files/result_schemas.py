@@ -1,0 +1,93 @@
+"""JSON Schemas of the result files, made from the dataclasses that write them.
+
+``make docs`` writes them to ``docs/schemas``. Commands do without this module, and without the parser of docstrings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import is_dataclass
+from typing import Any
+
+from docstring_parser import DocstringStyle, parse
+from pydantic import TypeAdapter
+
+from collaudit.core.data import audit_result as result_types
+from collaudit.core.data import detection_result, friction_result, identification_result
+from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
+from collaudit.core.findings import Finding
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
+from collaudit.reports.values.entries import IndexEntry
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def audit_schema() -> dict[str, Any]:
+    """The JSON Schema of ``audit.json``."""
+    return _published(AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)")
+
+
+def friction_schema() -> dict[str, Any]:
+    """The JSON Schema of ``friction.json``."""
+    return _published(FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)")
+
+
+def summary_schema() -> dict[str, Any]:
+    """The JSON Schema of ``summary.json``."""
+    return _published(Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)")
+
+
+def schema_texts() -> dict[str, str]:
+    """File name to JSON Schema, of every result file."""
+    documents = {
+        "audit-1.schema.json": audit_schema(),
+        "friction-1.schema.json": friction_schema(),
+        "summary-1.schema.json": summary_schema(),
+    }
+    return {name: json_text(document) for name, document in documents.items()}
+
+
+def _published(kind: type, version: str, title: str) -> dict[str, Any]:
+    body = _untitled(TypeAdapter(kind).json_schema(mode="serialization"))
+    body["properties"]["schema"] = {"const": version}
+    definitions = body.pop("$defs")
+    if "Finding" in definitions:
+        definitions["Finding"]["properties"]["code"] = {"type": "string", "pattern": "^[a-z0-9]+(-[a-z0-9]+)*$"}
+    for name, definition in definitions.items():
+        _describe(definition, _dataclass(name))
+    _describe(body, kind)
+    return {"$schema": _DIALECT, "title": title, **body, "$defs": dict(sorted(definitions.items()))}
+
+
+def _dataclass(name: str) -> type:
+    elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
+    homes = (result_types, detection_result, friction_result, identification_result)
+    kind = elsewhere.get(name) or next(getattr(home, name) for home in homes if hasattr(home, name))
+    assert isinstance(kind, type)
+    assert is_dataclass(kind)
+    return kind
+
+
+def _untitled(schema: Any) -> Any:
+    """Without the titles pydantic derives from names; a property that is called title stays."""
+    if isinstance(schema, list):
+        return [_untitled(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {
+        key: {name: _untitled(item) for name, item in value.items()}
+        if key in ("properties", "$defs")
+        else _untitled(value)
+        for key, value in schema.items()
+        if key != "title"
+    }
+
+
+def _describe(schema: dict[str, Any], kind: type) -> None:
+    """The class's docstring as descriptions of the object and of its properties."""
+    doc = parse(kind.__doc__ or "", DocstringStyle.GOOGLE)
+    schema["description"] = doc.short_description or kind.__name__
+    for attribute in doc.params:
+        for name in attribute.arg_name.split(", "):
+            if name in schema["properties"]:
+                schema["properties"][name]["description"] = " ".join((attribute.description or "").split())

@@ -1,0 +1,124 @@
+"""The files of a run: ``audit.json``, ``signals.parquet``, ``friction.json``."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
+from collaudit.core.errors import CollauditError
+from collaudit.reports.files.atomic import atomic_write, staged, write_synced
+from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
+from collaudit.reports.files.json_writer import json_text
+
+__all__ = [
+    "atomic_write",
+    "audit_json",
+    "friction_json",
+    "read_friction",
+    "read_run",
+    "write_friction",
+    "write_run",
+]
+
+AUDIT_NAME = "audit.json"
+SIGNALS_NAME = "signals.parquet"
+FRICTION_NAME = "friction.json"
+
+
+def audit_json(result: AuditResult) -> str:
+    """``audit.json`` of a result; the same result gives the same text.
+
+    Raises:
+        ValueError: the result breaks its own types (a required number is not finite, say): a bug.
+    """
+    return _sound(json_text(result), AuditResult)
+
+
+def friction_json(file: FrictionFile) -> str:
+    """``friction.json`` of a fit; the same fit gives the same text.
+
+    Raises:
+        ValueError: the fit breaks its own types: a bug.
+    """
+    return _sound(json_text(file), FrictionFile)
+
+
+def write_friction(path: Path, file: FrictionFile) -> None:
+    """Write a friction file whole or not at all.
+
+    Raises:
+        CollauditError: the file cannot be written.
+    """
+    atomic_write(path, friction_json(file))
+
+
+def read_friction(path: Path) -> FrictionFile:
+    """Read and check a friction file.
+
+    Raises:
+        CollauditError: it is missing, damaged, of another kind or version, or does not fit.
+    """
+    return read_result(path, FrictionFile, FRICTION_SCHEMA)
+
+
+def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> None:
+    """Write a run's folder: all files are complete before the first one appears, ``audit.json`` last.
+
+    Args:
+        run_dir: folder, made when missing; the files of an earlier run in it are replaced.
+        audit: the result and its signals.
+        friction: what the run was judged with; without it an earlier ``friction.json`` is removed.
+
+    Raises:
+        CollauditError: a file cannot be written.
+    """
+    from collaudit.reports.files.signals_file import write_signals
+
+    audit_text = audit_json(audit.result)
+    friction_text = friction_json(friction) if friction is not None else None
+    with ExitStack() as stack:  # renames run in reverse order of entering
+        write_synced(stack.enter_context(staged(run_dir / AUDIT_NAME)), audit_text.encode())
+        if friction_text is not None:
+            write_synced(stack.enter_context(staged(run_dir / FRICTION_NAME)), friction_text.encode())
+        write_signals(stack.enter_context(staged(run_dir / SIGNALS_NAME)), audit.signals, audit.result.log.sha256)
+        if friction_text is None:
+            (run_dir / FRICTION_NAME).unlink(missing_ok=True)
+
+
+def read_run(run_dir: Path) -> Audit:
+    """Read a run's folder back.
+
+    Args:
+        run_dir: a folder made by :func:`write_run`.
+
+    Returns:
+        The result as written, and its signals.
+
+    Raises:
+        CollauditError: no run there, or a file is damaged, of another version, or of another log.
+    """
+    from collaudit.reports.files.signals_file import read_signals
+
+    if not (run_dir / AUDIT_NAME).is_file():
+        raise CollauditError(
+            "this is not a run folder",
+            where=str(run_dir),
+            found="nothing of that name" if not run_dir.exists() else f"no {AUDIT_NAME} in it",
+            expected=f"a folder with {AUDIT_NAME} and {SIGNALS_NAME}",
+            hint="make one with: collaudit detect LOG -c collaudit.toml -o RUN/",
+        )
+    result = read_result(run_dir / AUDIT_NAME, AuditResult, AUDIT_SCHEMA)
+    return Audit(result=result, signals=read_signals(run_dir / SIGNALS_NAME, result.log.sha256))
+
+
+def _sound(text: str, kind: type[AuditResult] | type[FrictionFile]) -> str:
+    try:
+        validator: TypeAdapter[Any] = adapter(kind)
+        validator.validate_json(text, strict=True)
+    except ValidationError as error:
+        raise ValueError(f"{kind.__name__} breaks its own types: {describe_problems(error)}") from error
+    return text

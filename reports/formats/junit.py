@@ -1,0 +1,52 @@
+"""JUnit XML: one test case per log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree import ElementTree
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.terminal.audit_text import audit_text
+from collaudit.reports.values.entries import IndexEntry, entry_of
+from collaudit.reports.values.words import visible
+
+
+def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
+    """JUnit XML of audits.
+
+    A broken policy is a failure; what was not judged is skipped, with its reasons; a log that could not be
+    read is skipped as well, since nothing is known against it.
+
+    Args:
+        results: the audits.
+        unread: logs that could not be audited.
+    """
+    suites = ElementTree.Element("testsuites", name="collaudit")
+    suite = ElementTree.SubElement(suites, "testsuite", name="collaudit")
+    for result in results:
+        _case(suite, entry_of(result), audit_text(result))
+    for entry in unread:
+        _case(suite, entry, entry.error or "")
+    counts = {
+        "tests": len(suite),
+        "failures": len(suite.findall("testcase/failure")),
+        "errors": 0,
+        "skipped": len(suite.findall("testcase/skipped")),
+    }
+    for element in (suites, suite):
+        for name, count in counts.items():
+            element.set(name, str(count))
+    ElementTree.indent(suites)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suites, encoding="unicode") + "\n"
+
+
+def _case(suite: ElementTree.Element, entry: IndexEntry, details: str) -> None:
+    case = ElementTree.SubElement(suite, "testcase", classname="collaudit", name=visible(entry.name))
+    reasons = visible("; ".join(entry.reasons)) or "no reason was recorded"
+    body = "\n".join(visible(line) for line in details.splitlines())
+    if entry.verdict == "fail":
+        ElementTree.SubElement(case, "failure", type="policy", message=reasons).text = body
+    elif entry.verdict == "not_judged":
+        ElementTree.SubElement(case, "skipped", message=f"not judged: {reasons}").text = body
+    else:
+        ElementTree.SubElement(case, "system-out").text = body

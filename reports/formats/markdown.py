@@ -1,0 +1,85 @@
+"""Markdown for a CI summary or a merge request."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.values import rows
+from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
+from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, visible
+
+_MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
+_MOST_ROWS = 50
+_SPECIAL = re.compile(r"([\\`*_{}\[\]|~$])")
+_ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "@": "&#64;", "#": "&#35;"})
+_LINK = re.compile(r"(?i)(https?|ftp|mailto|www)([:.])")
+
+
+def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
+    """A table of logs, worst first, then the events of each.
+
+    Args:
+        results: the audits.
+        unread: logs that could not be audited.
+    """
+    entries = worst_first([*(entry_of(result) for result in results), *unread])
+    lines = ["# Collision audit", "", *_log_table(entries)]
+    for result in results:
+        lines += _events(result)
+    lines += ["", f"> {STATEMENT}"]
+    return "\n".join(lines) + "\n"
+
+
+def escaped(text: str) -> str:
+    """Text that Markdown takes for nothing but text, on one line."""
+    plain = _SPECIAL.sub(r"\\\1", visible(text)).translate(_ENTITIES)
+    return _LINK.sub(lambda match: f"{match[1]}&#{ord(match[2])};", plain)
+
+
+def _log_table(entries: Iterable[IndexEntry]) -> list[str]:
+    return _table(
+        ("Verdict", "Log", "Judged", "Collisions", "Near misses", "Reasons"),
+        [
+            (
+                f"{_MARKS[entry.verdict]} {VERDICT_WORD[entry.verdict]}",
+                escaped(entry.name),
+                duration(3600 * entry.judged_h),
+                str(entry.collisions) if entry.counts_mean_something else rows.NONE,
+                str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
+                "; ".join(escaped(reason) for reason in entry.reasons),
+            )
+            for entry in entries
+        ],
+    )
+
+
+def _events(result: AuditResult) -> list[str]:
+    lines: list[str] = []
+    if result.collisions:
+        listed = [rows.collision_row(event, result) for event in rows.in_time(result.collisions)]
+        cells = [(r.joint, r.onset, r.detected, r.lasted, r.peak, r.gamma, r.phase) for r in listed]
+        head = ("Joint", "Onset", "Detected", "Above γ for", "Peak", "γ", "Phase")
+        lines += ["", f"## Collisions in {escaped(result.log.name)}", "", *_escaped_table(head, cells)]
+    if result.near_misses:
+        near = [rows.near_miss_row(event, result) for event in rows.in_time(result.near_misses)]
+        rest = [(r.joint, r.kind, r.onset, r.lasted, r.peak, r.gamma, r.closeness) for r in near]
+        head = ("Joint", "Kind", "Onset", "Lasted", "Peak", "γ", "How close")
+        lines += ["", f"## Near misses in {escaped(result.log.name)}", "", *_escaped_table(head, rest)]
+    return lines
+
+
+def _escaped_table(head: Sequence[str], cells: Sequence[Sequence[str]]) -> list[str]:
+    shown = [[escaped(line[0]), *line[1:]] for line in cells[:_MOST_ROWS]]
+    note = [f"\n{len(cells) - _MOST_ROWS} more are in the HTML report and in audit.json."]
+    return _table(head, shown) + (note if len(cells) > _MOST_ROWS else [])
+
+
+def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
+    return [
+        f"| {' | '.join(head)} |",
+        f"| {' | '.join('---' for _ in head)} |",
+        *(f"| {' | '.join(line)} |" for line in lines),
+    ]

@@ -1,0 +1,110 @@
+"""The report formats: one line each, and what writes a report in any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collaudit.core.data.audit_result import Audit, AuditResult
+    from collaudit.reports.values.entries import IndexEntry
+
+
+@dataclass(frozen=True, slots=True)
+class ReportFormat:
+    """One format.
+
+    Attributes:
+        suffix: of its files, with the dot.
+        writer: ``module:function``, imported when a report is written, so that help needs none of it. The function
+            returns the text. It takes ``(audits)``; or, of a format for many logs, ``(results, unread)``: audit results
+            without their signals, and lines of logs that could not be audited.
+        of_many: whether ``collaudit audit --format`` offers it, for all logs together.
+    """
+
+    suffix: str
+    writer: str
+    of_many: bool = False
+
+
+#: Name, as on the command line, to format; the order is that of help and messages.
+FORMATS: dict[str, ReportFormat] = {
+    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text"),
+    "json": ReportFormat(".json", "collaudit.reports.formats.audits_json:audits_json"),
+    "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
+    "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
+    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
+}
+
+
+def formats_of_many() -> tuple[str, ...]:
+    """Names of the formats that list many logs, those that could not be read included."""
+    return tuple(name for name, fmt in FORMATS.items() if fmt.of_many)
+
+
+def write_report(path: Path, audits: Sequence[Audit], fmt: str = "html", unread: Sequence[IndexEntry] = ()) -> None:
+    """Write a report of one or several audits.
+
+    Args:
+        path: the file to make.
+        audits: the audits.
+        fmt: one of :data:`FORMATS`.
+        unread: logs that could not be audited; formats of many logs list them.
+
+    Raises:
+        ConfigError: an unknown format, or nothing to report on.
+        CollauditError: the file cannot be written.
+    """
+    from collaudit.reports.files.atomic import atomic_write
+
+    atomic_write(path, report_text(audits, fmt, unread))
+
+
+def report_text(audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
+    """The report as text; arguments and errors as for :func:`write_report`."""
+    known = format_named(fmt)
+    if not audits and not (unread and known.of_many):
+        raise ConfigError("there is nothing to report on", expected="at least one run")
+    if known.of_many:
+        return summary_text([audit.result for audit in audits], fmt, unread)
+    return _call(known, audits)
+
+
+def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
+    """The report of many logs as text; for it, results do without their signals.
+
+    Args:
+        results: of the logs that could be audited.
+        fmt: one of :func:`formats_of_many`.
+        unread: the logs that could not.
+
+    Raises:
+        ConfigError: an unknown format, or one that needs signals.
+    """
+    known = format_named(fmt)
+    if not known.of_many:
+        raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
+    return _call(known, results, unread)
+
+
+def format_named(name: str) -> ReportFormat:
+    """The format of that name.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if name not in FORMATS:
+        raise ConfigError("unknown report format", found=name, expected=", ".join(FORMATS))
+    return FORMATS[name]
+
+
+def _call(known: ReportFormat, *arguments: object) -> str:
+    module, _, function = known.writer.partition(":")
+    text = getattr(import_module(module), function)(*arguments)
+    assert isinstance(text, str)
+    return text

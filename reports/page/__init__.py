@@ -1,0 +1,5 @@
+"""The HTML pages: the report of one or several logs, and the index of many.
+
+In: audits, lines of the index. Out: self-contained HTML that works offline and runs no script.
+Elsewhere: drawings (``plots``), the text of values (``values``).
+"""

@@ -1,0 +1,58 @@
+"""The template engine: everything is escaped, nothing undefined is skipped."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from collaudit.core.findings import CODES
+from collaudit.reports.values.numbers import duration, percent, significant, stated
+from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted, visible
+
+_FOLDER = Path(__file__).resolve().parent / "templates"
+_MINUS = re.compile(r"(?<![\w.)])-(?=\d)")
+
+
+@cache
+def environment() -> Environment:
+    """The engine with collaudit's filters; built once."""
+    made = Environment(
+        loader=FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_shown,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
+    made.filters.update(minus=_minus, share=_share, counted=counted)
+    made.globals.update(
+        statement=STATEMENT,
+        verdict_word=VERDICT_WORD,
+        verdict_sentence=VERDICT_SENTENCE,
+        codes=CODES,
+        style=Markup((_FOLDER / "style.css").read_text(encoding="utf-8")),
+    )
+    return made
+
+
+def _shown(value: object) -> object:
+    """What the page shows of a value: text without hidden characters; markup is the engine's own."""
+    if isinstance(value, Markup) or not isinstance(value, str):
+        return value
+    return visible(value)
+
+
+def _share(value: float) -> str:
+    """A share somebody chose, as per cent."""
+    return f"{stated(100 * value)} %"
+
+
+def _minus(text: str) -> str:
+    """With a true minus before numbers."""
+    return _MINUS.sub("−", text)

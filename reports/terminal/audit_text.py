@@ -1,0 +1,95 @@
+"""Audits for a terminal: one in full, many in a line each, and the rule as it was applied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from collaudit.core.data.audit_result import AuditResult, RuleFacts
+from collaudit.reports.terminal.text_table import table
+from collaudit.reports.values import rows
+from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
+from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural, visible
+
+
+def summary_table(entries: Sequence[IndexEntry], width: int | None = None) -> str:
+    """One line per log, worst first, then the counts.
+
+    Args:
+        entries: one per log.
+        width: columns of the terminal that the table is cut to; None: any.
+
+    Returns:
+        Text that ends in a line feed.
+    """
+    head = ("verdict", "log", "judged", "collisions", "near misses", "reasons")
+    lines = [
+        (
+            VERDICT_WORD[entry.verdict],
+            entry.name,
+            duration(3600 * entry.judged_h),
+            str(entry.collisions) if entry.counts_mean_something else rows.NONE,
+            str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
+            "; ".join(entry.reasons),
+        )
+        for entry in worst_first(entries)
+    ]
+    counts = verdict_counts(entries)
+    total = ", ".join(f"{counts[verdict]} {word.lower()}" for verdict, word in VERDICT_WORD.items())
+    return table(head, lines, (2, 3, 4), width) + f"\n{plural(len(entries), 'log')}: {total}\n"
+
+
+def audit_text(result: AuditResult, width: int | None = None) -> str:
+    """One audit: verdict, reasons, and a line per joint and per event; tables are cut to ``width``, None: any."""
+    parts = [
+        f"{VERDICT_WORD[result.verdict]}  {visible(result.log.name)}\n",
+        *(f"  - {visible(reason)}\n" for reason in result.reasons),
+        "\n",
+        _joint_table(result, width),
+    ]
+    if result.collisions:
+        parts += ["\nCollisions\n", _collision_table(result, width)]
+    if result.near_misses:
+        parts += ["\nNear misses\n", _near_miss_table(result, width)]
+    findings = [finding for finding in rows.worst_first(result.findings) if finding.severity != "info"]
+    if findings:
+        parts.append("\nFindings\n")
+        parts += [f"  {finding.severity:<8}{finding.code}: {visible(finding.text)}\n" for finding in findings]
+    parts.append(f"\n{STATEMENT}\n")
+    return "".join(parts)
+
+
+def rule_text(rule: RuleFacts) -> str:
+    """Rule (6) as applied, its persistence in whole samples."""
+    gamma = ", ".join(f"{name} {value:g}" for name, value in rule.gamma_nm.items() if name in rule.watch)
+    asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
+    return (
+        f"rule: {rule.detector}, n = {rule.n} samples = {1e3 * rule.persistence_s:g} ms{asked}, "
+        f"gamma in N·m: {gamma or 'no joint is watched'}"
+    )
+
+
+def _joint_table(result: AuditResult, width: int | None) -> str:
+    head = ("joint", "watched", "moving judged", "mean |r|", "99 % below", "largest", "gamma", "events")
+    lines = []
+    for joint, coverage in result.coverage.joints.items():
+        cover = rows.coverage_row(joint, coverage, result)
+        level = rows.residual_row(joint, result) if joint in result.residual else None
+        count = sum(c.joint == joint for c in result.collisions) + sum(m.joint == joint for m in result.near_misses)
+        values = (level.mean, level.p99, level.largest, level.gamma) if level else (rows.NONE,) * 4
+        lines.append((joint, "yes" if cover.watched else "no", cover.share, *values, counted(count, result)))
+    return table(head, lines, (2, 3, 4, 5, 6, 7), width)
+
+
+def _collision_table(result: AuditResult, width: int | None) -> str:
+    listed = [rows.collision_row(event, result) for event in rows.in_time(result.collisions)]
+    head = ("joint", "onset", "detected", "above gamma", "peak", "gamma", "phase")
+    lines = [(r.joint, r.onset, r.detected, r.lasted, r.peak, r.gamma, r.phase) for r in listed]
+    return table(head, lines, (1, 2, 3, 4, 5), width)
+
+
+def _near_miss_table(result: AuditResult, width: int | None) -> str:
+    listed = [rows.near_miss_row(event, result) for event in rows.in_time(result.near_misses)]
+    head = ("joint", "kind", "onset", "lasted", "peak", "gamma", "how close", "phase")
+    lines = [(r.joint, r.kind, r.onset, r.lasted, r.peak, r.gamma, r.closeness, r.phase) for r in listed]
+    return table(head, lines, (2, 3, 4, 5, 6), width)

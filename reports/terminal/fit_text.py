@@ -1,0 +1,73 @@
+"""Identified friction for a terminal, and what was identified besides."""
+
+from __future__ import annotations
+
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import Identification
+from collaudit.reports.terminal.text_table import table
+from collaudit.reports.values.identified import identification_tables
+
+
+def fit_text(friction: FrictionFile, width: int | None = None) -> str:
+    """Friction of every joint, then what was identified besides.
+
+    Args:
+        friction: the fit.
+        width: columns of the terminal that tables are cut to; None: any.
+    """
+    return f"{_fit_table(friction, width)}\n{_identification_text(friction, width)}"
+
+
+def _identification_text(friction: FrictionFile, width: int | None) -> str:
+    """What was identified besides friction, table by table; long tables stay in friction.json and the page."""
+
+    found = Identification(friction.identified, friction.channels, friction.trends)
+    parts = []
+    for each in identification_tables(found):
+        if not each.folded:
+            notes = "".join(f"  {note}\n" for note in each.notes)
+            parts.append(f"\n{each.title}\n{table(each.head, each.rows, width=width)}{notes}")
+    return "".join(parts)
+
+
+def _fit_table(friction: FrictionFile, width: int | None) -> str:
+    """One line a joint: model, parameters with intervals, quality; below it what is not identifiable."""
+    rows = []
+    remarks = []
+    for name, fit in friction.joints.items():
+        rows.append(
+            (name, fit.model or "not fitted", _parameters(fit), str(fit.n_points), *_quality(fit), _speeds(fit))
+        )
+        if fit.reason:
+            remarks.append(f"  {name}: {fit.reason}")
+        remarks += [f"  {name}: {text}" for text in fit.not_identifiable]
+        if fit.identifiability is not None and fit.identifiability.motion_needed:
+            remarks.append(f"  {name}: to settle it: {'; '.join(fit.identifiability.motion_needed)}")
+    head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE (of rated)", "R²", "speeds")
+    return "\n".join([table(head, rows, (3,), width).rstrip(), *remarks])
+
+
+def _parameters(fit: FrictionFit) -> str:
+    parts = []
+    for name, value in fit.parameters.items():
+        bounds = fit.ci95.get(name)
+        interval = "" if bounds is None else f" [{_bound(bounds[0])}, {_bound(bounds[1])}]"
+        parts.append(f"{name.partition('_')[0]} {value:.4g}{interval}")
+    return "  ".join(parts)
+
+
+def _bound(value: float | None) -> str:
+    return "open" if value is None else f"{value:.3g}"
+
+
+def _quality(fit: FrictionFit) -> tuple[str, str]:
+    """RMSE with its share of the joint's rated torque, and R²."""
+    if fit.rmse_nm is None:
+        return "", ""
+    share = "" if fit.rmse_share is None else f" ({100 * fit.rmse_share:.2g} %)"
+    return f"{fit.rmse_nm:.3g} {fit.effort_unit}{share}", "" if fit.r_squared is None else f"{fit.r_squared:.4f}"
+
+
+def _speeds(fit: FrictionFit) -> str:
+    return "" if fit.speed_range_rad_s is None else f"{fit.speed_range_rad_s[0]:.3g} to {fit.speed_range_rad_s[1]:.3g}"

@@ -1,0 +1,75 @@
+"""What is in a log, for a terminal."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from collaudit.reports.terminal.text_table import table
+
+if TYPE_CHECKING:
+    from collaudit.core.logs import LogSummary, TopicInfo
+
+_LONGEST_LIST = 24
+_INDENT = "  "
+
+
+def log_text(summary: LogSummary, width: int | None = None) -> str:
+    """What is in a log: its size and length, a table of its topics, the joints of each.
+
+    Args:
+        summary: of the log.
+        width: columns of the terminal that the table is cut to; None: any.
+    """
+    title = [summary.name, f"{summary.format}, {_bytes(summary.size_bytes)}"]
+    if summary.duration_s is not None:
+        title.append(f"{summary.duration_s:.3f} s")
+    if summary.start_ns is not None:
+        title.append(f"starts {_utc(summary.start_ns)}")
+    lines = ["  ".join(title)]
+    if summary.csv_columns:
+        lines.append(f"  {len(summary.csv_columns)} columns: {_listed(summary.csv_columns)}")
+    if summary.topics:
+        rows = [
+            (
+                topic.name,
+                topic.type,
+                topic.role.replace("_", " "),
+                str(topic.count),
+                "" if topic.rate_hz is None else f"{topic.rate_hz:.1f}",
+                "" if topic.largest_gap_s is None else f"{topic.largest_gap_s:.3f}",
+                topic.note,
+            )
+            for topic in summary.topics
+        ]
+        head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
+        lines.append(_indent(table(head, rows, (3, 4, 5), None if width is None else width - len(_INDENT)).rstrip()))
+        lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
+    return "\n".join(lines)
+
+
+def _joints(topic: TopicInfo) -> str:
+    present = {"velocity": topic.has_velocity, "effort": topic.has_effort}
+    lacking = [f"no {name}" for name, there in present.items() if there is False]
+    return _listed(topic.joints) + (f" ({', '.join(lacking)})" if lacking else "")
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    shown = [name for name in names if name][:_LONGEST_LIST]
+    return ", ".join(shown) + (", …" if len(names) > _LONGEST_LIST else "")
+
+
+def _indent(text: str) -> str:
+    return "\n".join(f"{_INDENT}{line}" for line in text.splitlines())
+
+
+def _utc(start_ns: int) -> str:
+    return datetime.fromtimestamp(start_ns / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+
+
+def _bytes(size: int) -> str:
+    """A size in the unit a reader thinks in."""
+    value, units = float(size), ["B", "kB", "MB", "GB"]
+    while value >= 1000 and len(units) > 1:
+        value, units = value / 1000, units[1:]
+    return f"{value:.0f} {units[0]}" if units[0] == "B" else f"{value:.1f} {units[0]}"

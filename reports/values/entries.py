@@ -1,0 +1,84 @@
+"""One line per audited log: what index pages, summaries and CI formats are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.errors import CollauditError
+from collaudit.reports.values.words import nothing_judged
+
+_ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
+
+
+@dataclass(frozen=True, slots=True)
+class IndexEntry:
+    """One log among many.
+
+    Attributes:
+        name: of the log, unique among the entries.
+        verdict: what became of it; a log that could not be read is ``not_judged``.
+        reasons: why.
+        report: link to its report, relative to the index page, or None.
+        collisions, near_misses: counts.
+        judged_h: hours in which at least one joint was judged, taken as those of the joint judged longest.
+        error: why it could not be audited at all, or None.
+    """
+
+    name: str
+    verdict: Verdict
+    reasons: tuple[str, ...]
+    report: str | None
+    collisions: int
+    near_misses: int
+    judged_h: float
+    error: str | None = None
+
+    @property
+    def counts_mean_something(self) -> bool:
+        """False when nothing was judged, so that no events were found because none were looked for."""
+        return self.judged_h > 0 or self.collisions > 0 or self.near_misses > 0
+
+
+def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
+    """The line of one audit.
+
+    Args:
+        result: the audit.
+        report: link to its report, relative to the index page.
+    """
+    watched = [joint for joint in result.coverage.joints.values() if joint.watched]
+    longest = 0.0 if nothing_judged(result) else max(joint.judged_s + joint.standing_s for joint in watched)
+    return IndexEntry(
+        name=result.log.name,
+        verdict=result.verdict,
+        reasons=result.reasons,
+        report=report,
+        collisions=len(result.collisions),
+        near_misses=len(result.near_misses),
+        judged_h=longest / 3600,
+    )
+
+
+def entry_of_error(name: str, error: CollauditError) -> IndexEntry:
+    """The line of a log that could not be audited."""
+    return IndexEntry(name, "not_judged", (error.message,), None, 0, 0, 0.0, error.render())
+
+
+def worst_first(entries: Iterable[IndexEntry]) -> list[IndexEntry]:
+    """Failed logs first, those with most collisions leading; then what was not judged; then what passed."""
+    return sorted(
+        entries,
+        key=lambda e: (_ORDER[e.verdict], e.error is None, -e.collisions, -e.near_misses, e.name),
+    )
+
+
+def verdict_counts(entries: Sequence[IndexEntry]) -> dict[Verdict, int]:
+    """How many logs have each verdict."""
+    return {verdict: sum(entry.verdict == verdict for entry in entries) for verdict in _ORDER}
+
+
+def worst_verdict(entries: Sequence[IndexEntry]) -> Verdict:
+    """The verdict on all of them: a breach outweighs what could not be judged, and that outweighs a pass."""
+    return min((entry.verdict for entry in entries), key=_ORDER.__getitem__, default="not_judged")

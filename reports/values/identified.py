@@ -1,0 +1,166 @@
+"""Tables of what was identified besides friction: for the page and for the terminal, every value as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from collaudit.core.data.identification_result import (
+    ChannelFacts,
+    FrictionVariation,
+    Identification,
+    Identified,
+    SensorFacts,
+    Trend,
+)
+from collaudit.reports.values.numbers import interval, percent, significant
+
+NONE = "–"
+Bounds = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table: title, column heads, rows of cells, sentences below it, and whether it is long and second to others."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...] = ()
+    folded: bool = False
+
+
+def identification_tables(found: Identification) -> tuple[Table, ...]:
+    """Every table there is something for."""
+    tables = [*_identified(found.identified)] if found.identified is not None else []
+    if found.channels:
+        tables.append(_channels(found.channels))
+        tables += [_sensor(log, facts.sensor) for log, facts in found.channels.items() if facts.sensor is not None]
+    if found.trends:
+        tables.append(_trends(found.trends))
+    return tuple(tables)
+
+
+def _identified(found: Identified) -> Iterator[Table]:
+    joints = [
+        (
+            name,
+            NONE if j.gain is None else _with(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not asked for",
+            _with(j.offset_nm, j.offset_ci95),
+            f"{significant(j.armature_kg_m2)} ({significant(j.armature_file_kg_m2)})",
+            f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
+        )
+        for name, j in found.joints.items()
+    ]
+    head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on time left out, N·m")
+    said = f"{found.samples} samples, {significant(found.sample_rate_hz)} a second: {found.loss}."
+    yield Table("Drives, as identified", head, tuple(joints), (found.prior, said))
+    if "inertials" in found.estimate:
+        bodies = [
+            (
+                name,
+                f"{significant(b.mass_kg)} ({significant(b.parameters_file[0])})",
+                ", ".join(significant(x) for x in b.com_m),
+                "yes" if b.consistent else "no",
+            )
+            for name, b in found.bodies.items()
+        ]
+        above = ("Moved by joint", "Mass (on file), kg", "Centre of mass, m", "Can exist")
+        note = (
+            "No motion tells every single mass: only the base parameters below are determined. "
+            f"Physical consistency: {found.consistency}."
+        )
+        yield Table("Inertials, as identified", above, tuple(bodies), (note,))
+        base = [
+            (b.name, _with(b.value, b.ci95), significant(b.value_file), percent(b.from_data, 0))
+            for b in found.base_parameters
+        ]
+        columns = ("Combination", "Value", "On file", "Known from the data")
+        yield Table(f"{len(base)} base parameters, best known first", columns, tuple(base), folded=True)
+    if found.tool is not None:
+        tool = found.tool
+        com = NONE if tool.com_m is None else ", ".join(significant(x) for x in tool.com_m)
+        moment = "; ".join(interval(*b) for b in tool.moment_ci95_kg_m)
+        row = (tool.frame, _with(tool.mass_kg, tool.mass_ci95), com, moment)
+        over = ("In frame", "Mass, kg", "Centre of mass, m", "95 % of mass · centre (x; y; z), kg·m")
+        yield Table("Tool, as the joints feel it", over, (row,))
+
+
+def _channels(channels: dict[str, ChannelFacts]) -> Table:
+    lines = [
+        (
+            log,
+            _delay(c.effort_delay_ms, c.effort_delay_ci95_ms),
+            NONE if c.velocity_delay_ms is None else f"{c.velocity_delay_ms:.1f} ms",
+            _delay(c.wrench_delay_ms, c.wrench_delay_ci95_ms),
+        )
+        for log, c in channels.items()
+    ]
+    return Table(
+        "Channels: how far behind the positions",
+        ("Log", "Effort", "Logged velocity", "Wrench"),
+        tuple(lines),
+        (f"{NONE}: there is no such channel, or the motion does not tell.",),
+    )
+
+
+def _sensor(log: str, sensor: SensorFacts | None) -> Table:
+    assert sensor is not None
+    lines = [("mass carried, kg", _with(sensor.mass_kg, sensor.mass_ci95))]
+    if sensor.com_m is not None and sensor.com_ci95 is not None:
+        lines += _axes("centre of mass {}, m", "xyz", sensor.com_m, sensor.com_ci95)
+    lines += _axes("offset of force {}, N", "xyz", sensor.offset[:3], sensor.offset_ci95[:3])
+    lines += _axes("offset of moment {}, N·m", "xyz", sensor.offset[3:], sensor.offset_ci95[3:])
+    if sensor.turn_deg is not None and sensor.turn_half_deg is not None:
+        turn = ", ".join(f"{x:.2f}" for x in sensor.turn_deg)
+        lines.append(("turned against its frame (rotation vector), degrees", f"{turn} ± {sensor.turn_half_deg:.2f}"))
+    lines += _axes("drift of force {} over the log, N", "xyz", sensor.drift[:3], sensor.drift_ci95[:3])
+    lines += _axes("drift of moment {} over the log, N·m", "xyz", sensor.drift[3:], sensor.drift_ci95[3:])
+    title = f"Wrist sensor in {sensor.frame}, from {sensor.poses} poses at rest of {log}"
+    return Table(title, ("Quantity", "Value"), tuple(lines), sensor.missing)
+
+
+def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds, ...]) -> list[tuple[str, str]]:
+    return [(text.format(n), _with(x, b)) for n, x, b in zip(names, values, bounds, strict=True)]
+
+
+def _trends(trends: dict[str, FrictionVariation]) -> Table:
+    lines, untold = [], []
+    for joint, found in trends.items():
+        by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}
+        waves = "; ".join(
+            f"{significant(w.amplitude_nm)} N·m at {w.cycles_per_turn:.0f} a turn, {percent(w.explained, 0)}"
+            for w in found.ripple
+        )
+        lines.append(
+            (joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1), waves or NONE)
+        )
+        untold += [f"{joint}: {text}." for text in found.untold]
+    head = (
+        "Joint",
+        "Friction with running time, % a minute",
+        "With temperature, % a kelvin",
+        "With load, N·m per N·m",
+        "Ripple: amplitude, cycles, share of the residual's variance",
+    )
+    return Table("What moves in friction", head, tuple(lines), tuple(untold))
+
+
+def _each(trends: list[Trend], scale: float) -> str:
+    """One entry a log; what is not told apart from nothing says so."""
+    cells = []
+    for t in trends:
+        low, high = (None if b is None else scale * b for b in t.ci95)
+        text = f"{significant(scale * t.per_unit, 2)} [{interval(low, high, 2)}]"
+        cells.append(text if t.shown else f"{text}, none shown")
+    return "; ".join(cells) or NONE
+
+
+def _with(value: float, bounds: Bounds | None) -> str:
+    return significant(value) if bounds is None else f"{significant(value)} [{interval(*bounds)}]"
+
+
+def _delay(value: float | None, bounds: Bounds | None) -> str:
+    if value is None or bounds is None or bounds[0] is None or bounds[1] is None:
+        return NONE
+    return f"{value:.1f} ms [{bounds[0]:.1f} to {bounds[1]:.1f}]"

@@ -1,0 +1,74 @@
+"""Adding a report format: one file and one line, and every command knows it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from collaudit.core.errors import ConfigError
+from collaudit.reports.formats.registry import FORMATS, summary_text
+
+#: The one file: its function takes results and the lines of logs that could not be audited.
+TOY = '''
+"""A toy report format: a verdict a line."""
+
+def verdicts_text(results, unread=()):
+    lines = [f"{result.log.name} {result.verdict}" for result in results]
+    return "\\n".join([*lines, *(f"{entry.name} unread" for entry in unread)]) + "\\n"
+'''
+#: The one line, here in front of the command since the registry itself is not edited.
+RUN = """
+import sys
+from collaudit.reports.formats.registry import FORMATS, ReportFormat
+FORMATS["toy"] = ReportFormat(".toy", "toy_report:verdicts_text", of_many=True)
+from collaudit.cli.main import run
+sys.exit(run(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def with_toy(tmp_path: Path):
+    """Run a command of a collaudit that has the toy format."""
+    (tmp_path / "toy_report.py").write_text(TOY, encoding="utf-8")
+
+    def run(*args: object) -> subprocess.CompletedProcess[str]:
+        path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+        command = [sys.executable, "-c", RUN, *map(str, args)]
+        return subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+
+    return run
+
+
+def test_a_toy_format_is_offered_and_written_by_every_command(with_toy, arm, tmp_path: Path) -> None:
+    for command in ("report", "audit"):
+        assert "markdown, toy," in " ".join(with_toy(command, "--help").stdout.split())
+    assert ", toy" in with_toy("report", "x", "-o", "-", "--format", "pdf").stderr
+    bad = tmp_path / "bad.csv"
+    bad.write_text("t,q1\n0,0\n")
+    judged = ["-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "out", "--format", "toy"]
+    assert with_toy("audit", arm.clean, bad, *judged).returncode == 3
+    assert sorted((tmp_path / "out/summary.toy").read_text().splitlines()) == ["bad.csv unread", "clean.csv pass"]
+    shown = with_toy("report", tmp_path / "out/clean", "-o", tmp_path / "page.html", "--format", "html,toy")
+    assert shown.returncode == 0, shown.stderr
+    assert (tmp_path / "page.toy").read_text() == "clean.csv pass\n"
+
+
+def test_help_and_names_come_from_the_registry(collaudit) -> None:
+    everything = " ".join(collaudit("report", "--help").out.split())
+    assert f"Out of {', '.join(FORMATS)}, separated" in everything
+    refused = collaudit("audit", "x", "-o", "out", "--format", "html")
+    assert refused.code == 2
+    assert "expected: junit, sarif, markdown" in refused.err
+
+
+def test_suffixes_are_apart() -> None:
+    assert len({fmt.suffix for fmt in FORMATS.values()}) == len(FORMATS)
+
+
+def test_a_format_of_one_run_is_none_of_many() -> None:
+    with pytest.raises(ConfigError, match="not for many logs"):
+        summary_text([], "html")

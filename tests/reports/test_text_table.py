@@ -1,0 +1,59 @@
+"""Tables of a terminal: aligned by what a terminal shows, cut to its width, whole in files."""
+
+from __future__ import annotations
+
+import samples
+from hypothesis import given
+from hypothesis import strategies as st
+from wcwidth import wcswidth
+
+from collaudit.reports.terminal.audit_text import audit_text
+from collaudit.reports.terminal.text_table import table
+
+LINES = [
+    ("shoulder_pan", "1.25", "a reason that is much longer than the others"),
+    ("关节", "1000.5", "短い理由ですが、それでも幅は広いのです、とても広いのです"),
+]
+
+
+def test_columns_are_those_of_a_terminal() -> None:
+    lines = table(("name", "n"), [("关节", "1"), ("e\u0301lbow", "22")], numeric=(1,)).splitlines()
+    assert lines == ["name    n", "-----  --", "关节    1", "e\u0301lbow  22"]
+
+
+def test_a_file_gets_the_table_whole() -> None:
+    text = table(("joint", "n", "reason"), LINES, (1,))
+    assert all(cell in text for line in LINES for cell in line)
+
+
+def test_a_terminal_gets_columns_of_text_cut_first_and_numbers_whole() -> None:
+    lines = table(("joint", "n", "reason"), LINES, (1,), width=45).splitlines()
+    assert all(wcswidth(line) <= 45 for line in lines)
+    assert "1000.5" in lines[3]
+    assert lines[2].startswith("shoulder_pan    1.25  a reason")
+    assert lines[2].endswith("…")
+    assert lines[3].endswith("…")
+
+
+def test_a_cut_inside_a_wide_letter_keeps_the_width() -> None:
+    for width in range(12, 60):
+        assert all(wcswidth(line) <= width for line in table(("j", "n", "r"), LINES, (1,), width).splitlines())
+
+
+@given(
+    st.lists(st.tuples(st.text(max_size=30), st.text(max_size=8), st.text(max_size=60)), max_size=4),
+    st.integers(1, 120),
+)
+def test_no_line_is_wider_than_the_terminal(lines: list[tuple[str, str, str]], width: int) -> None:
+    text = table(("joint", "n", "reason"), lines, (1,), width)
+    assert text.endswith("\n")
+    assert len(text.splitlines()) == len(lines) + 2
+    assert all(wcswidth(line) <= width for line in text.splitlines())
+
+
+def test_sentences_of_an_audit_are_never_cut() -> None:
+    result = samples.failed(5000).result
+    text = audit_text(result, width=40)
+    assert "no safety function" in text
+    assert all(reason in text for reason in result.reasons)
+    assert audit_text(result) != text

@@ -6,8 +6,8 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import ordered_map

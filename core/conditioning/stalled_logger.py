@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.runs import run_bounds

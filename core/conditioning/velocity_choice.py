@@ -9,14 +9,12 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.conditioning.velocity_lag import Lag, lag_rows, pooled_s, velocity_lag
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 
-#: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
-#: friction is not that of sliding, and the same position twice is no surprise.
-MOVING_RAD_S = 0.02
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 
 

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.friction.friction_model import FrictionModel

@@ -6,10 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.conditioning.velocity_lag import SAMPLES
 from collaudit.core.config.schema import Config
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.channel_shift import (

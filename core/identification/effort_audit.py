@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.channel_shift import Delay

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.conditioning.velocity_lag import SAMPLES
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.runs import run_bounds

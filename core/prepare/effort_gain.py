@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map

@@ -8,7 +8,8 @@ from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 
-#: A joint faster than this moves, rad/s (m/s if prismatic): slower, noise of the velocity turns its sign.
+#: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
+#: friction is not that of sliding, and the same position twice is no surprise.
 MOVING_RAD_S = 0.02
 
 

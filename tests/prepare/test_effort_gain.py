@@ -8,8 +8,8 @@ import statsmodels.api as sm
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.velocity_choice import MOVING_RAD_S
 from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.prepare.effort_gain import effort_gain_findings, effort_gains
 
 

@@ -57,3 +57,11 @@ def test_sentences_of_an_audit_are_never_cut() -> None:
     assert "no safety function" in text
     assert all(reason in text for reason in result.reasons)
     assert audit_text(result) != text
+
+
+def test_a_number_behind_long_text_is_still_seen() -> None:
+    turned = [(joint, reason, n) for joint, n, reason in LINES]
+    lines = table(("joint", "reason", "n"), turned, (2,), width=45).splitlines()
+    assert lines[2].partition("…")[2].strip() == "1.25"
+    assert lines[3].partition("…")[2].strip() == "1000.5"
+    assert all(wcswidth(line) <= 45 for line in lines)

@@ -15,7 +15,7 @@ import click
 from collaudit.cli.main import collaudit
 from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
 from collaudit.core.config.schema import Config
-from collaudit.core.finding_kinds import KINDS, Kind
+from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.result_schemas import schema_texts
 
@@ -79,7 +79,7 @@ def findings_page() -> str:
         "reasons hold the finding. `inspect` and `init` exit with 3. An error of a joint that nobody asked to judge",
         "(`[robot] joints`, `[detect] watch`) is a warning, without this effect.",
         "",
-        "_Generated from `core/finding_kinds.py` by `make docs`._",
+        "_Generated from `core/findings/finding_kinds.py` by `make docs`._",
         "",
         "| code | meaning | effect | what to do |",
         "|---|---|---|---|",

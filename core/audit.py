@@ -188,9 +188,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
         equation=run.detector.equation,
         delay=delay_facts(run.residual.balance.kernel, rule, period),
         friction_level=friction_levels(run.residual, config.detect.friction_level == "followed"),
-        dynamic=learn_dynamic_thresholds(
-            series, run.residual, {j: clean[j] for j in clean if watch[j].watched}, rule.n
-        ),
+        dynamic=learn_dynamic_thresholds(series, run.residual, watched, rule.n),
         incidents=(),
         detectors=others,
         flags=(),

@@ -18,7 +18,7 @@ from collaudit.core.data.identification_result import ChannelFacts, Identified, 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 
 
@@ -131,7 +131,9 @@ def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[R
         first = first + tool.mass_kg * (own_turn @ np.array(tool.com_m) + own_place)
     parameters = robot.inertial_parameters.copy()
     ten = parameters[10 * body : 10 * body + 10]
-    ten += _point_mass(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - _point_mass(mass, first)
+    ten += point_mass_parameters(sensor.mass_kg, sensor.mass_kg * (turn @ centre + place)) - point_mass_parameters(
+        mass, first
+    )
     return robot.with_inertials(parameters, robot.armature), sensor.mass_kg, mass
 
 
@@ -144,16 +146,6 @@ def missing_sensor_findings(calibration: Calibration, config: Config) -> list[Fi
         "estimated from this log instead."
     )
     return [Finding("log-wrench-bias", "warning", text)]
-
-
-def _point_mass(mass_kg: float, first_kg_m: FloatArray) -> FloatArray:
-    """(10,) inertial parameters of a point mass: mass, first moments (3,), inertia about the origin."""
-    out = np.zeros(10)
-    if mass_kg > 0:
-        out[0], out[1:4] = mass_kg, first_kg_m
-        inertia = (float(first_kg_m @ first_kg_m) * np.eye(3) - np.outer(first_kg_m, first_kg_m)) / mass_kg
-        out[4:] = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    return out
 
 
 def _with_identified(robot: RobotModel, identified: Identified) -> RobotModel:

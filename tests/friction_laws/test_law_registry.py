@@ -24,10 +24,10 @@ from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, RateTerm, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, LawName, law_named
 from collaudit.core.robot import load_robot
-from collaudit.reports.decode import parse_result
+from collaudit.reports.files.json_reader import parse_result
+from collaudit.reports.files.result_schemas import friction_schema
 from collaudit.reports.files.run_files import friction_json
 from collaudit.reports.page.html import html_text
-from collaudit.reports.schemas import friction_schema
 from collaudit.reports.values.words import law_text, parameter_meaning
 
 PROJECT = Path(__file__).resolve().parents[2]

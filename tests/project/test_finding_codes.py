@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from collaudit.core.finding_kinds import KINDS
+from collaudit.core.findings.finding_kinds import KINDS
 
 PROJECT = Path(__file__).resolve().parents[2]
 FOLDERS = ("core", "cli", "reports", "fixtures")
-TABLE = {PROJECT / "core" / "findings.py", PROJECT / "core" / "finding_kinds.py"}
+TABLE = set((PROJECT / "core" / "findings").glob("*.py"))
 SOURCES = sorted(p for folder in FOLDERS for p in (PROJECT / folder).rglob("*.py"))
 
 

@@ -14,8 +14,8 @@ from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import Collision, Coverage, FrictionFile, Provenance
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
-from collaudit.core.finding_kinds import KINDS
 from collaudit.core.findings import Finding, joints_not_judged, without_errors_of
+from collaudit.core.findings.finding_kinds import KINDS
 from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.verdict import decide

@@ -1,7 +1,8 @@
 """Findings: stated facts about data quality, each with a stable code and an effect on what may be judged.
 
-What a finding does to coverage and verdict is its :attr:`Finding.effect`, from the table in ``finding_kinds.py``; no
-other module looks at codes. A fact that code needs is a field of a type, not a finding to search for.
+What a finding does to coverage and verdict is its :attr:`Finding.effect`, from the table in
+:mod:`~collaudit.core.findings.finding_kinds`; no other module looks at codes. A fact that code needs is a field of a
+type, not a finding to search for.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
-from collaudit.core.finding_kinds import KINDS, Effect, Kind, Severity
+from collaudit.core.findings.finding_kinds import KINDS, Effect, Kind, Severity
 
 #: Finding code to its meaning.
 CODES: dict[str, str] = {code: kind.meaning for code, kind in KINDS.items()}
@@ -42,9 +43,11 @@ class Finding:
 
     def __post_init__(self) -> None:
         if self.code not in KINDS:
-            raise ValueError(f"unknown finding code {self.code!r}: add it to core.finding_kinds.KINDS")
+            raise ValueError(f"unknown finding code {self.code!r}: add it to core.findings.finding_kinds.KINDS")
         if self.severity not in self.kind.effects:
-            raise ValueError(f"finding {self.code!r} has no severity {self.severity!r}: see core.finding_kinds.KINDS")
+            raise ValueError(
+                f"finding {self.code!r} has no severity {self.severity!r}: see core.findings.finding_kinds.KINDS"
+            )
 
     @property
     def kind(self) -> Kind:

@@ -1,0 +1,9 @@
+"""Findings: stated facts about data quality, the table of their kinds, and what each does to a verdict.
+
+In: what any stage noticed. Out: a Finding with its effect, and the joints it forbids judging.
+Elsewhere: noticing (every stage), the verdict (verdict), showing (reports, cli).
+"""
+
+from collaudit.core.findings.finding import CODES, Finding, joints_not_judged, without_errors_of
+
+__all__ = ["CODES", "Finding", "joints_not_judged", "without_errors_of"]

@@ -45,7 +45,7 @@ def audit_one(
     """
     from dataclasses import replace
 
-    from collaudit.cli.chain import audit_files
+    from collaudit.cli.log_arguments import audit_files
     from collaudit.reports.files.run_files import write_run
     from collaudit.reports.page.html import write_html
     from collaudit.reports.values.entries import entry_of, entry_of_error

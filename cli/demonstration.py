@@ -90,7 +90,7 @@ def evaluate(files: dict[str, SimulatedFiles], out: Path, progress: Progress) ->
         out: folder for what is written.
         progress: called with steps done and in all.
     """
-    from collaudit.cli.chain import audit_files
+    from collaudit.cli.log_arguments import audit_files
     from collaudit.core import api
     from collaudit.core.config import load_config
     from collaudit.fixtures.compare import check_events, check_friction, read_truth

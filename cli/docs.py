@@ -7,12 +7,15 @@ makes.
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
 import click
 
 from collaudit.cli.main import collaudit
+from collaudit.cli.room_picture import ROOMS, picture
+from collaudit.core.config import schema as config_of_core
 from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
@@ -130,6 +133,14 @@ def _cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ")
 
 
+def with_picture(page: str) -> str:
+    """The architecture page with the rooms, their arrows and their order as the code has them now."""
+    core = Path(config_of_core.__file__).parents[1]
+    page = re.sub(r"```mermaid\n.*?```", lambda _: f"```mermaid\n{picture(core)}```", page, flags=re.DOTALL)
+    order = ", ".join(f"`{room}`" for room in ROOMS)
+    return re.sub(r"in this order: .*?\.(?= `tests)", lambda _: f"in this order: {order}.", page, flags=re.DOTALL)
+
+
 def main(arguments: list[str]) -> int:
     """Write the pages into the folder named."""
     if len(arguments) != 1:
@@ -139,6 +150,9 @@ def main(arguments: list[str]) -> int:
         path = Path(arguments[0]) / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
+    architecture = Path(arguments[0]) / "architecture.md"
+    if architecture.exists():
+        architecture.write_text(with_picture(architecture.read_text(encoding="utf-8")), encoding="utf-8")
     return 0
 
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
     from collaudit.core.data.joint_log import JointLog
     from collaudit.core.logs import LogSummary
-    from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.robot.robot_model import RobotModel
     from collaudit.core.scoring.truth_events import TruthFile
@@ -123,14 +122,14 @@ def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
 
 
 def prepare(
-    files: Files, settings: LoadedConfig, calibration: Calibration | None = None, progress: Progress | None = None
+    files: Files, settings: LoadedConfig, friction: FrictionFile | None = None, progress: Progress | None = None
 ) -> Prepared:
     """Read one log, build its robot, condition and check both.
 
     Args:
         files: a log, or the parts of one.
         settings: everything about log and robot.
-        calibration: what an earlier fit found of drives, arm and sensor; None for nothing.
+        friction: what an earlier fit found of drives, arm and sensor; None for nothing.
         progress: of reading.
 
     Returns:
@@ -139,10 +138,13 @@ def prepare(
     Raises:
         CollauditError: any of it cannot be done.
     """
+    from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.prepared import prepare as prepared_of
 
     log = open_log(files, settings, progress)
-    return prepared_of(log, load_robot(settings, log.joint_names), settings.config, calibration)
+    robot = load_robot(settings, log.joint_names)
+    calibration = None if friction is None else Calibration.of(friction, settings.config)
+    return prepared_of(log, robot, settings.config, calibration)
 
 
 def fit(logs: Sequence[Files | Prepared], settings: LoadedConfig, progress: Progress | None = None) -> FrictionFile:
@@ -195,7 +197,6 @@ def audit(
             given.
     """
     from collaudit.core.audit import audit_log
-    from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.provenance import make_provenance
 
     if friction is None and settings.friction_path is not None:
@@ -205,7 +206,7 @@ def audit(
             found=str(settings.friction_path),
             hint="pass friction = collaudit.reports.read_friction(settings.friction_path)",
         )
-    prepared = prepare(files, settings, Calibration.of(friction, settings.config), progress)
+    prepared = prepare(files, settings, friction, progress)
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     return audit_log(prepared, settings.config, friction, provenance, truth)
 

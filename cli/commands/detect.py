@@ -41,8 +41,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
     Exit codes: 0 policy kept, 1 policy broken, 3 not judged.
     """
-    from collaudit.cli.chain import audit_files, one_log
     from collaudit.cli.exit_codes import exit_code
+    from collaudit.cli.log_arguments import audit_files, one_log
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.run_files import audit_json, write_run
     from collaudit.reports.files.score_file import score_json

@@ -41,8 +41,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
 
     Exit code 3 when the log cannot be judged with it as it stands.
     """
-    from collaudit.cli.chain import one_log
     from collaudit.cli.draft import Draft
+    from collaudit.cli.log_arguments import one_log
     from collaudit.core.config import parse_config
     from collaudit.core.logs import describe, guess_csv_columns
     from collaudit.core.robot import robot_joints

@@ -77,7 +77,7 @@ def _persistence_s(audits: Sequence[Audit]) -> float | None:
 
 def _audits(inputs: Sequence[str]) -> list[Audit]:
     """Runs are read, everything else is judged as a log."""
-    from collaudit.cli.chain import audit_files
+    from collaudit.cli.log_arguments import audit_files
     from collaudit.core.api import find_logs
     from collaudit.reports.files.run_files import AUDIT_NAME, read_run
 

@@ -13,7 +13,7 @@ import pytest
 from filelock import FileLock
 
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.fixtures.chain import fit_simulated
+from collaudit.fixtures.simulated_audit import fit_simulated
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles, simulate_to
 
 ROBOTS = ("paper6", "seven")

@@ -6,6 +6,7 @@ import ast
 from collections import defaultdict
 from pathlib import Path
 
+from collaudit.cli.docs import with_picture
 from collaudit.cli.room_picture import ROOMS, module_imports, picture, room_imports, room_of
 
 TOP = Path(__file__).resolve().parents[2]
@@ -183,4 +184,5 @@ def test_tests_mirror_the_rooms() -> None:
 
 def test_the_picture_is_that_of_the_code() -> None:
     page = (TOP / "docs" / "architecture.md").read_text(encoding="utf-8")
-    assert f"```mermaid\n{picture(TOP / 'core')}```" in page
+    assert f"```mermaid\n{picture(TOP / 'core')}```" in page, "run: make docs"
+    assert with_picture(page) == page, "run: make docs"

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from collaudit.cli.config_text import Section, document
 from collaudit.cli.guess_names import NameGuess, guess_names
 from collaudit.core.config.describe import all_keys
+from collaudit.core.config.relative_paths import located
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
@@ -210,7 +211,7 @@ def _plain(value: object, base_dir: Path, folder: Path) -> object:
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_unset=True)
     if isinstance(value, Path):
-        return os.path.relpath(base_dir / value, folder)
+        return os.path.relpath(located(value, base_dir), folder)
     if isinstance(value, list | tuple):
         return [_plain(inner, base_dir, folder) for inner in value]
     if isinstance(value, dict):

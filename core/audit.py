@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-import numpy as np
-
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import compare_controller_alarms
@@ -34,6 +32,7 @@ from collaudit.core.detection.detector_run import (
     delay_facts,
     detector_facts,
     friction_levels,
+    judged_signals,
     run_detector,
 )
 from collaudit.core.detection.rule_settings import make_rule
@@ -174,7 +173,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     rule, watch, found = make_rule(series, prepared.phases, config)
     inputs = DetectionInputs(applied.laws, joints_not_judged(prepared.findings, prepared.judged), rule, watch)
     run = run_detector(prepared, inputs, config)
-    signals = _signals(series, run, rule.gamma_nm)
+    signals = judged_signals(series, run, rule.gamma_nm)
     times = run.detected.collision_times
     clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
     stats = {joint: residual_stats(signals, joint, clean[joint], period) for joint in series.joint_names}
@@ -206,21 +205,6 @@ def _recommended(judged: _Judged, period_s: float) -> dict[str, RecommendedRule]
         for joint in signals.joint_names
         if judged.inputs.watch[joint].watched
     }
-
-
-def _signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[str, float]) -> Signals:
-    measured = np.full_like(series.position_rad, np.nan) if series.effort is None else series.effort
-    return Signals(
-        time_s=series.time_s,
-        joint_names=series.joint_names,
-        position_rad=series.position_rad,
-        velocity_rad_s=series.velocity_rad_s,
-        measured_nm=measured,
-        model_nm=run.residual.model_nm,
-        residual_nm=run.residual.torque_nm,
-        state=run.detected.state,
-        gamma_nm=np.array([gamma_nm.get(joint, np.nan) for joint in series.joint_names]),
-    )
 
 
 def _log_facts(series: UniformSeries) -> LogFacts:

@@ -12,6 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from collaudit.core.config.problems import Places, schema_problems, syntax_problem
+from collaudit.core.config.relative_paths import located
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_lines import key_lines
 from collaudit.core.errors import ConfigError
@@ -89,9 +90,9 @@ def _placed(config: Config, base_dir: Path) -> Config:
     """The configuration with its files and folders as they are found from the working folder."""
     friction, log = config.friction, config.log
     if friction.file is not None:
-        friction = friction.model_copy(update={"file": base_dir / friction.file})
+        friction = friction.model_copy(update={"file": located(friction.file, base_dir)})
     if log.msg_path:
-        log = log.model_copy(update={"msg_path": [base_dir / folder for folder in log.msg_path]})
+        log = log.model_copy(update={"msg_path": [located(folder, base_dir) for folder in log.msg_path]})
     return config.model_copy(update={"friction": friction, "log": log})
 
 

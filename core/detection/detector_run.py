@@ -10,7 +10,8 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts
-from collaudit.core.data.signals import State
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, detect_events
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
@@ -85,4 +86,20 @@ def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], p
     )
     return DetectorFacts(
         delay_facts(run.residual.balance.kernel, rule, period_s), events, len(run.detected.near_misses), mean_abs
+    )
+
+
+def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[str, float]) -> Signals:
+    """The sample-by-sample evidence of a run: measured, modelled, left over, and what was judged; thresholds in N·m."""
+    measured = np.full_like(series.position_rad, np.nan) if series.effort is None else series.effort
+    return Signals(
+        time_s=series.time_s,
+        joint_names=series.joint_names,
+        position_rad=series.position_rad,
+        velocity_rad_s=series.velocity_rad_s,
+        measured_nm=measured,
+        model_nm=run.residual.model_nm,
+        residual_nm=run.residual.torque_nm,
+        state=run.detected.state,
+        gamma_nm=np.array([gamma_nm.get(joint, np.nan) for joint in series.joint_names]),
     )

@@ -250,8 +250,3 @@ def _of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
         raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
         temperature_c=None if series.temperature_c is None else take(series.temperature_c),
     )
-
-
-def judged_series(prepared: Prepared) -> UniformSeries:
-    """The series with the judged joints only."""
-    return prepared.judged_series

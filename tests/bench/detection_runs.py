@@ -17,7 +17,7 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, 
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.joint_fits import friction_models
-from collaudit.core.prepare.prepared import Prepared, judged_series
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.provenance import make_provenance
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, Score, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
@@ -86,7 +86,7 @@ class Bench:
 
     def with_friction(self, friction: FrictionFile) -> Bench:
         """The same log against another calibration."""
-        laws, _ = friction_models(friction.joints, judged_series(self.prepared))
+        laws, _ = friction_models(friction.joints, self.prepared.judged_series)
         return replace(self, inputs=replace(self.inputs, laws=laws))
 
     def judged(self, name: str, causal: bool) -> DetectorRun:
@@ -96,7 +96,7 @@ class Bench:
     def score(self, name: str, causal: bool, watch: Sequence[str] | None = None) -> list[Score]:
         """Scores, all joints combined first."""
         found = self.judged(name, causal)
-        series = judged_series(self.prepared)
+        series = self.prepared.judged_series
         rule = self.inputs.rule
         events = true_events(read_truth(self.truth), series.joint_names, FACTOR, (rule.n + 1) * series.period_s)
         if watch is not None:
@@ -112,7 +112,7 @@ def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None)
     overrides: dict[str, object] = {} if watch is None else {"detect.watch": list(watch)}
     loaded = load_config(log.with_suffix(".toml"), overrides)
     prepared = prepare((log,), loaded)
-    series = judged_series(prepared)
+    series = prepared.judged_series
     laws, _ = friction_models(friction.joints, series)
     rule, watched, _ = make_rule(series, prepared.phases, loaded.config)
     not_judged = joints_not_judged(prepared.findings, prepared.judged)

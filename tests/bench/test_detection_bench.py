@@ -29,7 +29,7 @@ from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.logs import read_log
 from collaudit.core.numeric.allocator import keep_freed_memory
-from collaudit.core.prepare.prepared import Prepared, judged_series, prepare
+from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.files.run_files import read_friction
 
@@ -50,7 +50,7 @@ def ours(path: Path, causal: bool) -> tuple[Prepared, DetectorRun, dict[str, flo
     marks.append(time.perf_counter())
     prepared = prepare(log, load_robot(loaded.config.robot, loaded.base_dir, log.joint_names), loaded.config)
     marks.append(time.perf_counter())
-    series = judged_series(prepared)
+    series = prepared.judged_series
     laws, _ = friction_models(read_friction(path.with_suffix(".friction.json")).joints, series)
     rule, watch, _ = make_rule(series, prepared.phases, loaded.config)
     found = run_detector(prepared, DetectionInputs(laws, frozenset(), rule, watch), loaded.config)

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
-from collaudit.core.contacts.controller_alarms import compare_controller_alarms
+from collaudit.core.contacts.controller_alarms import compare_controller_alarms, controller_alarms_s
 from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -51,7 +51,7 @@ from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.clean_evidence import clean_residual, recommend_rules
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
-from collaudit.core.scoring.known_events import controller_alarms_s, score_detection
+from collaudit.core.scoring.known_events import score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import coverage_findings, measure_coverage

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
+from collaudit.core.data.joint_log import Annotation
+from collaudit.core.data.uniform_series import UniformSeries
 
 #: An alarm belongs to a contact from this long before its onset to this long after its end.
 _BEFORE_S, _AFTER_S = 0.1, 0.5
@@ -36,3 +39,19 @@ def compare_controller_alarms(
             out.append(ControllerAlarmComparison(alarm_s, contact.detected_s, "agreed", lead_s))
     out += [ControllerAlarmComparison(None, c.detected_s, "missed", None) for c in unmatched]
     return tuple(sorted(out, key=lambda f: f.flag_s if f.flag_s is not None else f.detected_s or 0.0))
+
+
+def controller_alarms_s(series: UniformSeries, config: DetectConfig) -> list[float]:
+    """When the controller raised an alarm, s: as configured, and where the log's other labels begin."""
+    labelled = {
+        start
+        for label in series.annotations
+        if not is_named(label, config.true_events)
+        for start, _ in label.intervals_s
+    }
+    return sorted(labelled | set(config.controller_alarms_s))
+
+
+def is_named(label: Annotation, names: Sequence[str]) -> bool:
+    """Whether an annotation is meant by one of the names: by its own or by its source."""
+    return label.name in names or label.source in names

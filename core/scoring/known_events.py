@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.contacts.controller_alarms import is_named
 from collaudit.core.data.detection_result import Score
-from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
@@ -46,7 +46,7 @@ def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Seque
     Raises:
         ConfigError: the log has no such label.
     """
-    missing = [name for name in wanted if not any(_named(label, [name]) for label in series.annotations)]
+    missing = [name for name in wanted if not any(is_named(label, [name]) for label in series.annotations)]
     if missing:
         raise ConfigError(
             "the log has no such label",
@@ -59,19 +59,7 @@ def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Seque
     events = [
         TrueEvent(start, end, dict.fromkeys([label.joint] if label.joint else watched, None), label.joint is None)
         for label in series.annotations
-        if _named(label, wanted)
+        if is_named(label, wanted)
         for start, end in label.intervals_s
     ]
     return sorted(events, key=lambda e: e.onset_s)
-
-
-def controller_alarms_s(series: UniformSeries, config: DetectConfig) -> list[float]:
-    """When the controller raised an alarm, s: as configured, and where the log's other labels begin."""
-    labelled = {
-        start for label in series.annotations if not _named(label, config.true_events) for start, _ in label.intervals_s
-    }
-    return sorted(labelled | set(config.controller_alarms_s))
-
-
-def _named(label: Annotation, names: Sequence[str]) -> bool:
-    return label.name in names or label.source in names

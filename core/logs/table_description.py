@@ -13,7 +13,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.opening import log_name, open_tables
 from collaudit.core.logs.signals.sample_clock import start_of
-from collaudit.core.logs.tables.joined_tables import JointTable, also_files, assign_columns, join_tables
+from collaudit.core.logs.tables.file_quantities import assign_columns
+from collaudit.core.logs.tables.joined_tables import JointTable, also_files, join_tables
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -32,7 +33,15 @@ def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSum
     try:
         table = join_tables([*readers, *open_tables(also_files(paths, used.csv), used.csv)], used)
     except LogError as error:
-        topic = TopicInfo(name, "table", layout, count=0, rate_hz=None, readable=False, note=error.message)
+        topic = TopicInfo(
+            name,
+            "table",
+            layout,
+            count=0,
+            rate_hz=None,
+            readable=False,
+            note="; ".join(filter(None, (error.message, error.hint))),
+        )
     else:
         topic = _info(name, table, layout)
         findings = tuple(table.findings)

@@ -65,9 +65,14 @@ def _inside(folder: Path) -> list[Path]:
             continue
         if path.is_dir():
             out += [path] if is_bag_folder(path) else ([] if path.is_symlink() else _inside(path))
-        elif path.is_file() and is_log(path):
+        elif path.is_file() and is_log(path) and not _is_result(path):
             out.append(path)
     return out
+
+
+def _is_result(path: Path) -> bool:
+    """Whether a file is the evidence of an earlier audit, and no log beside which results lie."""
+    return path.name == "signals.parquet" and path.with_name("audit.json").is_file()
 
 
 def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path, ...]]:

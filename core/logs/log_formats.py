@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES, compression_of, head_of, looks_like_text
+from collaudit.core.logs.storage.file_head import (
+    COMPRESSED_SUFFIXES,
+    compression_of,
+    first_member,
+    head_of,
+    looks_like_text,
+)
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -79,6 +85,14 @@ def _text(head: bytes) -> bool:
     return compression_of(head) is not None or looks_like_text(head)
 
 
+def _npz(head: bytes) -> bool:
+    return first_member(head).endswith(".npy")
+
+
+def _matlab(head: bytes) -> bool:
+    return head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
+
+
 #: Asked in this order; any text may be a CSV, which therefore comes last.
 FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
@@ -88,6 +102,12 @@ FORMATS: tuple[LogFormat, ...] = (
               f"{_LOGS}.rosbag1.bag_file:open_bag"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
               f"{_LOGS}.rosbag2.db3_file:open_db3", in_bag_folders=True),
+    LogFormat("parquet", "Parquet", "table", (".parquet",), begins_with(b"PAR1"),
+              f"{_LOGS}.column_files.arrow_file:open_parquet"),
+    LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),
+              f"{_LOGS}.column_files.arrow_file:open_feather"),
+    LogFormat("npz", "NumPy archive", "table", (".npz",), _npz, f"{_LOGS}.column_files.numpy_archive:open_npz"),
+    LogFormat("mat", "MATLAB file", "table", (".mat",), _matlab, f"{_LOGS}.column_files.matlab_file:open_mat"),
     LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
 )  # fmt: skip
 

@@ -31,6 +31,20 @@ def compression_of(head: bytes) -> str | None:
     return next((name for magic, name in _COMPRESSED if head.startswith(magic)), None)
 
 
+def first_member(head: bytes) -> str:
+    """The name of the first file in a ZIP archive, "" where the bytes begin none."""
+    if not head.startswith(b"PK\x03\x04"):
+        return ""
+    return head[30 : 30 + int.from_bytes(head[26:28], "little")].decode(errors="replace")
+
+
+def workbook_in(head: bytes) -> bool:
+    """Whether bytes begin an Excel workbook (or an older one, which is an OLE file)."""
+    return first_member(head).startswith(("[Content_Types].xml", "xl/", "_rels/", "docProps/")) or head.startswith(
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+    )
+
+
 def looks_like_text(head: bytes) -> bool:
     """Whether bytes are text: UTF-16 with a mark, or no control characters but white space."""
     if head[:2] in (b"\xff\xfe", b"\xfe\xff"):

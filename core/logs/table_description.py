@@ -13,8 +13,10 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.opening import log_name, open_tables
 from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
 from collaudit.core.logs.tables.joined_tables import JointTable, also_files, join_tables
+from collaudit.core.logs.tables.proposed_lines import proposed_lines
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -26,7 +28,8 @@ def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSum
 
     used = settings if settings is not None else Settings()
     readers = open_tables(paths, used.csv)
-    assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
+    files = assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
+    columns = describe_columns(files, used.csv)
     findings: tuple[Finding, ...] = ()
     name, layout = log_name(paths), readers[0].layout
     start, duration = None, None
@@ -57,6 +60,8 @@ def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSum
         topics=(topic,),
         csv_columns=tuple(column for reader in readers for column in reader.names),
         findings=findings,
+        columns=columns,
+        proposal=proposed_lines(files, columns, used.csv),
     )
 
 

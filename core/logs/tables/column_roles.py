@@ -24,7 +24,7 @@ _MOST_BYTES = 512 << 20
 #: Rows that derivatives are looked for in, and the span of one difference.
 _ROWS, _SPAN = 20_000, 5
 #: A column goes as the derivative of another from this correlation on.
-_ALIKE = 0.95
+_ALIKE = 0.97
 #: A number that stands still for so many rows in the mean is a state.
 _STATE_ROWS = 20
 _UNITS = {"deg": "deg", "rad": "rad", "degps": "deg/s", "radps": "rad/s", "rads": "rad/s", "nm": "N·m", "a": "A",
@@ -163,8 +163,9 @@ def _derivatives(values: FloatArray) -> dict[int, int]:
     mean = (summed[_SPAN:] - summed[:-_SPAN]) / _SPAN
     alike = _unit(change).T @ _unit(mean)
     np.fill_diagonal(alike, 0.0)
-    best = np.argmax(alike, axis=0)
-    return {k: int(base) for k, base in enumerate(best) if alike[base, k] > _ALIKE}
+    best, most = np.argmax(alike, axis=0), alike.max(axis=0)
+    as_base = [float(most[best == k].max(initial=0.0)) for k in range(most.shape[0])]
+    return {k: int(best[k]) for k in range(most.shape[0]) if most[k] > max(_ALIKE, as_base[k])}
 
 
 def _unit(values: FloatArray) -> FloatArray:

@@ -54,7 +54,8 @@ def _without_common(arrays: dict[str, Any]) -> dict[str, Any]:
 def _plain(values: Any) -> Any:
     """Values in the byte order of this machine and of a type that Arrow has."""
     if values.dtype.kind in "fiub":
-        return values.astype(values.dtype.newbyteorder("="))
+        wide = values.dtype.kind == "f" and values.dtype.itemsize > np.dtype(np.float64).itemsize
+        return values.astype(np.float64 if wide else values.dtype.newbyteorder("="))
     if values.dtype.kind == "M":
         return values.astype("datetime64[ns]")
     return [str(value.decode(errors="replace") if isinstance(value, bytes) else value) for value in values.tolist()]

@@ -39,7 +39,8 @@ def open_parquet(path: Path, settings: CsvConfig) -> NamedColumns:
             if not plausible_size(path.stat().st_size, rows * _NUMBER):
                 raise LogError("claims more rows than its size allows", where=str(path), found=f"{rows} rows")
             table = file.read()
-    except (pa.ArrowException, OSError) as error:
+        table.validate(full=True)
+    except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
         raise _unreadable("Parquet", path, error) from error
     return _table(path, "parquet", "Parquet", table)
 
@@ -55,7 +56,8 @@ def open_feather(path: Path, settings: CsvConfig) -> NamedColumns:
 
     try:
         table = feather.read_table(path)
-    except (pa.ArrowException, OSError) as error:
+        table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
+    except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
         raise _unreadable("Feather", path, error) from error
     return _table(path, "feather", "Feather", table)
 

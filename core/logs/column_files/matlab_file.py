@@ -10,6 +10,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.array_columns import columns_of
+from collaudit.core.logs.column_files.matlab_elements import check_elements
 from collaudit.core.logs.column_files.named_columns import NamedColumns
 from collaudit.core.logs.storage.file_head import head_of
 
@@ -43,6 +44,7 @@ def open_mat(path: Path, settings: CsvConfig) -> NamedColumns:
 def _from_version_5(path: Path) -> Iterator[tuple[str, Any]]:
     from scipy.io import loadmat
 
+    check_elements(path)
     try:
         held = loadmat(path, squeeze_me=True, struct_as_record=False)
     except Exception as error:  # SciPy raises what the damage happens to cause
@@ -80,6 +82,6 @@ def _from_hdf5(path: Path) -> list[tuple[str, Any]]:
     try:
         with h5py.File(path) as file:
             file.visititems(visit)
-    except (OSError, RuntimeError, KeyError) as error:
+    except Exception as error:  # h5py raises what the damage happens to cause
         raise LogError(f"cannot be read as a MATLAB 7.3 file: {str(error)[:200]}", where=str(path)) from error
     return found

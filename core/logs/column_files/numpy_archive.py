@@ -37,7 +37,9 @@ def open_npz(path: Path, settings: CsvConfig) -> NamedColumns:
                     continue
                 fields = value.dtype.names
                 arrays |= {name: value} if fields is None else {f"{name}.{field}": value[field] for field in fields}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
+    except LogError:
+        raise
+    except Exception as error:  # NumPy, zipfile and zlib raise what the damage happens to cause
         raise LogError(f"cannot be read as a NumPy archive: {str(error)[:200]}", where=str(path)) from error
     columns = columns_of(arrays, path)
     return NamedColumns(path, "npz", f"NumPy archive, {len(columns)} columns", columns)

@@ -94,7 +94,7 @@ def _only_member(path: Path) -> Source:
 
     try:
         archive = zipfile.ZipFile(path)
-    except zipfile.BadZipFile as error:
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError) as error:
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
     names = [name for name in archive.namelist() if not name.endswith("/") and not _beside(name)]
     if len(names) != 1:
@@ -107,7 +107,11 @@ def _only_member(path: Path) -> Source:
         )
     try:
         return cast(Source, archive.open(names[0]))
-    except (RuntimeError, NotImplementedError) as error:  # it asks for a password, or is packed in a rare way
+    except (
+        RuntimeError,
+        NotImplementedError,
+        zipfile.BadZipFile,
+    ) as error:  # a password is asked
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import zipfile
 from collections.abc import Callable
@@ -19,6 +20,7 @@ from scipy.io import savemat
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs import describe, expand_inputs, group_inputs, guess_csv_columns, read_log
+from collaudit.core.logs.column_files.matlab_elements import check_elements
 
 ROWS = 60
 TIME_S = 0.01 * np.arange(ROWS)
@@ -245,3 +247,29 @@ def test_own_signals_are_read_by_what_they_state_and_are_no_logs_of_a_folder(tmp
     (tmp_path / "audit.json").write_text("{}")
     with pytest.raises(LogError, match="no logs"):
         expand_inputs([tmp_path])
+
+
+@pytest.mark.parametrize("kind", BY_COLUMN)
+@pytest.mark.filterwarnings("ignore")
+def test_mutated_files_are_read_or_refused(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    WRITERS[kind](path, COLUMNS)
+    whole = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+    chance = np.random.default_rng(7)
+    for _ in range(120):
+        mutant = whole.copy()
+        mutant[chance.integers(0, mutant.size, 8)] = chance.integers(0, 256, 8)
+        path.write_bytes(mutant.tobytes())
+        with contextlib.suppress(LogError):
+            read(path)
+
+
+def test_what_matlab_writes_passes_the_check_of_elements(tmp_path: Path) -> None:
+    held = {"q": np.eye(9), "z": np.ones(3) * 1j, "cells": np.array(["a", 1, [2]], dtype=object), "flag": np.bool_([1])}
+    held["nested"] = {"a": np.int8([1, 2]), "b": {"text": "x", "none": np.zeros((0, 3))}}  # type: ignore[assignment]
+    for compressed in (False, True):
+        savemat(tmp_path / "log.mat", held, do_compression=compressed)
+        check_elements(tmp_path / "log.mat")
+        (tmp_path / "log.mat").write_bytes((tmp_path / "log.mat").read_bytes()[:-9])
+        with pytest.raises(LogError, match="cannot be read as a MATLAB file"):
+            check_elements(tmp_path / "log.mat")

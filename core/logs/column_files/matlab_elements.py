@@ -91,7 +91,13 @@ def _check_array(parts: list[tuple[int, memoryview]], order: str, path: Path) ->
     """Flags, dimensions, name and, of numbers, as many as the dimensions say."""
     if not parts or (len(parts[0][1]) == 8 and struct.unpack_from(f"{order}I", parts[0][1])[0] & 0xFF == _OPAQUE):
         return
-    if len(parts) < 3 or parts[0][0] != 6 or len(parts[0][1]) != 8 or parts[1][0] != 5 or parts[2][0] not in (1, 2):
+    if (
+        len(parts) < 3
+        or parts[0][0] != 6
+        or len(parts[0][1]) != 8
+        or parts[1][0] not in (5, 6)
+        or parts[2][0] not in (1, 2, 16)
+    ):
         raise _broken(path, "an array without flags, dimensions or name")
     (flags,) = struct.unpack_from(f"{order}I", parts[0][1])
     sizes = struct.unpack(f"{order}{len(parts[1][1]) // 4}i", parts[1][1])

@@ -146,6 +146,8 @@ class Draft:
                 csv.add(key, value, "recognised by name", guess=True)
             else:
                 csv.add(key, example, "derived from position when absent" if key == "velocity" else "", active=False)
+        if guess is None or guess.time is None:
+            csv.add("rate_hz", 1000.0, "rows per second, where there is no time column", active=False)
         if guess is not None:
             csv.add("delimiter", guess.delimiter)
             csv.add("decimal", guess.decimal)

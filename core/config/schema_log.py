@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from collaudit.core.config.config_table import ColumnPattern, ConfigTable, Positive, Vec6
 
@@ -16,7 +16,13 @@ class CsvConfig(ConfigTable):
     time: str | int | None = Field(
         None, description="Time column: its name, or its number (from 1) in headerless files."
     )
-    position: ColumnPattern | None = Field(None, description="Position columns: a pattern, names, or numbers from 1.")
+    rate_hz: Positive | None = Field(None, description="Rows per second of a table without a time column.")
+    period_s: Positive | None = Field(None, description="Seconds between the rows of a table without a time column.")
+    position: ColumnPattern | None = Field(
+        None,
+        description="Position columns: a pattern, names, or numbers from 1. `*pos*.csv:q{i}` means the files of that "
+        "name only, where several hold one quantity each.",
+    )
     velocity: ColumnPattern | None = Field(None, description="Velocity columns; derived from position when absent.")
     effort: ColumnPattern | None = Field(None, description="Effort columns.")
     temperature: ColumnPattern | None = Field(
@@ -31,6 +37,21 @@ class CsvConfig(ConfigTable):
         [], description="Columns that are neither 0, false nor empty while a flag or a mark of a true event holds."
     )
     phase: str | None = Field(None, description="Column that holds the phase of each row, as a number or a word.")
+    run: str | int | None = Field(
+        None, description="Column that numbers the runs of a table which holds several; common names are recognised."
+    )
+
+    @model_validator(mode="after")
+    def _one_clock(self) -> Self:
+        stated = [key for key in ("time", "rate_hz", "period_s") if getattr(self, key) is not None]
+        if len(stated) > 1:
+            raise ValueError(f"{' and '.join(stated)} each say when a row was taken: keep one")
+        return self
+
+    @property
+    def row_period_s(self) -> float | None:
+        """Seconds between rows where `rate_hz` or `period_s` states them, else None."""
+        return 1.0 / self.rate_hz if self.rate_hz is not None else self.period_s
 
 
 class FieldsConfig(ConfigTable):

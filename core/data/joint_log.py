@@ -32,7 +32,7 @@ class LogSource:
         digest: hash of the bytes, or what is still computing it; :attr:`sha256` waits for it.
         format: ``csv``, ``mcap-ros2``, ``mcap-ros1``, ``ros1-bag``, ``ros2-db3`` …
         start_ns: absolute stamp of the first sample in nanoseconds since the epoch, or None when unknown.
-        time_source: ``header``, ``log`` or ``column``.
+        time_source: ``header``, ``log``, ``column``, or the ``rate`` of rows.
         topic: the topic or file(s) the joint states came from.
     """
 

@@ -170,6 +170,11 @@ KINDS: dict[str, Kind] = {
         "Look for the signal's gaps at its source. These samples count as not judged.",
         _WARNING,
     ),
+    "log-runs": Kind(
+        "A table holds several runs one after the other; each follows after a break.",
+        "Nothing is filtered or judged across a break. Runs of other robots or tools belong in files of their own.",
+        _WARNING,
+    ),
     "log-columns-guessed": Kind(
         "CSV columns were recognised by their names, not by the configuration.",
         "Check the columns, and state them in [log.csv].",

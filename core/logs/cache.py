@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 #: Raised when what is stored, or how logs are read, changes.
-CACHE_FORMAT = 3
+CACHE_FORMAT = 4
 _META = b"collaudit"
 _QUANTITIES = ("position_rad", "velocity_rad_s", "effort", "temperature_c")
 

@@ -10,7 +10,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.tables.column_assignment import QUANTITIES, Found
-from collaudit.core.logs.tables.joined_tables import AssignedTable, assign_columns
+from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
 from collaudit.core.logs.opening import open_tables
-from collaudit.core.logs.tables.joined_tables import AssignedTable, assign_columns
+from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, quantity_of_file
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -64,9 +65,14 @@ def _inside(folder: Path) -> list[Path]:
             continue
         if path.is_dir():
             out += [path] if is_bag_folder(path) else ([] if path.is_symlink() else _inside(path))
-        elif path.is_file() and is_log(path):
+        elif path.is_file() and is_log(path) and not _is_result(path):
             out.append(path)
     return out
+
+
+def _is_result(path: Path) -> bool:
+    """Whether a file is the evidence of an earlier audit, and no log beside which results lie."""
+    return path.name == "signals.parquet" and path.with_name("audit.json").is_file()
 
 
 def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path, ...]]:
@@ -101,14 +107,24 @@ class _Part:
         self.quantities = set(table.assignment.quantities)
         time = table.assignment.time
         self.stamps = () if time is None else table.reader.first_cells(time)
+        self.timeless = _timeless_name(table) if time is None else None
 
     def joins(self, others: Sequence[_Part]) -> bool:
         """Whether this table is a further part of the log the others make up."""
-        if not self.quantities or not self.stamps:
+        if not self.quantities or (not self.stamps and self.timeless is None):
             return False
         held = set().union(*(other.quantities for other in others))
         same = all(other.folder == self.folder and other.stamps == self.stamps for other in others)
+        same = same and all(other.timeless == self.timeless for other in others)
         return same and not (self.quantities & held)
+
+
+def _timeless_name(table: AssignedTable) -> tuple[object, ...] | None:
+    """What files without a time column that belong together share: their columns, and the numbers in their names."""
+    name = table.reader.path.name
+    if quantity_of_file(name) is None:
+        return None
+    return (*re.findall(r"\d+", name), len(table.reader.names))
 
 
 def _part(path: Path, settings: LogConfig) -> _Part | None:

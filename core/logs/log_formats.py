@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES, compression_of, head_of, looks_like_text
+from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.file_head import (
+    COMPRESSED_SUFFIXES,
+    compression_at,
+    compression_of,
+    first_member,
+    head_of,
+    looks_like_text,
+)
+from collaudit.core.logs.storage.packed_file import inner_head, open_unpacked
+from collaudit.core.logs.storage.records import Damage
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -39,6 +49,7 @@ class LogFormat:
             has no usable summary; "" for formats that have none.
         by_content: whether the first bytes alone make a file of any name a log; any text may be a table, and is not.
         in_bag_folders: whether ROS 2 bag folders keep their messages in it.
+        unpacks: its reader takes compressed files as they are; others get what lies within as a temporary file.
     """
 
     name: str
@@ -50,20 +61,33 @@ class LogFormat:
     overview: str = ""
     by_content: bool = True
     in_bag_folders: bool = False
+    unpacks: bool = False
 
     def open_messages(self, path: Path) -> MessageReader:
-        """Open a file of messages."""
+        """Open a file of messages, compressed as a whole or not."""
         reader: Callable[[Path], MessageReader] = pkgutil.resolve_name(self.reader)
-        return reader(path)
+        packed = compression_at(path)
+        if packed is None or self.unpacks:
+            return reader(path)
+        messages, damage = open_unpacked(path, packed, reader)
+        messages.damage.extend([] if damage is None else [Damage(damage)])
+        return messages
 
     def open_table(self, path: Path, settings: CsvConfig) -> TableReader:
-        """Open a table."""
+        """Open a table, compressed as a whole or not."""
         reader: Callable[[Path, CsvConfig], TableReader] = pkgutil.resolve_name(self.reader)
-        return reader(path, settings)
+        packed = compression_at(path)
+        if packed is None or self.unpacks:
+            return reader(path, settings)
+        table, damage = open_unpacked(path, packed, lambda inner: reader(inner, settings))
+        if damage is not None:
+            raise LogError(damage, where=str(path))
+        table.path = path
+        return table
 
     def overview_of(self, path: Path) -> Overview | None:
         """What the file's own summary says, None without a usable one."""
-        if not self.overview:
+        if not self.overview or compression_at(path) is not None:
             return None
         overview: Callable[[Path], Overview | None] = pkgutil.resolve_name(self.overview)
         return overview(path)
@@ -75,8 +99,16 @@ def begins_with(magic: bytes) -> Callable[[bytes], bool]:
 
 
 def _text(head: bytes) -> bool:
-    """Whether a file may be text; a compressed file is taken as such."""
+    """Whether a file may be text; a compressed one whose content cannot be seen is taken as such."""
     return compression_of(head) is not None or looks_like_text(head)
+
+
+def _npz(head: bytes) -> bool:
+    return first_member(head).endswith(".npy")
+
+
+def _matlab(head: bytes) -> bool:
+    return head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
 
 
 #: Asked in this order; any text may be a CSV, which therefore comes last.
@@ -88,19 +120,30 @@ FORMATS: tuple[LogFormat, ...] = (
               f"{_LOGS}.rosbag1.bag_file:open_bag"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
               f"{_LOGS}.rosbag2.db3_file:open_db3", in_bag_folders=True),
-    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False),
+    LogFormat("parquet", "Parquet", "table", (".parquet",), begins_with(b"PAR1"),
+              f"{_LOGS}.column_files.arrow_file:open_parquet"),
+    LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),
+              f"{_LOGS}.column_files.arrow_file:open_feather"),
+    LogFormat("npz", "NumPy archive", "table", (".npz",), _npz, f"{_LOGS}.column_files.numpy_archive:open_npz"),
+    LogFormat("mat", "MATLAB file", "table", (".mat",), _matlab, f"{_LOGS}.column_files.matlab_file:open_mat"),
+    LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False,
+              unpacks=True),
 )  # fmt: skip
 
 
 def format_of(path: Path) -> LogFormat | None:
-    """The format of a file by its content; None for folders, empty files and unknown content.
+    """The format of a file by its content (of a compressed one, by what lies within).
+
+    None for folders, empty files and unknown content.
 
     Raises:
         LogError: it cannot be opened.
     """
     if path.is_dir() or not (head := head_of(path)):
         return None
-    return next((known for known in FORMATS if known.recognises(head)), None)
+    packed = compression_of(head)
+    inside = inner_head(path, packed) if packed is not None else b""
+    return next((known for known in FORMATS if known.recognises(inside or head)), None)
 
 
 def is_table(path: Path) -> bool:

@@ -44,6 +44,32 @@ class TopicInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class ColumnInfo:
+    """One column of a table.
+
+    Attributes:
+        name: as the file has it; its number from 1 in a table without names.
+        unit: stated in its name, or guessed (then with a question mark); "" unknown.
+        min, max: of its numbers; None without.
+        changes: how often its number differs from the row before; None for text.
+        role: the signal it is taken as; with a question mark what its numbers look like, which is not used.
+        joint: whose signal it is, "" for none.
+        why: what the role rests on.
+        file: it stands in.
+    """
+
+    name: str
+    unit: str
+    min: float | None
+    max: float | None
+    changes: int | None
+    role: str
+    joint: str
+    why: str
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
 class LogSummary:
     """What is in a log.
 
@@ -56,6 +82,8 @@ class LogSummary:
         topics: sorted by name.
         csv_columns: column names of a CSV.
         findings: what reading showed.
+        columns: what each column of a table may be.
+        proposal: lines of the configuration that read the table as it was recognised; empty where it is stated.
     """
 
     name: str
@@ -66,6 +94,8 @@ class LogSummary:
     topics: tuple[TopicInfo, ...]
     csv_columns: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
+    columns: tuple[ColumnInfo, ...] = ()
+    proposal: tuple[str, ...] = ()
 
 
 def rate_and_gap(time_s: FloatArray) -> tuple[float | None, float | None]:

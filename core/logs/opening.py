@@ -10,8 +10,9 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
-from collaudit.core.logs.storage.file_head import head_of, looks_like_text
+from collaudit.core.logs.storage.file_head import compression_of, head_of, looks_like_text, workbook_in
 from collaudit.core.logs.storage.joined_recording import JoinedRecording
+from collaudit.core.logs.storage.packed_file import inner_head
 from collaudit.core.logs.storage.records import Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
 
@@ -109,7 +110,16 @@ def _unreadable(path: Path) -> LogError:
     head = head_of(path)
     if not head:
         return LogError("the file is empty", where=where, found="0 bytes", expected=expected)
-    found = "text" if looks_like_text(head) else f"bytes beginning with {head[:8]!r}"
+    if workbook_in(head):
+        hint = (
+            "write it as a table of text: in Excel or LibreOffice, File > Save As > CSV UTF-8 (.csv); or with pandas, "
+            f'pandas.read_excel("{path.name}").to_csv("{path.stem}.csv", index=False)'
+        )
+        return LogError("is an Excel workbook, which is not read", where=where, expected=expected, hint=hint)
+    packed = compression_of(head)
+    within = inner_head(path, packed) if packed is not None else head
+    found = "text" if looks_like_text(within) else f"bytes beginning with {within[:8]!r}"
+    found += f", compressed ({packed})" if packed is not None else ""
     return LogError("is not a log of a known format", where=where, found=found, expected=expected)
 
 

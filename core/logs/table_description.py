@@ -13,7 +13,10 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.opening import log_name, open_tables
 from collaudit.core.logs.signals.sample_clock import start_of
-from collaudit.core.logs.tables.joined_tables import JointTable, also_files, assign_columns, join_tables
+from collaudit.core.logs.tables.column_roles import describe_columns
+from collaudit.core.logs.tables.file_quantities import assign_columns
+from collaudit.core.logs.tables.joined_tables import JointTable, also_files, join_tables
+from collaudit.core.logs.tables.proposed_lines import proposed_lines
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -25,14 +28,23 @@ def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSum
 
     used = settings if settings is not None else Settings()
     readers = open_tables(paths, used.csv)
-    assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
+    files = assign_columns(readers, used.csv)  # columns that the configuration names and the tables lack are an error
+    columns = describe_columns(files, used.csv)
     findings: tuple[Finding, ...] = ()
     name, layout = log_name(paths), readers[0].layout
     start, duration = None, None
     try:
         table = join_tables([*readers, *open_tables(also_files(paths, used.csv), used.csv)], used)
     except LogError as error:
-        topic = TopicInfo(name, "table", layout, count=0, rate_hz=None, readable=False, note=error.message)
+        topic = TopicInfo(
+            name,
+            "table",
+            layout,
+            count=0,
+            rate_hz=None,
+            readable=False,
+            note="; ".join(filter(None, (error.message, error.hint))),
+        )
     else:
         topic = _info(name, table, layout)
         findings = tuple(table.findings)
@@ -48,6 +60,8 @@ def describe_tables(paths: Sequence[Path], settings: LogConfig | None) -> LogSum
         topics=(topic,),
         csv_columns=tuple(column for reader in readers for column in reader.names),
         findings=findings,
+        columns=columns,
+        proposal=proposed_lines(files, columns, used.csv),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
+from collaudit.reports.terminal.column_text import columns_text
 from collaudit.reports.terminal.text_table import table
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
     if summary.start_ns is not None:
         title.append(f"starts {_utc(summary.start_ns)}")
     lines = ["  ".join(title)]
-    if summary.csv_columns:
+    room = None if width is None else width - len(_INDENT)
+    if summary.columns:
+        lines.append(_indent(columns_text(summary.columns, room)))
+    elif summary.csv_columns:
         lines.append(f"  {len(summary.csv_columns)} columns: {_listed(summary.csv_columns)}")
     if summary.topics:
         rows = [
@@ -43,8 +47,10 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
             for topic in summary.topics
         ]
         head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
-        lines.append(_indent(table(head, rows, (3, 4, 5), None if width is None else width - len(_INDENT)).rstrip()))
+        lines.append(_indent(table(head, rows, (3, 4, 5), room).rstrip()))
         lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
+    if summary.proposal:
+        lines += ["  to read it so, state in collaudit.toml:", *(f"    {line}" for line in summary.proposal)]
     return "\n".join(lines)
 
 

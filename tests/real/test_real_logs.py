@@ -145,6 +145,22 @@ def test_panda_wrists_are_judged_at_30_hz(cli, data_dir: Path) -> None:  # type:
     assert result["residual"]["panda_joint7"]["mean_abs_nm"] < 0.3
 
 
+def test_tables_without_time_ask_for_the_rate_and_are_then_read(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    lbr = [data_dir / "lbr_csv" / "measurements.csv"]
+    tx40 = sorted((data_dir / "tx40_csv").glob("*.csv"))
+    for logs, rate, joints in ((lbr, 100.0, 7), (tx40, 5000.0, 6)):
+        refused = cli("inspect", *logs)
+        assert refused.code == 3
+        assert "# rate_hz = 1000.0" in refused.out
+        Path("rate.toml").write_text(f"[log.csv]\nrate_hz = {rate}\n", encoding="utf-8")
+        seen = cli("inspect", *logs, "-c", "rate.toml", "--json")
+        assert seen.code == 0
+        (log,) = json.loads(seen.out)["logs"]
+        assert log["topics"][0]["rate_hz"] == pytest.approx(rate)
+        roles = [column["role"] for column in log["columns"]]
+        assert roles.count("position") == joints
+
+
 def test_tiago_csvs_are_one_log_in_an_unknown_unit(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
     parts = sorted((data_dir / "tiago_csv").glob("*.csv"))
     columns = '[log.csv]\ntime = "t"\n' + "".join(

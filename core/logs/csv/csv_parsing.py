@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_stream import BoundedStream, LineStream, decompression_errors
+from collaudit.core.logs.csv.csv_stream import BoundedStream, LineStream
 from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, open_bytes, rows_as_text
-from collaudit.core.logs.storage.file_head import compression_of, head_of
+from collaudit.core.logs.storage.file_head import compression_at
+from collaudit.core.logs.storage.packed_file import decompression_errors
 
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
 _BLOCK = 3 << 18
@@ -120,7 +121,7 @@ def _source(path: Path, dialect: Dialect, mend: Mend | None) -> tuple[Any, int, 
         stream = open_bytes(path)
         lines = LineStream(_rows(stream, dialect.skip, mend.before), stream)
         return io.BufferedReader(lines), dialect.skip, dialect.delimiter, encoding
-    if compression_of(head_of(path, 8)) is None:
+    if compression_at(path) is None:
         return pa.OSFile(str(path)), dialect.skip, dialect.delimiter, encoding
     return open_bytes(path), dialect.skip, dialect.delimiter, encoding
 

@@ -6,54 +6,14 @@ import io
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
-from typing import IO, Any, Protocol, cast
+from typing import IO, Any
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_reading import plausible_size
+from collaudit.core.logs.storage.packed_file import decompression_errors, decompressor
 
 _PIECE = 1 << 18
 _LINES = 256
-#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
-_ZSTD_PIECE = 1 << 11
-
-
-class _Source(Protocol):
-    def read1(self, size: int) -> bytes:
-        """The next bytes that can be had at once; none at the end."""
-
-    def close(self) -> None:
-        """Release the file."""
-
-
-class _Zstd:
-    """Frames of zstd one after the other; unlike the package's reader it tells a cut file from a whole one."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("rb")
-        self._frame: Any = None
-
-    def read1(self, size: int) -> bytes:
-        import zstandard
-
-        while piece := self._file.read(_ZSTD_PIECE):
-            parts = []
-            while piece:
-                if self._frame is None:
-                    self._frame = zstandard.ZstdDecompressor().decompressobj()
-                parts.append(self._frame.decompress(piece))
-                piece = self._frame.unused_data
-                if self._frame.eof:
-                    self._frame = None
-                else:
-                    break
-            if data := b"".join(parts):
-                return data
-        if self._frame is not None:
-            raise EOFError("the file ended inside a frame")
-        return b""
-
-    def close(self) -> None:
-        self._file.close()
 
 
 class BoundedStream(io.RawIOBase):
@@ -66,7 +26,7 @@ class BoundedStream(io.RawIOBase):
     def __init__(self, path: Path, method: str) -> None:
         self._path = path
         self._size = path.stat().st_size
-        self._inner = _decompressor(path, method)
+        self._inner = decompressor(path, method)
         self._given = 0
         self._lines = memoryview(b"")
         self._rest = b""
@@ -153,29 +113,3 @@ class LineStream(io.RawIOBase):
         if not self.closed:
             self._of.close()
         super().close()
-
-
-def _decompressor(path: Path, method: str) -> _Source:
-    if method == "gzip":
-        import gzip
-
-        return cast(_Source, gzip.open(path, "rb"))
-    if method == "xz":
-        import lzma
-
-        return cast(_Source, lzma.open(path, "rb"))
-    if method == "bz2":
-        import bz2
-
-        return cast(_Source, bz2.open(path, "rb"))
-    return _Zstd(path)
-
-
-def decompression_errors() -> tuple[type[Exception], ...]:
-    """What the decompressors raise on damaged files."""
-    import lzma
-    import zlib
-
-    import zstandard
-
-    return (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError)

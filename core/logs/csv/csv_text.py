@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_stream import BoundedStream, decompression_errors
-from collaudit.core.logs.storage.file_head import compression_of, head_of
+from collaudit.core.logs.csv.csv_stream import BoundedStream
+from collaudit.core.logs.storage.file_head import compression_at
+from collaudit.core.logs.storage.packed_file import decompression_errors
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -58,7 +59,7 @@ def open_bytes(path: Path) -> IO[bytes]:
     Raises:
         LogError: it cannot be opened.
     """
-    method = compression_of(head_of(path, 8))
+    method = compression_at(path)
     try:
         return path.open("rb") if method is None else io.BufferedReader(BoundedStream(path, method), 1 << 20)
     except OSError as error:

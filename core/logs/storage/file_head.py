@@ -10,7 +10,7 @@ _HEAD = 4096
 #: Magic numbers of compressed files, and the name of the method.
 _COMPRESSED = ((b"\x1f\x8b", "gzip"), (b"\x28\xb5\x2f\xfd", "zstd"), (b"\xfd7zXZ\x00", "xz"), (b"BZh", "bz2"))
 #: What compressed files append to the name of the file within.
-COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".xz", ".bz2")
+COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".xz", ".bz2", ".zip")
 
 
 def head_of(path: Path, count: int = _HEAD) -> bytes:
@@ -27,8 +27,33 @@ def head_of(path: Path, count: int = _HEAD) -> bytes:
 
 
 def compression_of(head: bytes) -> str | None:
-    """The method a file is compressed with, or None."""
+    """The method a file is compressed with, or None. Archives that are a format of their own are not meant."""
+    if first_member(head):
+        return None if workbook_in(head) or first_member(head).endswith(".npy") else "zip"
     return next((name for magic, name in _COMPRESSED if head.startswith(magic)), None)
+
+
+def compression_at(path: Path) -> str | None:
+    """The method the file at a path is compressed with, or None.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
+    return compression_of(head_of(path, _HEAD))
+
+
+def first_member(head: bytes) -> str:
+    """The name of the first file in a ZIP archive, "" where the bytes begin none."""
+    if not head.startswith(b"PK\x03\x04"):
+        return ""
+    return head[30 : 30 + int.from_bytes(head[26:28], "little")].decode(errors="replace")
+
+
+def workbook_in(head: bytes) -> bool:
+    """Whether bytes begin an Excel workbook (or an older one, which is an OLE file)."""
+    return first_member(head).startswith(("[Content_Types].xml", "xl/", "_rels/", "docProps/")) or head.startswith(
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+    )
 
 
 def looks_like_text(head: bytes) -> bool:

@@ -138,7 +138,13 @@ def column_index(names: Sequence[str], key: str | int) -> int | None:
     """Index of a column by its name (as written, or without list mark and unit) or by its number from 1."""
     if isinstance(key, int):
         return key - 1 if 1 <= key <= len(names) else None
-    for form in (lambda n: n.strip() == key, lambda n: bare(n) == key, lambda n: bare(n).lower() == key.lower()):
+    unmarked = key.lstrip("#% ")  # a line of names may stand behind the mark of a comment
+    for form in (
+        lambda n: n.strip() == key,
+        lambda n: bare(n) == key,
+        lambda n: bare(n).lower() == key.lower(),
+        lambda n: n.strip() == unmarked,
+    ):
         hits = [index for index, name in enumerate(names) if form(name)]
         if len(hits) == 1:
             return hits[0]

@@ -14,14 +14,10 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
-from collaudit.core.logs.tables.column_assignment import (
-    CURRENT_WORDS,
-    MOTION,
-    QUANTITIES,
-    Assignment,
-    assign,
-    unit_of,
-)
+from collaudit.core.logs.tables.column_assignment import MOTION, QUANTITIES
+from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
+from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
+from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.table_stamps import seconds_of
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -32,14 +28,11 @@ if TYPE_CHECKING:
 Block = tuple[tuple[str, ...], FloatArray]
 #: Two files share their time column when their stamps agree within this.
 SAME_TIME_S = 1e-6
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class AssignedTable:
-    """One opened table, and which of its columns is which signal."""
-
-    reader: TableReader
-    assignment: Assignment
+#: The line to add for a table without a time column.
+NO_TIME_HINT = (
+    "state the rows per second, with your own number: [log.csv] rate_hz = 1000.0 (or period_s = 0.001); "
+    'or name the time column: [log.csv] time = "…"'
+)
 
 
 @dataclass(slots=True, eq=False)
@@ -47,7 +40,7 @@ class JointTable:
     """The joint signals of one log.
 
     Attributes:
-        time_s: (n,) seconds from the first row.
+        time_s: (n,) seconds from the first row; runs one after the other follow after breaks.
         start_ns: absolute time of the first row, or None.
         names: joint names, as the columns name them; ``joint1`` … where they are numbered.
         numbered: True when the names come from numbers only.
@@ -69,21 +62,6 @@ class JointTable:
     texts: dict[str, tuple[str, ...]]
 
 
-def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[AssignedTable]:
-    """Find out what the columns of each table are.
-
-    Raises:
-        LogError: a table lacks columns the configuration names.
-    """
-    out = []
-    for reader in readers:
-        try:
-            out.append(AssignedTable(reader, assign(reader.names, settings, header=reader.named)))
-        except LogError as error:
-            raise LogError(error.message, where=str(reader.path), found=error.found, hint=error.hint) from error
-    return out
-
-
 def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTable:
     """Read one log from one or several tables.
 
@@ -95,22 +73,24 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
     files = assign_columns(readers, settings.csv)
-    _check_signals(files)
+    _check_signals(files, settings.csv)
     time_s: FloatArray | None = None
     start_ns: int | None = None
     blocks: dict[str, list[Block]] = {quantity: [] for quantity in QUANTITIES}
     wrench: FloatArray | None = None
     findings: list[Finding] = []
     texts: dict[str, tuple[str, ...]] = {}
+    runs: FloatArray | None = None
     for file in files:
         own_time, start, unit, columns_read = _read_one(file, settings)
         values = columns_read.values
+        runs = values.pop(RUN, runs)
         texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
         if columns_read.damage is not None:
             findings += damage_findings([Damage(columns_read.damage)], file.reader.path.name)
         if time_s is None:
             time_s, start_ns = own_time, start
-            findings += _time_findings(file, unit, settings)
+            findings += time_findings(file, unit, settings)
         else:
             _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)
         wrench = values.pop("wrench", wrench)
@@ -120,11 +100,13 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
             if twice:
                 raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.reader.path))
             blocks[quantity].append((joints, block))
-        findings += _guess_findings(file)
+        findings += guess_findings(file)
     assert time_s is not None
+    time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
+    findings += run_findings
     names, columns = _aligned(blocks, time_s.shape[0])
     numbered = all("{i" in f.pattern or not f.pattern for file in files for f in file.assignment.quantities.values())
-    return JointTable(time_s, start_ns, names, numbered, columns, wrench, _stated_units(files), findings, texts)
+    return JointTable(time_s, start_ns, names, numbered, columns, wrench, stated_units(files), findings, texts)
 
 
 def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
@@ -139,7 +121,7 @@ def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
     return out
 
 
-def _check_signals(files: Sequence[AssignedTable]) -> None:
+def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     where = " + ".join(str(file.reader.path) for file in files)
     columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
@@ -154,26 +136,32 @@ def _check_signals(files: Sequence[AssignedTable]) -> None:
             hint=hint,
         )
     timeless = [file for file in files if file.assignment.time is None]
-    if timeless:
+    if timeless and settings.row_period_s is None:
         raise LogError(
             "no time column was recognised",
             where=str(timeless[0].reader.path),
             found=f"columns {listed(timeless[0].reader.names, 40)}",
-            hint=hint,
+            hint=NO_TIME_HINT,
         )
 
 
 def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns]:
-    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``)."""
-    assignment = file.assignment
+    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``, or ``run``)."""
+    assignment, period_s = file.assignment, settings.csv.row_period_s
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
     if assignment.wrench:
         groups["wrench"] = assignment.wrench
+    run = run_column(file, settings.csv)
+    if run is not None:
+        groups[RUN] = (run,)
     asked = annotation_columns(settings.csv)
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
-    columns = file.reader.read(groups, assignment.time, texts)
-    if len(columns.stamps) == 0:
+    columns = file.reader.read(groups, None if period_s is not None else assignment.time, texts)
+    rows = len(next(iter(columns.values.values()))) if columns.stamps is None else len(columns.stamps)
+    if rows == 0:
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
+    if period_s is not None:
+        return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns
     time_s, start, unit = seconds_of(columns.stamps, settings.units.time)
     return time_s, start, unit, columns
 
@@ -215,37 +203,3 @@ def _aligned(blocks: dict[str, list[Block]], rows: int) -> tuple[tuple[str, ...]
                 out[:, [names.index(joints[k]) for k in known]] = values[:, known]
             columns[quantity] = out
     return names, columns
-
-
-def _stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
-    out: dict[str, str] = {}
-    for file in files:
-        for quantity, found in file.assignment.quantities.items():
-            stated = {unit_of(file.reader.names[column]) for column in found.columns}
-            if len(stated) == 1 and (unit := stated.pop()) is not None:
-                out[quantity] = unit
-            elif any(word in found.pattern.lower() for word in CURRENT_WORDS) and quantity == "effort":
-                out.setdefault(quantity, "current")
-    return out
-
-
-def _time_findings(file: AssignedTable, unit: str, settings: LogConfig) -> list[Finding]:
-    if settings.units.time == "auto" and unit != "iso":
-        text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
-        return [Finding("log-units-guessed", "info", text, where=file.reader.path.name)]
-    return []
-
-
-def _guess_findings(file: AssignedTable) -> list[Finding]:
-    assignment = file.assignment
-    recognised = []
-    for quantity in assignment.guessed:
-        if quantity == "time":
-            recognised.append(f"time = {file.reader.names[assignment.time or 0]!r}")
-        else:
-            found = assignment.quantities[quantity]
-            recognised.append(f"{quantity} = {found.pattern!r} ({len(found.columns)} columns)")
-    if not any(quantity in assignment.quantities for quantity in assignment.guessed):
-        return []
-    text = f"Columns were recognised by their names, not by the configuration: {'; '.join(recognised)}."
-    return [Finding("log-columns-guessed", "warning", text, where=file.reader.path.name)]

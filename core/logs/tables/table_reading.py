@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.annotation_spans import annotation_findings, phases_of, spans_of
-from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
 from collaudit.core.logs.signals.joint_naming import map_names, model_name
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
@@ -54,7 +53,7 @@ def read_table_log(
     picked = [names.index(log) for log in kept.log]
     linear = [joint in set(prismatic) for joint in kept.model]
     units, unit_findings = _units(table, settings.units, name)
-    time_s, breaks = straighten_seconds(table.time_s)
+    time_s = table.time_s
     annotations, phases, annotations_missing = _annotations(table.texts, time_s, settings.csv, name)
     columns = dict(table.columns)
     table.columns.clear()
@@ -64,7 +63,7 @@ def read_table_log(
     to_radians(columns.get("velocity"), units.velocity or units.position, linear)
     unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
     findings = [*table.findings, *order_findings, *unit_findings, *kept.findings]
-    findings += [*set_back_findings(breaks, 0, name), *annotations_missing, *annotation_findings(annotations)]
+    findings += [*annotations_missing, *annotation_findings(annotations)]
     if "effort" not in columns:
         findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
     wrench, wrench_findings = _wrench(table, time_s, settings, name)
@@ -81,7 +80,7 @@ def read_table_log(
             digest=digest,
             format=readers[0].format,
             start_ns=start_of(table.start_ns) if table.start_ns is not None else None,
-            time_source="column",
+            time_source="column" if settings.csv.row_period_s is None else "rate",
             topic=name,
         ),
         findings=(*findings, *wrench_findings),

@@ -9,6 +9,9 @@ import numpy as np
 from collaudit.core.logs.storage.table_reader import numbers_of
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
+#: Later stamps are no times since the epoch, but garbage.
+_MOST_NS = 9e18
+
 
 def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
     """Seconds from the first stamp that is a number, its absolute time in ns, None without, and the unit used.
@@ -35,7 +38,8 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
     if not known.size:
         return np.full(numbers.shape, np.nan), None, used
     first = stamps[int(known[0])].as_py()
-    start = round(float(first) * 1e9 / scale) if scale != 1e9 else int(first)
+    exact = abs(float(first)) * 1e9 / scale < _MOST_NS
+    start = None if not exact else round(float(first) * 1e9 / scale) if scale != 1e9 else int(first)
     if pa.types.is_integer(kind) and stamps.null_count == 0:
         return _since_first(np.asarray(stamps.to_numpy(), dtype=np.int64), int(1e9 / scale)), start, used
     if pa.types.is_decimal(kind) and stamps.null_count == 0:

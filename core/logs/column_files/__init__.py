@@ -1,0 +1,5 @@
+"""Tables that are stored by column: Parquet, Feather, .npz, .mat.
+
+In: a file. Out: its columns as numbers or text.
+Elsewhere: which column is which signal (logs/tables), tables as text (logs/csv).
+"""

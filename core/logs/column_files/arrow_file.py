@@ -1,0 +1,111 @@
+"""Parquet and Feather (Arrow) files as tables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.column_files.named_columns import NamedColumns
+from collaudit.core.logs.storage.file_reading import plausible_size
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig
+
+#: Bytes of a number, to tell how large columns become.
+_NUMBER = 8
+#: What the columns of collaudit's own ``signals.parquet`` hold.
+_SIGNALS = {
+    "time": "time_s",
+    "position": "position_rad:{joint}",
+    "velocity": "velocity_rad_s:{joint}",
+    "effort": "measured_nm:{joint}",
+}
+
+
+def open_parquet(path: Path, settings: CsvConfig) -> NamedColumns:
+    """Open a Parquet file.
+
+    Raises:
+        LogError: it cannot be read, or claims more rows than its size allows.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with pq.ParquetFile(path) as file:
+            rows = int(file.metadata.num_rows)
+            if not plausible_size(path.stat().st_size, rows * _NUMBER):
+                raise LogError("claims more rows than its size allows", where=str(path), found=f"{rows} rows")
+            table = file.read()
+        table.validate(full=True)
+    except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
+        raise _unreadable("Parquet", path, error) from error
+    return _table(path, "parquet", "Parquet", table)
+
+
+def open_feather(path: Path, settings: CsvConfig) -> NamedColumns:
+    """Open a Feather file (version 2, which is an Arrow file).
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    import pyarrow as pa
+    from pyarrow import feather
+
+    try:
+        table = feather.read_table(path)
+        table.validate(full=True)  # a file that lies about its offsets would be read beyond its end
+    except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:
+        raise _unreadable("Feather", path, error) from error
+    return _table(path, "feather", "Feather", table)
+
+
+def _unreadable(title: str, path: Path, error: Exception) -> LogError:
+    return LogError(f"cannot be read as {title}: {str(error)[:200]}", where=str(path))
+
+
+def _table(path: Path, kind: str, title: str, table: Any) -> NamedColumns:
+    import pyarrow as pa
+
+    while any(pa.types.is_struct(held) for held in table.schema.types):
+        table = table.flatten()
+    columns: dict[str, Any] = {}
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        if _is_list(column.type):
+            columns |= _of_lists(name, column)
+        else:
+            columns[_index_name(name, column.type)] = column
+    own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
+    signals = isinstance(own, dict) and "time_s" in columns and any(n.startswith("measured_nm:") for n in columns)
+    return NamedColumns(path, kind, f"{title}, {len(columns)} columns", columns, _SIGNALS if signals else None)
+
+
+def _index_name(name: str, kind: Any) -> str:
+    """The time of a pandas index without a name of its own is called so."""
+    import pyarrow as pa
+
+    times = pa.types.is_timestamp(kind) or pa.types.is_duration(kind)
+    return "time" if times and name.startswith("__index_level_") else name
+
+
+def _is_list(kind: Any) -> bool:
+    import pyarrow as pa
+
+    return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind))
+
+
+def _of_lists(name: str, column: Any) -> dict[str, Any]:
+    """Columns ``name1``, ``name2`` … of lists that are all equally long; none where they are not."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    widths = pc.unique(pc.list_value_length(column)).to_pylist()
+    if len(widths) != 1 or not widths[0]:
+        return {}
+    flat = pc.list_flatten(column)
+    flat = flat.combine_chunks() if isinstance(flat, pa.ChunkedArray) else flat
+    rows = len(column)
+    order = pa.array(range(0, rows * widths[0], widths[0]))
+    return {f"{name}{k + 1}": flat.take(pc.add(order, k)) for k in range(widths[0])}

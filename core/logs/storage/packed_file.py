@@ -1,0 +1,210 @@
+"""Files that are compressed as a whole: what lies within, as a stream or as a temporary file, bounded."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol, TypeVar, cast
+
+from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES
+from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
+
+_HEAD = 4096
+_PIECE = 1 << 20
+#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
+_ZSTD_PIECE = 1 << 11
+#: What else lies in archives of one log.
+_BESIDES = ("__MACOSX/", ".DS_Store", "._")
+
+Reader = TypeVar("Reader")
+
+
+class Source(Protocol):
+    """Decompressed bytes, one after the other."""
+
+    def read1(self, size: int) -> bytes:
+        """The next bytes that can be had at once; none at the end."""
+
+    def close(self) -> None:
+        """Release the file."""
+
+
+class _Zstd:
+    """Frames of zstd one after the other; unlike the package's reader it tells a cut file from a whole one."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb")
+        self._frame: Any = None
+
+    def read1(self, size: int) -> bytes:
+        import zstandard
+
+        while piece := self._file.read(_ZSTD_PIECE):
+            parts = []
+            while piece:
+                if self._frame is None:
+                    self._frame = zstandard.ZstdDecompressor().decompressobj()
+                parts.append(self._frame.decompress(piece))
+                piece = self._frame.unused_data
+                if self._frame.eof:
+                    self._frame = None
+                else:
+                    break
+            if data := b"".join(parts):
+                return data
+        if self._frame is not None:
+            raise EOFError("the file ended inside a frame")
+        return b""
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def decompressor(path: Path, method: str) -> Source:
+    """The decompressed bytes of a file.
+
+    Args:
+        path: the file.
+        method: as :func:`~collaudit.core.logs.storage.file_head.compression_of` names it.
+
+    Raises:
+        LogError: an archive does not hold exactly one file.
+    """
+    if method == "gzip":
+        import gzip
+
+        return cast(Source, gzip.open(path, "rb"))
+    if method == "xz":
+        import lzma
+
+        return cast(Source, lzma.open(path, "rb"))
+    if method == "bz2":
+        import bz2
+
+        return cast(Source, bz2.open(path, "rb"))
+    return _only_member(path) if method == "zip" else _Zstd(path)
+
+
+def _only_member(path: Path) -> Source:
+    import zipfile
+
+    try:
+        archive = zipfile.ZipFile(path)
+    except (zipfile.BadZipFile, NotImplementedError, ValueError, EOFError) as error:
+        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
+    names = [name for name in archive.namelist() if not name.endswith("/") and not _beside(name)]
+    if len(names) != 1:
+        shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+        raise LogError(
+            "the archive does not hold exactly one log",
+            where=str(path),
+            found=f"{len(names)} files: {shown}" if names else "no files",
+            hint="unpack it and name the files or the folder",
+        )
+    try:
+        return cast(Source, archive.open(names[0]))
+    except (
+        RuntimeError,
+        NotImplementedError,
+        zipfile.BadZipFile,
+    ) as error:  # a password is asked
+        raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
+
+
+def _beside(name: str) -> bool:
+    return name.startswith(_BESIDES[0]) or name.rpartition("/")[2].startswith(_BESIDES[1:])
+
+
+def decompression_errors() -> tuple[type[Exception], ...]:
+    """What the decompressors raise on damaged files."""
+    import lzma
+    import zipfile
+    import zlib
+
+    import zstandard
+
+    return (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile)
+
+
+def inner_head(path: Path, method: str) -> bytes:
+    """The first bytes of what a compressed file holds; none where they cannot be had."""
+    head = b""
+    try:
+        source = decompressor(path, method)
+        try:
+            while len(head) < _HEAD and (piece := source.read1(_HEAD)):
+                head += piece
+        finally:
+            source.close()
+    except LogError:
+        pass
+    except decompression_errors():
+        pass
+    return head[:_HEAD]
+
+
+def open_unpacked(path: Path, method: str, opened: Callable[[Path], Reader]) -> tuple[Reader, str | None]:
+    """Open a reader on what a compressed file holds, in a temporary folder that goes with the reader.
+
+    Args:
+        path: the file.
+        method: how it is compressed.
+        opened: opens the decompressed file.
+
+    Returns:
+        The reader, and where the file could not be decompressed to its end (None: it could).
+
+    Raises:
+        LogError: it cannot be opened, or decompresses into more than its size allows or the disk holds.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="collaudit-"))
+    try:
+        inner = folder / _inner_name(path)
+        damage = _unpack(path, method, inner)
+        reader = opened(inner)
+    except LogError as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise LogError(error.message, where=str(path), found=error.found, hint=error.hint) from error
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    weakref.finalize(reader, shutil.rmtree, folder, ignore_errors=True)
+    return reader, damage
+
+
+def _inner_name(path: Path) -> str:
+    name = path.name
+    for suffix in COMPRESSED_SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name
+
+
+def _unpack(path: Path, method: str, into: Path) -> str | None:
+    """Decompress a file; what is wrong with it, once something of it was had."""
+    limit = max(FREE_CHUNK_BYTES, MAX_RATIO * path.stat().st_size)
+    limit = min(limit, shutil.disk_usage(into.parent).free)
+    given = 0
+    source = decompressor(path, method)
+    with into.open("wb") as out:
+        try:
+            while piece := source.read1(_PIECE):
+                given += len(piece)
+                if given > limit:
+                    raise LogError(
+                        "decompresses into more than its size allows or the disk for temporary files holds",
+                        where=str(path),
+                        found=f"more than {limit} bytes",
+                        hint="unpack it yourself, or set TMPDIR to a larger disk",
+                    )
+                out.write(piece)
+        except decompression_errors() as error:
+            if not given:
+                raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
+            return f"it cannot be decompressed beyond {given} bytes ({error})"
+        finally:
+            source.close()
+    return None

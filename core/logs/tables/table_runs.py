@@ -1,0 +1,130 @@
+"""Several runs in one table, one after the other: each follows after a break."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.core.errors import LogError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
+from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.tables.column_assignment import bare, column_index
+from collaudit.core.logs.tables.file_quantities import AssignedTable
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from collaudit.core.config.schema import CsvConfig
+
+#: Name of the group of columns that holds the number of the run.
+RUN = "run"
+#: Common names of columns that are the same within a run, or count its rows.
+_NAMES = ("run", "run_id", "trial", "trial_id", "episode", "episode_id", "experiment", "experiment_id", "recording",
+          "recording_id", "sample", "sample_id", "session", "session_id", "index", "idx", "row", "frame", "step",
+          "counter")  # fmt: skip
+#: Runs are at least so many rows long, in the mean; what changes more often is something else.
+_ROWS = 20
+#: The break is given this many periods, so that nothing is judged or filtered across it.
+_BREAK_PERIODS = 10
+
+
+def run_column(file: AssignedTable, settings: CsvConfig) -> int | None:
+    """The column that numbers the runs: the one stated, else one with a common name where no time column tells them.
+
+    Raises:
+        LogError: the one stated is not there, or holds no numbers.
+    """
+    names = file.reader.names
+    if settings.run is not None:
+        index = column_index(names, settings.run)
+        if index is None:
+            raise LogError(
+                f"[log.csv] run names a column that the file does not have: {settings.run}",
+                where=str(file.reader.path),
+                found=listed(names, 40),
+            )
+        return index
+    if settings.row_period_s is None or not file.reader.named:
+        return None
+    known = {bare(name).lower().replace(" ", "_"): index for index, name in reversed(list(enumerate(names)))}
+    index = next((known[name] for name in _NAMES if name in known), None)
+    return index if index is not None and all(map(_whole, file.reader.first_cells(index))) else None
+
+
+def _whole(cell: str) -> bool:
+    return cell.lstrip("+-").isdigit()
+
+
+def starts_of(runs: FloatArray) -> IntArray | None:
+    """Rows, from 0, at which further runs begin; None where the column numbers no runs.
+
+    Args:
+        runs: (n,) the number of the run, or a counter of rows that begins again with each.
+    """
+    steps = np.diff(runs)
+    most = runs.shape[0] / _ROWS
+    changes = np.flatnonzero(steps != 0) + 1
+    if changes.shape[0] <= most:
+        return changes
+    again = np.flatnonzero((steps < 0) & (runs[1:] <= runs[0])) + 1
+    counted = np.count_nonzero(steps == steps[0])
+    return again if again.shape[0] <= most and counted + again.shape[0] == steps.shape[0] else None
+
+
+def split_runs(
+    time_s: FloatArray, runs: FloatArray | None, settings: CsvConfig, file: AssignedTable
+) -> tuple[FloatArray, list[Finding]]:
+    """Let time go on where a run ends and the next begins, after a break.
+
+    Args:
+        time_s: (n,) stamps as recorded.
+        runs: (n, 1) the column of :func:`run_column`, or None.
+        settings: whether it was stated.
+        file: of the time column, for messages.
+
+    Returns:
+        (n,) stamps, the same array where nothing was found, and what is to be said.
+
+    Raises:
+        LogError: the column stated changes too often.
+    """
+    where = file.reader.path.name
+    straight, breaks = straighten_seconds(time_s)
+    rows = np.flatnonzero(np.diff(straight - time_s) > _period(time_s)) + 1 if breaks else np.empty(0, np.int64)
+    findings: list[Finding] = []
+    if rows.shape[0] and bool((np.abs(time_s[rows] - time_s[0]) <= _BREAK_PERIODS * _period(time_s)).all()):
+        findings.append(_finding(rows, "the time column begins again there", where))
+    else:
+        findings += set_back_findings(breaks, 0, where)
+    starts = starts_of(runs[:, 0]) if runs is not None else None
+    if starts is None and settings.run is not None:
+        text = "the column that [log.csv] run names changes too often to number runs"
+        raise LogError(text, where=str(file.reader.path), found=str(settings.run))
+    if starts is None or not starts.shape[0]:
+        return straight, findings
+    if not np.array_equal(starts, rows):
+        findings.append(_finding(starts, "a column of runs, trials or rows begins anew there", where))
+    return _apart(straight, starts), findings
+
+
+def _apart(time_s: FloatArray, starts: IntArray) -> FloatArray:
+    """Shift what follows each start so far that a break lies before it."""
+    gap = time_s[starts] - time_s[starts - 1]
+    shift = np.zeros(time_s.shape)
+    shift[starts] = np.maximum(_BREAK_PERIODS * _period(time_s) - gap, 0.0)
+    return time_s + np.cumsum(shift)
+
+
+def _period(time_s: FloatArray) -> float:
+    steps = np.abs(np.diff(time_s))
+    return float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
+
+
+def _finding(starts: IntArray, why: str, where: str) -> Finding:
+    rows = listed([str(row + 1) for row in starts.tolist()])
+    text = (
+        f"The table holds {starts.shape[0] + 1} runs one after the other: others than the first begin at row {rows} "
+        f"({why}). Each follows after a break, and time goes on."
+    )
+    return Finding("log-runs", "warning", text, where=where)

@@ -36,6 +36,8 @@ def test_every_command_of_the_page_runs(tmp_path: Path, data_dir: Path) -> None:
         codes[line] = done.returncode
     assert all(codes[line] == 3 for line in lines if line.endswith("-o out")), "what is no robot log is not judged"
     assert all(codes[line] == 3 for line in lines if "kuka" in line and " detect " in line)
-    assert all(codes[line] in (0, 1) for line in lines if "-o ur" in line)
+    inverted = [line for line in lines if line.startswith(("collaudit init", "collaudit inspect")) and "ur3" in line]
+    assert [codes[line] for line in inverted] == [3, 3], "an inverted effort is not judged until its sign is stated"
+    assert all(codes[line] in (0, 1) for line in lines if "-o ur" in line and line not in inverted)
     assert (tmp_path / "ur10.html").exists()
     assert not (tmp_path / "out").exists()

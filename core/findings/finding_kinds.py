@@ -185,6 +185,12 @@ KINDS: dict[str, Kind] = {
         _LOG,
         setting="log.units",
     ),
+    "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),
+    "log-position-break": Kind(
+        "A joint's position jumps as no joint moves; the log is cut there.",
+        "Look for a lost stretch, or an encoder that was set. Nothing is judged or filtered across the jump.",
+        _WARNING,
+    ),
     "log-stalled": Kind(
         "The logger repeated one sample while the arm moved; the repeats were left out.",
         "Look at the logger: it fell behind. The repeats count as a gap.",

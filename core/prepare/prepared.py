@@ -113,7 +113,8 @@ def prepare(
         LogError: a configured joint is not in the log.
         ConfigError: a wrench lacks its frame, or the calibration is another arm's.
     """
-    series = undelayed(condition(_in_model_order(log, robot), config.conditioning), config.log)
+    linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
+    series = undelayed(condition(_in_model_order(log, robot), config.conditioning, linear), config.log)
     judged = _judged(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]

@@ -45,6 +45,7 @@ _PART: Mapping[Severity, Effect] = {"warning": "not-judged-part", "error": "not-
 _JOINT: Mapping[Severity, Effect] = {"warning": "none", "error": "not-judged-joint"}
 _ABSENT: Mapping[Severity, Effect] = {"error": "not-judged-joint"}
 _LOG: Mapping[Severity, Effect] = {"error": "not-judged-log"}
+_UNIT: Mapping[Severity, Effect] = {"warning": "doubts-alarms", "error": "not-judged-log"}
 _DELAY: Mapping[Severity, Effect] = {"info": "none", "warning": "none", "error": "not-judged-log"}
 
 #: Every finding code; ``docs/findings.md`` is generated from this table.
@@ -181,8 +182,8 @@ KINDS: dict[str, Kind] = {
     ),
     "log-position-unit-suspect": Kind(
         "Positions look like degrees while radians were stated, or the reverse.",
-        'State the unit of positions: [log.units] position = "deg" or "rad".',
-        _LOG,
+        'State the unit of positions: [log.units] position = "deg" or "rad"; the statement is then taken.',
+        _UNIT,
         setting="log.units",
     ),
     "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),

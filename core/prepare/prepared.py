@@ -118,7 +118,8 @@ def prepare(
     judged = _judged(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
-    findings += position_findings(series.position_rad, series.joint_names, robot, config.log.units.position)
+    units = config.log.units
+    findings += position_findings(series, robot, units.position, "position" in units.model_fields_set)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     start = ConditionedLog(series, robot, judged, labels, tuple(findings))
     return _modelled(start, calibration or Calibration(), config, None)

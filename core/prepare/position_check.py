@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
@@ -57,7 +55,8 @@ def position_findings(series: UniformSeries, robot: RobotModel, unit: str, state
         speed = _top_speed(series, j)
         far = limited[j] is not None and reach[j] > _MOST_PAST_LIMIT_RAD
         degrees = most or alone or far or speed > _FAST_RAD_S
-        findings.append(_beyond(names[j], reach[j], speed, limited[j], degrees, stated))
+        if degrees or limited[j] is not None:
+            findings.append(_beyond(names[j], reach[j], speed, limited[j], degrees, stated))
     return findings
 
 
@@ -84,15 +83,15 @@ def _top_speed(series: UniformSeries, j: int) -> float:
 def _beyond(joint: str, reach: float, speed: float, limit: float | None, degrees: bool, stated: bool) -> Finding:
     bound = "it has no limits" if limit is None else f"its limits are within {limit:.4g}"
     seen = f"Joint '{joint}' reaches {reach:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
-    if stated:
+    if stated and degrees:
         text = f'{seen}: degrees? They were taken as radians, as [log.units] position = "rad" states.'
     elif degrees:
         text = (
-            f'{seen}: degrees? Then say so in [log.units]: position = "deg"; if they are radians, say position = "rad". '
+            f'{seen}: degrees? Then say so in [log.units]: position = "deg"; if they are radians, position = "rad". '
             "Nothing was converted, and nothing is judged."
         )
     else:
-        text = f'{seen}: it turned on, at a speed of radians. [log.units] position = "rad" or "deg" states the unit.'
+        text = f"{seen}: it turned on, at a speed of radians, and was taken so."
     return Finding("log-position-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
 
 

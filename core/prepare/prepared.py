@@ -163,8 +163,8 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if rigid is not None and series.effort is not None:
         contact = commanded.torque_nm
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        late = config.log.effort_delay_ms
-        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late)
+        late, signed = config.log.effort_delay_ms, _signed(config)
+        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
     findings += about
     return Prepared(
@@ -180,6 +180,12 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         calibration,
         start,
     )
+
+
+def _signed(config: Config) -> frozenset[str]:
+    """Joints, by the model's names and the log's, whose effort's sign the configuration states."""
+    renamed = config.log.joint_names
+    return frozenset(name for key in config.log.units.effort_sign for name in (key, renamed.get(key, key)))
 
 
 def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:

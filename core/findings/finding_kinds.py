@@ -238,6 +238,16 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "time-not-finite": Kind("Stamps that are not numbers were left out.", "Look at what writes the stamps.", _WARNING),
+    "time-garbage": Kind(
+        "Stamps that cannot be times of the recording were left out with their rows or messages.",
+        "Look at what writes the stamps. The rows named count as missing.",
+        _WARNING,
+    ),
+    "log-impossible": Kind(
+        "Values that no arm can have count as missing.",
+        "Look at what writes the values. The samples named count as not judged.",
+        _WARNING,
+    ),
     "time-too-short": Kind(
         "A stretch between gaps is too short to be used.",
         "Avoid the gaps on either side. The stretch counts as not judged.",

@@ -255,7 +255,7 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-sign-inverted": Kind(
         "Effort runs against the model's gravity torque: its sign looks inverted.",
-        "State [log.units] effort_sign = -1 if it is inverted; else check model, mounting and joint names.",
+        "State [log.units] effort_sign: -1 if it is inverted, 1 if not. Check model, mounting and joint names.",
         _JOINT,
         setting="log.units.effort_sign",
     ),

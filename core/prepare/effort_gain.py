@@ -171,7 +171,7 @@ def effort_gain_findings(
                     "error",
                     f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: "
                     f"{numbers}. If it is inverted, say so in [log.units]: "
-                    f'effort_sign = {{ "{gain.joint}" = -1 }}; = 1 if it is not. Nothing was changed.',
+                    f'effort_sign = {{ "{gain.joint}" = -1 }}. Nothing was changed.',
                     joint=gain.joint,
                 )
             )

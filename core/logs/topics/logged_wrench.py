@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from collaudit.core.data.joint_log import WrenchSeries
+from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.sample_clock import Clock, steadiness
@@ -33,12 +34,21 @@ def read_wrench(
         joints: the joint states; where their clocks were set back, the wrench's were too.
 
     Returns:
-        The series, or None with a finding when a wrench was configured and cannot be had.
+        The series, or None with a finding when the wrench that was configured holds no usable messages.
+
+    Raises:
+        LogError: the log does not have the topic that was configured.
     """
     if settings.wrench is None:
         return None, []
+    if topic is None:
+        raise LogError(
+            f"the log has no topic {settings.wrench}, which the configuration names as the wrench",
+            where="[log] wrench",
+            hint="collaudit inspect LOG lists the topics; take the line out to judge without a wrench",
+        )
     problem = _problem(topic)
-    if problem is not None or topic is None:
+    if problem is not None:
         text = f"The wrench topic {settings.wrench} was configured, and {problem}."
         return None, [Finding("log-wrench-missing", "warning", text, where=settings.wrench)]
     ordered, wrench = _stacked(topic, joints)
@@ -57,9 +67,7 @@ def read_wrench(
     return WrenchSeries(frozen(seconds_since(stamps, origin_ns)), frozen(wrench), topic.name), findings
 
 
-def _problem(topic: Topic | None) -> str | None:
-    if topic is None:
-        return "the log does not have it"
+def _problem(topic: Topic) -> str | None:
     if topic.profile is None or topic.profile.role != "wrench" or not topic.decoders:
         return topic.problem or f"its type {topic.type} is no wrench"
     if not topic.decoded.groups:

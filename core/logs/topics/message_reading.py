@@ -135,7 +135,7 @@ def read_message_log(
 def _annotations(annotated: AnnotationTopics, times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
     """Annotations and phases of topics of their own, and what could not be read."""
     annotations = [one for topic in annotated.annotations for one in read_annotations(topic, times)]
-    findings = [*annotated.findings, *(found for topic in annotated.topics for found in skipped_findings(topic))]
+    findings = [found for topic in annotated.topics for found in skipped_findings(topic)]
     if annotated.phase is None:
         return annotations, [], findings
     phases, unreadable = read_phases(annotated.phase, times)

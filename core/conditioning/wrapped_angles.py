@@ -96,7 +96,8 @@ def _range(log: JointLog) -> range:
 def _steps_far(x: FloatArray) -> bool:
     """Whether a closer look is needed: a large step, or values that are missing beside one."""
     known = x if np.isfinite(x.sum()) else x[np.isfinite(x)]
-    return bool((np.abs(np.diff(known)) > _LEAST_STEP).any())
+    step = np.diff(known)
+    return bool(step.size) and max(float(step.max()), -float(step.min())) > _LEAST_STEP
 
 
 def _jumps(log: JointLog, j: int, order: IntArray, turning: bool) -> _Steps:

@@ -119,7 +119,12 @@ def arrays_of(log: JointLog) -> dict[str, FloatArray]:
 
 
 def _beyond(values: FloatArray, largest: float) -> bool:
-    return bool((values > largest).any() or (values < -largest).any())
+    if not values.size:
+        return False
+    low, high = float(values.min()), float(values.max())
+    if np.isnan(low):
+        low, high = float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
+    return high > largest or low < -largest
 
 
 def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:

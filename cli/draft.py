@@ -170,10 +170,10 @@ class Draft:
         units = self.sections["log.units"]
         if self.summary.csv_columns:
             units.add("time", "auto", "by the size of its steps")
-            units.add("position", "rad", "CSV files state no unit", guess=True)
+            units.add("position", "rad", "or deg: what is stated is taken without a check", active=False)
             units.add("effort", "Nm", "CSV files state no unit; A needs torque constants", guess=True)
         elif topic is not None:
-            units.add("position", "rad", f"{topic.type} defines radians")
+            units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
             units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
         names = list(topic.joints[:2]) if topic else ["joint1"]
         units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)

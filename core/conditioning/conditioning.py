@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import ceil
 
 import numpy as np
@@ -10,6 +11,7 @@ from collaudit.core.conditioning.effort_signal import effort_signal_findings, sa
 from collaudit.core.conditioning.stalled_logger import without_stalls
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
+from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
@@ -19,26 +21,32 @@ from collaudit.core.numeric.filters import default_bandwidth_hz
 from collaudit.core.numeric.parallel import ordered_map
 
 
-def condition(log: JointLog, config: ConditioningConfig) -> UniformSeries:
+def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[str] = ()) -> UniformSeries:
     """Put a log onto a uniform time base and differentiate it without delay.
 
     Position and effort are not filtered here: the detectors' kernels do that. Velocity is low-passed and acceleration
-    is its central difference, both zero-phase at ``bandwidth_hz``.
+    is its central difference, both zero-phase at ``bandwidth_hz``. Angles are continued over their wraps.
+
+    Args:
+        log: as recorded.
+        config: filters, gaps and the source of the velocity.
+        prismatic: joints whose positions are no angles.
 
     Raises:
         NotJudgedError: no stretch without a gap is long enough.
     """
     log = without_stalls(log)
-    base = make_timebase(log.time_s, log.position_rad, config.gap_factor)
+    angles = continued_angles(log, prismatic)
+    base = make_timebase(log.time_s, angles.position_rad, config.gap_factor, angles.breaks)
     segments, period = base.grid, base.period_s
     bandwidth = min(config.bandwidth_hz or default_bandwidth_hz(period), 0.4 / period)
-    position = _to_grid(log.position_rad, base)
+    position = _to_grid(angles.position_rad, base)
     heat = None if log.temperature_c is None else _to_grid(log.temperature_c, base)
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
     saturated = np.zeros(position.shape, dtype=bool, order="F") if effort is None else saturation(effort, period)
-    findings = [*log.findings, *base.findings, *motion.findings]
+    findings = [*log.findings, *angles.findings, *base.findings, *motion.findings]
     findings += _missing_findings(log, base)
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, period)
     wrench = None

@@ -57,18 +57,21 @@ class Timebase:
         return out
 
 
-def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -> Timebase:
+def make_timebase(
+    time_s: FloatArray, position: FloatArray, gap_factor: float, breaks: IntArray | None = None
+) -> Timebase:
     """Find the uniform grid behind recorded stamps.
 
     Args:
         time_s: (n,) stamps as recorded, s.
         position: (n, j) positions, used only to tell stamp jitter from sampling jitter.
         gap_factor: a step longer than this many periods is a gap.
+        breaks: samples before which the recording is cut too; they are left out, so that a gap stands there.
 
     Raises:
         NotJudgedError: there are too few samples for any stretch.
     """
-    order, findings = _usable_order(time_s)
+    order, findings = usable_order(time_s)
     stamps = time_s[order]
     if stamps.size < MIN_SEGMENT_SAMPLES:
         raise NotJudgedError(
@@ -79,9 +82,8 @@ def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -
     steps = np.diff(stamps)
     period = float(np.median(steps))
     limit = _gap_limit(steps, period, gap_factor)
-    cuts = np.flatnonzero(steps > limit) + 1
-    bounds = [0, *cuts.tolist(), stamps.size]
-    all_raw = [Span(a, b) for a, b in pairwise(bounds)]
+    gaps = np.flatnonzero(steps > limit) + 1
+    all_raw = _stretches(gaps, order, breaks)
     raw = [s for s in all_raw if len(s) >= MIN_SEGMENT_SAMPLES]
     if not raw:
         raise NotJudgedError(
@@ -89,7 +91,7 @@ def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -
             found=f"{len(all_raw)} stretches, the longest of {max(len(s) for s in all_raw)} samples",
             expected=f"at least one stretch of {MIN_SEGMENT_SAMPLES} samples without a gap",
         )
-    findings += _gap_findings(stamps, all_raw, raw, limit)
+    findings += _gap_findings(stamps, gaps, all_raw, limit)
     period = _pooled_period(stamps, raw, period)
     snap = tuple(_snaps(stamps[s.slice], position, order[s.slice], period) for s in raw)
     grid, skipped = _grid_spans(stamps, raw, snap, period)
@@ -97,7 +99,7 @@ def make_timebase(time_s: FloatArray, position: FloatArray, gap_factor: float) -
     return Timebase(order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, skipped, tuple(findings))
 
 
-def _usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
+def usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
     """Indices of samples with finite, distinct stamps, in time order."""
     findings: list[Finding] = []
     finite = np.flatnonzero(np.isfinite(time_s))
@@ -141,11 +143,21 @@ def _gap_limit(steps: FloatArray, period: float, gap_factor: float) -> float:
     return min(max(gap_factor * period, period + 8.0 * scatter), max(3.0, gap_factor) * period)
 
 
-def _gap_findings(stamps: FloatArray, spans: list[Span], kept: list[Span], limit: float) -> list[Finding]:
+def _stretches(gaps: IntArray, order: IntArray, breaks: IntArray | None) -> list[Span]:
+    """Ranges of samples between gaps and breaks; the first sample after a break is in none of them."""
+    broken = (
+        np.zeros(0, dtype=np.int64) if breaks is None or not breaks.size else np.flatnonzero(np.isin(order, breaks))
+    )
+    after = set(broken.tolist()) - set(gaps.tolist())
+    bounds = sorted({0, order.size} | after | set(gaps.tolist()))
+    spans = [Span(a + 1 if a in after else a, b) for a, b in pairwise(bounds)]
+    return [span for span in spans if len(span)]
+
+
+def _gap_findings(stamps: FloatArray, gaps: IntArray, spans: list[Span], limit: float) -> list[Finding]:
     findings = []
-    if len(spans) > 1:
-        starts = np.array([stamps[s.stop - 1] for s in spans[:-1]])
-        ends = np.array([stamps[s.start] for s in spans[1:]])
+    if gaps.size:
+        starts, ends = stamps[gaps - 1], stamps[gaps]
         worst = int(np.argmax(ends - starts))
         findings.append(
             Finding(
@@ -158,7 +170,7 @@ def _gap_findings(stamps: FloatArray, spans: list[Span], kept: list[Span], limit
             )
         )
     lost = [s for s in spans if len(s) < MIN_SEGMENT_SAMPLES]
-    if lost and kept:
+    if lost:
         findings.append(
             Finding(
                 "time-too-short",

@@ -10,12 +10,19 @@ import numpy as np
 
 from collaudit.core.conditioning.velocity_lag import Lag, lag_rows, pooled_s, velocity_lag
 from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import robust_sd
 
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
+#: A velocity that is wrong in this share of the motion at most is mended there, and derived whole otherwise.
+_FEW = 0.1
+_BESIDE_S = 0.25
+#: A joint that goes no further stands, whatever its noise says, rad (m if prismatic).
+_NOWHERE_RAD = 0.002
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +64,16 @@ def choose_velocity(
         period_s: sample period, s.
         bandwidth_hz: bandwidth of the low pass, at which the two are compared too, Hz.
         joint_names: j names, for the findings.
-        source: ``logged`` keeps a velocity that is merely late; ``position`` derives it always.
+        source: ``logged`` keeps it whatever speaks against it; ``position`` derives it always.
+
+    Raises:
+        NotJudgedError: the logged velocity is asked for, and there is none.
     """
+    if logged is None and source == "logged":
+        raise NotJudgedError(
+            'the configuration asks for the logged velocity ([conditioning] velocity = "logged"), and the log has none',
+            hint='name its columns or topic under [log], or set [conditioning] velocity = "auto"',
+        )
     rows = lag_rows(segments, period_s, bandwidth_hz)
     velocity, acceleration = (np.empty(position.shape, order="F") for _ in range(2))
     changed: dict[int, FloatArray] = {}
@@ -75,8 +90,10 @@ def choose_velocity(
             smooth = low_pass(derived, segments, period_s, bandwidth_hz)
             own = np.ascontiguousarray(logged[:, j])
             compare = low_pass(own, segments, period_s, bandwidth_hz, velocity[:, j])
-            chosen, said = _choose(own, compare, smooth, derived, joint_names[j])
-            if chosen is own:
+            chosen, said = _choose(own, compare, smooth, derived, joint_names[j], period_s)
+            if source == "logged" and chosen is not own:
+                chosen, said = own, _kept(joint_names[j], own, said)
+            elif chosen is own:
                 lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
                 late = lag is not None and lag.matters(period_s)
                 chosen = derived if source == "position" or (late and source == "auto") else own
@@ -124,8 +141,10 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
 
 
 def _choose(
-    logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, joint: str
+    logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, joint: str, period_s: float
 ) -> tuple[FloatArray, list[Finding]]:
+    """The logged velocity, its derivative from position, or a mixture where few samples are wrong."""
+
     def derive(text: str, code: str = "log-velocity-derived") -> tuple[FloatArray, list[Finding]]:
         return derived, [Finding(code, "warning", f"{text}; it was derived from position.", joint=joint)]
 
@@ -133,7 +152,7 @@ def _choose(
     if not both.any():
         return derive(f"Joint '{joint}' has no velocity values")
     moving = both & (np.abs(smooth) > MOVING_RAD_S)
-    if np.count_nonzero(moving) < 10:
+    if np.count_nonzero(moving) < 10 or _dithers(smooth[both], period_s):
         return logged, []
     if np.all(logged[moving] == 0.0):
         return derive(f"The logged velocity of joint '{joint}' is zero while it moves")
@@ -141,12 +160,20 @@ def _choose(
     speed = float(np.sqrt(np.mean(meant**2)))
     error = float(np.sqrt(np.mean((said - meant) ** 2)))
     if error > _DISAGREES * speed:
-        gain = float(said @ meant / (meant @ meant))
+        wrong = _wrong(logged, compare, smooth, derived, moving, period_s)
+        if np.count_nonzero(wrong & moving) <= _FEW * np.count_nonzero(moving):
+            text = (
+                f"The logged velocity of joint '{joint}' is not the derivative of its position in "
+                f"{np.count_nonzero(wrong)} of {np.count_nonzero(both)} samples; there it was derived from position."
+            )
+            mixed = np.where(wrong, derived, logged)
+            return mixed, [Finding("log-velocity-disagrees", "warning", text, joint=joint)]
+        gain, off = _typical(said, meant)
         degrees = abs(gain / 57.29578 - 1.0) < 0.1
         guess = " (degrees per second?)" if degrees else ""
         return derive(
             f"The logged velocity of joint '{joint}' is {gain:.3g} times the derivative of its position{guess}, "
-            f"RMS difference {error:.3g} rad/s at an RMS speed of {speed:.3g} rad/s",
+            f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(meant)):.3g} rad/s",
             "log-velocity-disagrees",
         )
     stuck = moving & (logged == 0.0)
@@ -162,3 +189,45 @@ def _choose(
             )
         ]
     return logged, []
+
+
+def _dithers(smooth: FloatArray, period_s: float) -> bool:
+    """Whether a joint goes nowhere: the way of its derived velocity never leaves a narrow band."""
+    way = np.cumsum(smooth) * period_s
+    return bool(np.ptp(way) < _NOWHERE_RAD)
+
+
+def _wrong(
+    logged: FloatArray, compare: FloatArray, smooth: FloatArray, derived: FloatArray, moving: BoolArray, period_s: float
+) -> BoolArray:
+    """(n,) samples within :data:`_BESIDE_S` of one whose logged velocity is far from the derivative of position."""
+    typical = float(np.median(np.abs(smooth[moving])))
+    both = np.isfinite(logged + derived)
+    noise = robust_sd((logged - derived)[both])
+    far = np.isfinite(compare + smooth) & (np.abs(compare - smooth) > _DISAGREES * typical)
+    far |= both & (np.abs(logged - derived) > _DISAGREES * typical + 8.0 * noise)
+    reach = max(1, round(_BESIDE_S / period_s))
+    count = np.concatenate(([0], np.cumsum(far)))
+    at = np.arange(far.size)
+    near = count[np.minimum(at + reach + 1, far.size)] - count[np.maximum(at - reach, 0)]
+    return np.asarray((near > 0) & np.isfinite(derived))
+
+
+def _typical(said: FloatArray, meant: FloatArray) -> tuple[float, float]:
+    """Median ratio of two velocities where the second is fast, and their median difference."""
+    fast = np.abs(meant) >= np.median(np.abs(meant))
+    return float(np.median(said[fast] / meant[fast])), float(np.median(np.abs(said - meant)))
+
+
+def _kept(joint: str, logged: FloatArray, found: Sequence[Finding]) -> list[Finding]:
+    """What speaks against a velocity that the configuration asks for, as a warning with the evidence."""
+    out = []
+    for finding in found:
+        evidence = finding.text.replace("; it was derived from position", "").replace(
+            "; there it was derived from position", ""
+        )
+        text = f"{evidence} It was used all the same, as [conditioning] velocity asks."
+        if not np.isfinite(logged).any():
+            text = f"{evidence} [conditioning] velocity asks for it: the joint is not judged."
+        out.append(Finding(finding.code, finding.severity, text, joint=joint))
+    return out

@@ -100,7 +100,8 @@ class ConditioningConfig(ConfigTable):
     velocity: Literal["auto", "logged", "position"] = Field(
         "auto",
         description="auto: the logged velocity of a joint, but the derivative of its position where the log has none, "
-        "where the two disagree, or where the logged one is late; logged: a late one too; position: always derived.",
+        "where the two disagree, or where the logged one is late; logged: used whatever speaks against it, which is "
+        "said; position: always derived.",
     )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
         1.8, description="A step longer than this many sample periods is a gap."

@@ -45,6 +45,7 @@ _PART: Mapping[Severity, Effect] = {"warning": "not-judged-part", "error": "not-
 _JOINT: Mapping[Severity, Effect] = {"warning": "none", "error": "not-judged-joint"}
 _ABSENT: Mapping[Severity, Effect] = {"error": "not-judged-joint"}
 _LOG: Mapping[Severity, Effect] = {"error": "not-judged-log"}
+_UNIT: Mapping[Severity, Effect] = {"warning": "doubts-alarms", "error": "not-judged-log"}
 _DELAY: Mapping[Severity, Effect] = {"info": "none", "warning": "none", "error": "not-judged-log"}
 
 #: Every finding code; ``docs/findings.md`` is generated from this table.
@@ -186,9 +187,15 @@ KINDS: dict[str, Kind] = {
     ),
     "log-position-unit-suspect": Kind(
         "Positions look like degrees while radians were stated, or the reverse.",
-        'State the unit of positions: [log.units] position = "deg" or "rad".',
-        _LOG,
+        'State the unit of positions: [log.units] position = "deg" or "rad"; the statement is then taken.',
+        _UNIT,
         setting="log.units",
+    ),
+    "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),
+    "log-position-break": Kind(
+        "A joint's position jumps as no joint moves; the log is cut there.",
+        "Look for a lost stretch, or an encoder that was set. Nothing is judged or filtered across the jump.",
+        _WARNING,
     ),
     "log-stalled": Kind(
         "The logger repeated one sample while the arm moved; the repeats were left out.",
@@ -236,6 +243,16 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "time-not-finite": Kind("Stamps that are not numbers were left out.", "Look at what writes the stamps.", _WARNING),
+    "time-garbage": Kind(
+        "Stamps that cannot be times of the recording were left out with their rows or messages.",
+        "Look at what writes the stamps. The rows named count as missing.",
+        _WARNING,
+    ),
+    "log-impossible": Kind(
+        "Values that no arm can have count as missing.",
+        "Look at what writes the values. The samples named count as not judged.",
+        _WARNING,
+    ),
     "time-too-short": Kind(
         "A stretch between gaps is too short to be used.",
         "Avoid the gaps on either side. The stretch counts as not judged.",
@@ -243,7 +260,7 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-sign-inverted": Kind(
         "Effort runs against the model's gravity torque: its sign looks inverted.",
-        "State [log.units] effort_sign = -1 if it is inverted; else check model, mounting and joint names.",
+        "State [log.units] effort_sign: -1 if it is inverted, 1 if not. Check model, mounting and joint names.",
         _JOINT,
         setting="log.units.effort_sign",
     ),

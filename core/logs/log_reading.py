@@ -11,6 +11,7 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_hashing import Hashing, sha256_of
 from collaudit.core.logs.opening import check_there, log_name, misnamed, open_messages, open_tables
+from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.logs.storage.records import Progress
 from collaudit.core.logs.tables.joined_tables import also_files
 
@@ -74,7 +75,7 @@ def _read(
     hashing = Hashing(paths)
     try:
         if all(tables):
-            log = _read_tables(paths, settings, robot_joints, prismatic, hashing)
+            log = without_impossible(_read_tables(paths, settings, robot_joints, prismatic, hashing), "row")
         elif any(tables):
             raise LogError("tables and recordings cannot be one log", where=log_name(paths))
         else:
@@ -82,6 +83,7 @@ def _read(
 
             reader, name = open_messages(paths), log_name(paths)
             log = read_message_log(reader, name, settings, robot_joints, prismatic, hashing, progress)
+            log = without_impossible(log, "message")
     except BaseException:
         hashing.abandon()
         raise

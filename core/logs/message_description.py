@@ -14,6 +14,7 @@ from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
 from collaudit.core.logs.messages.profiles import CONFIGURED
 from collaudit.core.logs.opening import data_files, log_name
+from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
@@ -45,10 +46,13 @@ def describe_messages(paths: Sequence[Path], reader: MessageReader, settings: Lo
         times[topic.name].append(batch.log_ns)
         if batch.key in topic.decoders:
             topic.decoders[batch.key].add(batch)
-    stamps = {name: np.sort(np.concatenate(parts)) for name, parts in times.items() if parts}
+    whole = {name: plausible_ns(np.concatenate(parts), name) for name, parts in times.items() if parts}
+    stamps = {name: np.sort(good) for name, (good, _) in whole.items()}
+    counts = {name: sum(part.shape[0] for part in parts) for name, parts in times.items()}
     first = min((int(values[0]) for values in stamps.values()), default=None)
     last = max((int(values[-1]) for values in stamps.values()), default=None)
     findings: list[Finding] = list(damage_findings(reader.damage, log_name(paths)))
+    findings += [found for _, garbage in whole.values() for found in garbage]
     for topic in topics:
         findings += [*skipped_findings(topic), *(publish_findings(topic) if topic.profile is not None else ())]
     return LogSummary(
@@ -57,7 +61,7 @@ def describe_messages(paths: Sequence[Path], reader: MessageReader, settings: Lo
         size_bytes=sum(file.stat().st_size for path in paths for file in data_files(path)),
         start_ns=start_of(first) if first is not None else None,
         duration_s=(last - first) / 1e9 if first is not None and last is not None else None,
-        topics=tuple(_from_stamps(topic, stamps.get(topic.name, np.empty(0, np.int64))) for topic in topics),
+        topics=tuple(_from_stamps(topic, counts[topic.name], stamps.get(topic.name)) for topic in topics),
         findings=tuple(findings),
     )
 
@@ -103,9 +107,9 @@ def describe_by_overview(
     )
 
 
-def _from_stamps(topic: Topic, log_ns: IntArray) -> TopicInfo:
-    rate, gap = rate_and_gap((log_ns - log_ns[:1]).astype(np.float64) / 1e9 if log_ns.size else np.empty(0))
-    return _info(topic, int(log_ns.shape[0]), rate, gap)
+def _from_stamps(topic: Topic, count: int, log_ns: IntArray | None) -> TopicInfo:
+    elapsed = np.empty(0) if log_ns is None else (log_ns - log_ns[:1]).astype(np.float64) / 1e9
+    return _info(topic, count, *rate_and_gap(elapsed))
 
 
 def _info(topic: Topic, count: int, rate_hz: float | None, largest_gap_s: float | None) -> TopicInfo:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ def effort_findings(
     gains: tuple[EffortGain, ...],
     judged: tuple[str, ...],
     taken_off_ms: float,
+    stated: Collection[str] = (),
 ) -> tuple[list[Finding], Delay | None]:
     """What the gains say of the effort; a delay in place of signs that it explains.
 
@@ -36,11 +38,12 @@ def effort_findings(
         gains: effort against both together.
         judged: joints to speak of.
         taken_off_ms: delay that the configuration takes off already.
+        stated: joints whose sign the configuration states.
 
     Returns:
         The findings, and the delay where it explains signs.
     """
-    findings = effort_gain_findings(gains, judged, series.effort_unit)
+    findings = effort_gain_findings(gains, judged, series.effort_unit, stated)
     inverted = {g.joint for g in gains if g.inverted}
     if not inverted:
         return findings, None
@@ -58,7 +61,8 @@ def effort_findings(
         f"{taken_off_ms + 1e3 * delay.seconds:.0f}. Nothing was changed."
     )
     still = tuple(g for g in gains if g.inverted and g.joint not in undone)  # of a late effort no scale is known
-    findings = effort_gain_findings(still, (), series.effort_unit) + unknown_sign_findings(gains, judged)
+    findings = effort_gain_findings(still, (), series.effort_unit, stated)
+    findings += unknown_sign_findings(gains, judged)
     return [Finding("effort-delay", "error", text), *findings], delay
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,8 @@ _MIN_CLUSTERS = 8
 _MAX_SAMPLES = 50_000
 _MIN_EXPLAINED = 0.2
 _PLAUSIBLE_GAIN = (0.5, 2.0)
+#: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
+_LEFT_OUT, _ROUNDS = 0.33, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +75,10 @@ def effort_gains(
         if contact_nm is not None:
             model = model + np.nan_to_num(contact_nm[use, j])
         cluster: IntArray = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
-        return _gain(names[j], effort[use, j], model, velocity[use, j], cluster)
+        found = _gain(names[j], effort[use, j], model, velocity[use, j], cluster)
+        if found is not None and found.inverted:
+            return _unless_few_say_so(found, effort[use, j], model, velocity[use, j], cluster)
+        return found
 
     return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
 
@@ -97,10 +103,7 @@ def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArr
     ids, label = np.unique(group, return_inverse=True)
     if ids.size < _MIN_CLUSTERS or np.std(x) == 0:
         return None
-    nuisance = np.column_stack([np.sign(v), v, np.ones_like(v)])
-    basis, _ = np.linalg.qr(nuisance)
-    x_free = x - basis @ (basis.T @ x)
-    y_free = y - basis @ (basis.T @ y)
+    x_free, y_free = _without_friction(x, y, v)
     power = float(x_free @ x_free)
     if power <= 1e-9 * x.size:
         return None
@@ -114,12 +117,54 @@ def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArr
     return EffortGain(joint, gain, (gain - half, gain + half), min(1.0, explained))
 
 
-def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str) -> list[Finding]:
-    """What the gains say: inverted, out of scale, or not to be told. Nothing is ever changed by it."""
+def _without_friction(x: FloatArray, y: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Both signals less what friction and an offset can explain of them."""
+    basis, _ = np.linalg.qr(np.column_stack([np.sign(v), v, np.ones_like(v)]))
+    return x - basis @ (basis.T @ x), y - basis @ (basis.T @ y)
+
+
+def _unless_few_say_so(found: EffortGain, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArray) -> EffortGain:
+    """The gain, unless a third of the time is all that speaks for an inverted sign, as a contact in the log can.
+
+    An inverted sign is inverted all the time. The seconds that speak for it most are left out, the friction beside it
+    estimated anew each time; where the others then say the opposite, theirs is the gain.
+    """
+    for _ in range(_ROUNDS):
+        ids, label = np.unique(group, return_inverse=True)
+        x_free, y_free = _without_friction(x, y, v)
+        speaks = np.bincount(label, weights=x_free * y_free)
+        worst = ids[np.argsort(speaks)[: max(1, int(_LEFT_OUT / _ROUNDS * ids.size))]]
+        keep = ~np.isin(group, worst)
+        y, x, v, group = y[keep], x[keep], v[keep], group[keep]
+        rest = _gain(found.joint, y, x, v, group)
+        if rest is None:
+            return found
+        if rest.gain > 0.0:
+            return rest
+    return found
+
+
+def effort_gain_findings(
+    gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str, stated: Collection[str] = ()
+) -> list[Finding]:
+    """What the gains say: inverted, out of scale, or not to be told. Nothing is ever changed by it.
+
+    Args:
+        gains: by joint.
+        joints: those to speak of where nothing is known.
+        unit: of the effort.
+        stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
+    """
     findings = []
     for gain in gains:
         numbers = f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
-        if gain.inverted:
+        if gain.inverted and gain.joint in stated:
+            text = (
+                f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: {numbers}. "
+                "Its sign was taken as [log.units] effort_sign states it; look at model, mounting and joint names."
+            )
+            findings.append(Finding("effort-sign-inverted", "warning", text, joint=gain.joint))
+        elif gain.inverted:
             findings.append(
                 Finding(
                     "effort-sign-inverted",

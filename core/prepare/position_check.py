@@ -2,64 +2,110 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
 
-#: No arm's joint turns further than two turns either way from its zero; degrees pass this at once.
+#: Most joints stay within two turns either way from their zero; degrees pass this at once.
 _TWO_TURNS_RAD = 4.0 * np.pi
 #: Beyond a joint limit by this much is no calibration error, rad. (A limit within two turns proves nothing: the
 #: UR3's last wrist turns on past its URDF's.)
 _BEYOND_LIMIT_RAD = 1.0
+#: A joint with limits that turns on past them, as wrists do, does so by few turns.
+_MOST_PAST_LIMIT_RAD = 10.0 * np.pi
+#: Joints of arms are slower; 30 degrees a second taken for radians are not. For the fastest percent of the samples.
+_FAST_RAD_S = 10.0
 #: Moves of less than this on every joint, while efforts say otherwise, look like degrees taken for radians twice.
 _TINY_RAD = 0.06
 _DEGREE = np.pi / 180.0
+_MAX_SAMPLES = 20_000
 
 
-def position_findings(position: FloatArray, joints: Sequence[str], robot: RobotModel, stated: str) -> list[Finding]:
+def position_findings(series: UniformSeries, robot: RobotModel, unit: str, stated: bool) -> list[Finding]:
     """Joints whose positions cannot be radians, or cannot have been degrees.
 
+    Turns alone prove nothing: a wrist may turn for ever. They are evidence of degrees where the speed is one of
+    degrees too, where half of the joints turn like that, or where a joint is many turns past its limits.
+
     Args:
-        position: (n, j) rad (m if prismatic), after conversion from the stated unit.
-        joints: j names, a part of the robot's.
+        series: the log; positions in rad (m if prismatic), after conversion from the unit.
         robot: kinds and limits of the joints.
-        stated: the unit the configuration states, ``rad`` or ``deg``.
+        unit: of the positions as logged, ``rad`` or ``deg``.
+        stated: whether the configuration says so; what speaks against it is then a warning and nothing more.
     """
-    turning = [j for j, name in enumerate(joints) if robot.joint_types[robot.joint_names.index(name)] == "revolute"]
-    if not turning or not any(np.isfinite(position[:, j]).any() for j in turning):
+    names = series.joint_names
+    kinds = [robot.joint_types[robot.joint_names.index(name)] for name in names]
+    turning = [j for j, kind in enumerate(kinds) if kind == "revolute" and np.isfinite(series.position_rad[:, j]).any()]
+    if not turning:
         return []
-    if stated == "deg":
-        return _too_small(position[:, turning])
-    out = []
-    for j in turning:
-        reach = max(float(np.nanmax(position[:, j], initial=0.0)), -float(np.nanmin(position[:, j], initial=0.0)))
-        low, high = robot.position_limits[robot.joint_names.index(joints[j])]
-        limit = max(_TWO_TURNS_RAD, np.nan_to_num(max(abs(low), abs(high)), posinf=0.0) + _BEYOND_LIMIT_RAD)
-        if reach > limit:
-            out.append(
-                Finding(
-                    "log-position-unit-suspect",
-                    "error",
-                    f"Joint '{joints[j]}' reaches {reach:.4g} rad, where at most {limit:.4g} is plausible: degrees? "
-                    'Then say so in [log.units]: position = "deg". Nothing was converted, and nothing is judged.',
-                    joint=joints[j],
-                )
-            )
-    return out
+    if unit == "deg":
+        return _too_small(series.position_rad[:, turning], stated)
+    limited = {j: _limit(robot, names[j]) for j in turning}
+    reach = {j: _reach(series.position_rad[:, j]) for j in turning}
+    beyond = [j for j in turning if reach[j] > max(_TWO_TURNS_RAD, (limited[j] or 0.0) + _BEYOND_LIMIT_RAD)]
+    if not beyond:
+        return []
+    most = len(beyond) >= 2 and 2 * len(beyond) >= len(turning)
+    alone = len(turning) == 1 and limited[beyond[0]] is not None
+    findings = []
+    for j in beyond:
+        speed = _top_speed(series, j)
+        far = limited[j] is not None and reach[j] > _MOST_PAST_LIMIT_RAD
+        degrees = most or alone or far or speed > _FAST_RAD_S
+        if degrees or limited[j] is not None:
+            findings.append(_beyond(names[j], reach[j], speed, limited[j], degrees, stated))
+    return findings
 
 
-def _too_small(position: FloatArray) -> list[Finding]:
-    """Positions stated in degrees that would be an ordinary motion had they been radians."""
+def _limit(robot: RobotModel, joint: str) -> float | None:
+    """The farther of a joint's limits, rad; None where it has none."""
+    low, high = robot.position_limits[robot.joint_names.index(joint)]
+    limit = max(abs(low), abs(high))
+    return float(limit) if np.isfinite(limit) else None
+
+
+def _reach(position: FloatArray) -> float:
+    return max(float(np.nanmax(position, initial=0.0)), -float(np.nanmin(position, initial=0.0)))
+
+
+def _top_speed(series: UniformSeries, j: int) -> float:
+    """What the fastest percent of the samples exceeds, rad/s, by the positions."""
+    step = max(1, series.position_rad.shape[0] // _MAX_SAMPLES)
+    at = np.arange(0, series.position_rad.shape[0] - 1, step)
+    speed = np.abs(series.position_rad[at + 1, j] - series.position_rad[at, j]) / series.period_s
+    speed = speed[np.isfinite(speed)]
+    return float(np.percentile(speed, 99.0)) if speed.size else 0.0
+
+
+def _beyond(joint: str, reach: float, speed: float, limit: float | None, degrees: bool, stated: bool) -> Finding:
+    bound = "it has no limits" if limit is None else f"its limits are within {limit:.4g}"
+    seen = f"Joint '{joint}' reaches {reach:.4g} rad at up to {speed:.3g} rad/s, and {bound}"
+    if stated and degrees:
+        text = f'{seen}: degrees? They were taken as radians, as [log.units] position = "rad" states.'
+    elif degrees:
+        text = (
+            f'{seen}: degrees? Then say so in [log.units]: position = "deg"; if they are radians, position = "rad". '
+            "Nothing was converted, and nothing is judged."
+        )
+    else:
+        text = f"{seen}: it turned on, at a speed of radians, and was taken so."
+    return Finding("log-position-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
+
+
+def _too_small(position: FloatArray, stated: bool) -> list[Finding]:
+    """Positions in degrees that would be an ordinary motion had they been radians."""
     span = float(np.nanmax(np.nanmax(position, axis=0) - np.nanmin(position, axis=0)))
     if not 0.01 * _DEGREE < span < _TINY_RAD:
         return []
-    text = (
+    seen = (
         f"No joint moves by more than {span / _DEGREE:.3g} degrees in the whole log as stated; taken as radians it "
-        f'would be {span / _DEGREE:.3g} rad. If they are radians, say so in [log.units]: position = "rad". Nothing was '
-        "converted, and nothing is judged."
+        f"would be {span / _DEGREE:.3g} rad."
     )
+    if stated:
+        text = f'{seen} They were taken as degrees, as [log.units] position = "deg" states.'
+        return [Finding("log-position-unit-suspect", "warning", text)]
+    text = f'{seen} If they are radians, say so in [log.units]: position = "rad". Nothing is judged.'
     return [Finding("log-position-unit-suspect", "error", text)]

@@ -113,11 +113,13 @@ def prepare(
         LogError: a configured joint is not in the log.
         ConfigError: a wrench lacks its frame, or the calibration is another arm's.
     """
-    series = undelayed(condition(_in_model_order(log, robot), config.conditioning), config.log)
+    linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
+    series = undelayed(condition(_in_model_order(log, robot), config.conditioning, linear), config.log)
     judged = _judged(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
-    findings += position_findings(series.position_rad, series.joint_names, robot, config.log.units.position)
+    units = config.log.units
+    findings += position_findings(series, robot, units.position, "position" in units.model_fields_set)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     start = ConditionedLog(series, robot, judged, labels, tuple(findings))
     return _modelled(start, calibration or Calibration(), config, None)
@@ -161,8 +163,8 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if rigid is not None and series.effort is not None:
         contact = commanded.torque_nm
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        late = config.log.effort_delay_ms
-        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late)
+        late, signed = config.log.effort_delay_ms, _signed(config)
+        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
     findings += about
     return Prepared(
@@ -178,6 +180,12 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         calibration,
         start,
     )
+
+
+def _signed(config: Config) -> frozenset[str]:
+    """Joints, by the model's names and the log's, whose effort's sign the configuration states."""
+    renamed = config.log.joint_names
+    return frozenset(name for key in config.log.units.effort_sign for name in (key, renamed.get(key, key)))
 
 
 def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:

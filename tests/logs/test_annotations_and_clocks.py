@@ -15,7 +15,7 @@ from mcap.writer import Writer
 from collaudit.core.conditioning.timebase import MAX_VOID_S, make_timebase
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, read_log
 
 PERIOD_S = w.PERIOD / 1e9
@@ -56,12 +56,46 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_labels_of_a_topic(marked: Path) -> None:
-    log = read(marked, label_topics=["/bumper", "/step:data==7", "/nothing"])
+    log = read(marked, label_topics=["/bumper", "/step:data==7"])
     bumper, step = log.annotations
     assert (bumper.name, bumper.source, step.name, step.source) == ("bumper", "/bumper", "data==7", "/step")
     np.testing.assert_allclose(bumper.intervals_s, [(100.5 * PERIOD_S, 150.5 * PERIOD_S)], atol=1e-9)
     np.testing.assert_allclose(step.intervals_s, [(100 * PERIOD_S, 300 * PERIOD_S)], atol=1e-9)
-    assert {"log-label", "log-label-missing"} <= codes(log)
+    assert "log-label" in codes(log)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"label_topics": ["/bumper", "/nothing"]}, r"label_topics: the log has no topic /nothing"),
+        ({"label_topics": ["/step:speed"]}, "hold no number at speed|cannot be read as a label"),
+        ({"phase_topic": "/nothing"}, r"phase_topic: the log has no topic /nothing"),
+        ({"wrench": "/nothing"}, r"wrench: the log has no topic /nothing"),
+        ({"joint_states": "/nothing"}, "there is no topic /nothing"),
+    ],
+)
+def test_a_topic_that_is_named_and_absent_is_refused(marked: Path, settings: dict[str, Any], words: str) -> None:
+    with pytest.raises(LogError, match=words) as caught:
+        read(marked, **settings)
+    assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        *({key: "nothing{i}"} for key in ("position", "velocity", "effort", "temperature")),
+        *({"labels": ["hit", "nothing"]}, {"phase": "nothing"}, {"time": "nothing"}),
+        {"wrench": ["nothing", "b", "c", "d", "e", "f"]},
+    ],
+    ids=str,
+)
+def test_a_column_that_is_named_and_absent_is_refused(settings: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,q1,tau1,hit\n" + "".join(f"{0.01 * k},{0.1 * k},1.5,0\n" for k in range(50)))
+    read(path, csv={"labels": ["hit"]})
+    stated = {"time": "t", "position": "q{i}", "effort": "tau{i}", **settings}
+    with pytest.raises(LogError):
+        read(path, csv=stated)
 
 
 @pytest.mark.parametrize("topic", ["/phase", "/step:data"])

@@ -74,8 +74,9 @@ def write(path: Path, encoding: str, data: Callable[[int], bytes], definition: b
 
 
 def settings(**fields: str | None) -> LogConfig:
+    wrench = None if fields.get("wrench", "") is None else "/load"
     return LogConfig.model_validate(
-        {"joint_states": "/robot", "wrench": "/load", "fields": {**FIELDS, **fields}, "time": "header"}
+        {"joint_states": "/robot", "wrench": wrench, "fields": {**FIELDS, **fields}, "time": "header"}
     )
 
 

@@ -146,11 +146,10 @@ def test_unknown_types_are_left_alone(tmp_path: Path) -> None:
     assert (chat.name, chat.role, chat.count) == ("/chat", "other", 1)
 
 
-def test_a_configured_wrench_that_is_absent_is_a_finding(tmp_path: Path) -> None:
+def test_a_configured_wrench_that_is_absent_is_refused(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "x.mcap", w.motion(20, with_wrench=False))
-    log = read_log((path,), WITH_WRENCH, robot_joints=None)
-    assert log.wrench is None
-    assert "log-wrench-missing" in {finding.code for finding in log.findings}
+    with pytest.raises(LogError, match="which the configuration names as the wrench"):
+        read_log((path,), WITH_WRENCH, robot_joints=None)
 
 
 def test_currents_need_constants_by_either_name(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from synthetic import PERIOD, make_log
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.prepare.effort_gain import effort_gain_findings, effort_gains
+from collaudit.core.prepare.effort_gain import EffortGain, _gain, effort_gain_findings, effort_gains
 
 
 def run(gain: float, load: float, seed: int = 0):  # type: ignore[no-untyped-def]
@@ -82,3 +82,39 @@ def test_the_interval_is_cluster_robust_as_statsmodels_has_it() -> None:
     assert found.gain == pytest.approx(fit.params[0], rel=1e-9)
     half = 1.96 * (1.0 + 2.0 / count) * np.sqrt(count / (count - 1)) * fit.bse[0]
     assert 0.5 * (found.ci95[1] - found.ci95[0]) == pytest.approx(half, rel=1e-9)
+
+
+def touching(push: float, sign: float = 1.0) -> tuple[EffortGain, EffortGain | None]:
+    """A lightly loaded joint that runs onto something wherever it comes far enough; the gain, and by all samples."""
+    rng = np.random.default_rng(2)
+    t = PERIOD * np.arange(20000)
+    q = 0.8 * np.sin(0.9 * t) + 0.3 * np.sin(2.3 * t)
+    v = 0.72 * np.cos(0.9 * t) + 0.69 * np.cos(2.3 * t)
+    gravity = 3.0 * np.cos(q + 0.5)
+    effort = sign * (gravity + np.sign(v)) + push * (q > 0.75) + rng.normal(0, 0.2, t.size)
+    series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
+    (found,) = effort_gains(series, gravity[:, None])
+    use = np.abs(v) > MOVING_RAD_S
+    return found, _gain("joint1", effort[use], gravity[use], v[use], np.floor(t[use]).astype(np.int64))
+
+
+@pytest.mark.parametrize("push", [8.0, 15.0])
+def test_a_contact_cannot_raise_the_sign_error(push: float) -> None:
+    found, by_all = touching(push)
+    assert by_all is not None
+    assert by_all.inverted, "the contact is what this is about"
+    assert not found.inverted
+    assert found.gain > 0
+
+
+@pytest.mark.parametrize("push", [0.0, -2.0])
+def test_an_inverted_sign_stays_inverted_beside_a_contact(push: float) -> None:
+    assert touching(push, -1.0)[0].inverted
+
+
+def test_a_stated_sign_holds_and_the_evidence_is_a_warning() -> None:
+    gains, _ = run(-1.0, 20.0)
+    (said,) = effort_gain_findings(gains, ("joint1",), "Nm", {"joint1"})
+    assert (said.code, said.severity, said.effect) == ("effort-sign-inverted", "warning", "none")
+    assert "-1 per N·m" in said.text or "-0.9" in said.text
+    assert "as [log.units] effort_sign states it" in said.text

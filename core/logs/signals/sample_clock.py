@@ -14,6 +14,8 @@ from collaudit.core.numeric.arrays import IntArray
 Clock = Literal["header", "log"]
 #: Stamps before this (1980) are not taken as times since the epoch.
 EPOCH_FLOOR_NS = 315_532_800_000_000_000
+#: Nor later ones (2200), which are garbage.
+EPOCH_CEILING_NS = 7_258_118_400_000_000_000
 #: Percentiles of steps rest on this many of them at most, evenly taken.
 _SAMPLE = 50_000
 
@@ -95,4 +97,4 @@ def _clock_finding(text: str, where: str) -> Finding:
 
 def start_of(first_ns: int) -> int | None:
     """An absolute start, or None when the clock does not count from the epoch."""
-    return first_ns if first_ns >= EPOCH_FLOOR_NS else None
+    return first_ns if EPOCH_FLOOR_NS <= first_ns < EPOCH_CEILING_NS else None

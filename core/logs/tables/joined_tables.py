@@ -11,6 +11,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.impossible_values import garbage_rows
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
@@ -90,6 +91,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
             findings += damage_findings([Damage(columns_read.damage)], file.reader.path.name)
         if time_s is None:
             time_s, start_ns = own_time, start
+            findings += garbage_rows(own_time, file.reader.path.name)
             findings += time_findings(file, unit, settings)
         else:
             _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)
@@ -179,7 +181,9 @@ def _check_same_time(first: Path, time_s: FloatArray, other: Path, own_s: FloatA
             where=where,
             found=f"{time_s.shape[0]} and {own_s.shape[0]} rows",
         )
-    apart = ~(np.abs(time_s - own_s) <= SAME_TIME_S) & ~(np.isnan(time_s) & np.isnan(own_s))
+    alike = (time_s == own_s) | (np.isnan(time_s) & np.isnan(own_s))
+    with np.errstate(invalid="ignore"):
+        apart = ~(np.abs(time_s - own_s) <= SAME_TIME_S) & ~alike
     if apart.any():
         row = int(np.flatnonzero(apart)[0])
         raise LogError(

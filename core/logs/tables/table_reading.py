@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
+from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.annotation_spans import annotation_findings, phases_of, spans_of
-from collaudit.core.logs.signals.joint_naming import map_names, model_name
+from collaudit.core.logs.signals.joint_naming import listed, map_names, model_name
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.storage.table_reader import TableReader
+from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.joined_tables import JointTable, annotation_columns, join_tables
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
@@ -47,6 +49,7 @@ def read_table_log(
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
     table = join_tables(readers, settings)
+    _check_stated(table, settings.csv, name)
     names, order_findings = _names(table, settings, robot_joints, name)
     kept = map_names(names, settings.joint_names, robot_joints, name)
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
@@ -90,6 +93,18 @@ def read_table_log(
     )
 
 
+def _check_stated(table: JointTable, settings: CsvConfig, where: str) -> None:
+    """Refuse a table without columns that the configuration names."""
+    for quantity in QUANTITIES:
+        pattern = getattr(settings, quantity)
+        if pattern is not None and quantity not in table.columns:
+            raise LogError(
+                f"the table has no columns {pattern!r}",
+                where=f"{where}, [log.csv] {quantity}",
+                hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
+            )
+
+
 def _names(
     table: JointTable, settings: LogConfig, robot: Sequence[str] | None, where: str
 ) -> tuple[list[str], list[Finding]]:
@@ -131,8 +146,7 @@ def _wrench(
     if settings.csv.wrench is None:
         return None, []
     if table.wrench is None:
-        text = "The wrench columns of [log.csv] wrench are not in the table."
-        return None, [Finding("log-wrench-missing", "warning", text, where=where)]
+        raise LogError("the table lacks the columns that [log.csv] wrench names", where=where)
     values: FloatArray = frozen(table.wrench)
     return WrenchSeries(frozen(time_s), values, where), []
 
@@ -140,28 +154,34 @@ def _wrench(
 def _annotations(
     texts: Mapping[str, tuple[str, ...]], time_s: FloatArray, settings: CsvConfig, where: str
 ) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
-    """Annotations and phases of a table, and what of the configuration is not there.
+    """Annotations and phases of a table, and what of them cannot be used.
 
     Args:
         texts: column name to the text of each row.
         time_s: (n,) stamps; rows whose stamp is not a number are left out.
         settings: which columns are annotations and which is the phase.
         where: the file, for findings.
+
+    Raises:
+        LogError: the table lacks a column that the configuration names.
     """
     asked = annotation_columns(settings)
-    findings = [
-        Finding("log-label-missing", "warning", f"The table has no column {name!r} of labels or phases.", where=where)
-        for name in asked
-        if name not in texts
-    ]
-    if not any(name in texts for name in asked):
+    missing = [name for name in asked if name not in texts]
+    if missing:
+        raise LogError(
+            f"the table has no column {listed(missing)}",
+            where=f"{where}, [log.csv] labels and phase",
+            hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
+        )
+    findings: list[Finding] = []
+    if not asked:
         return [], [], findings
     good = np.flatnonzero(np.isfinite(time_s))
     good = good[np.argsort(time_s[good], kind="stable")]
     stamps = time_s[good]
     annotations = []
     for name in settings.labels:
-        holds = np.array([text.strip().lower() not in _NO for text in texts.get(name, ())], dtype=np.bool_)
+        holds = np.array([text.strip().lower() not in _NO for text in texts[name]], dtype=np.bool_)
         if holds.any():
             annotations.append(Annotation(name, where, tuple(spans_of(stamps, holds[good]))))
     phases: list[Annotation] = []

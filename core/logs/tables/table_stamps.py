@@ -6,57 +6,74 @@ from typing import Any
 
 import numpy as np
 
+from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.storage.table_reader import numbers_of
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+
+#: Units of a stamp in a second.
+SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 #: Later stamps are no times since the epoch, but garbage.
 _MOST_NS = 9e18
 
 
 def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
-    """Seconds from the first stamp that is a number, its absolute time in ns, None without, and the unit used.
+    """Seconds from the first stamp that is a time, its absolute time in ns, None without, and the unit used.
+
+    Stamps that are no numbers become NaN, those that are no times of this recording infinite.
 
     Args:
         stamps: the time column as Arrow read it.
         unit: ``auto``, ``s``, ``ms``, ``us``, ``ns`` or ``iso``.
     """
     import pyarrow as pa
-    import pyarrow.compute as pc
 
     kind = stamps.type
-    if pa.types.is_timestamp(kind):
-        ns = stamps.cast(pa.int64()).to_numpy(zero_copy_only=False)
-        return _since_first(np.asarray(ns), 1), _first(ns), "iso"
     if len(stamps) == 0:
         return np.empty(0), None, "s"
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
+    if pa.types.is_timestamp(kind):
+        whole, unit, used = whole.cast(pa.int64()), "ns", "iso"
     numbers = numbers_of(whole)
-    known = np.flatnonzero(np.isfinite(numbers))
-    size = float(np.abs(numbers[known]).max()) if known.size else 0.0
-    used = unit if unit not in ("auto", "iso") else guess_time_unit(size)
-    scale = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[used]
+    scale, guessed, garbage = _scale(numbers, unit)
+    used = used if pa.types.is_timestamp(kind) else guessed
+    known = np.flatnonzero(np.isfinite(numbers) & ~garbage)
     if not known.size:
         return np.full(numbers.shape, np.nan), None, used
-    first = stamps[int(known[0])].as_py()
-    exact = abs(float(first)) * 1e9 / scale < _MOST_NS
-    start = None if not exact else round(float(first) * 1e9 / scale) if scale != 1e9 else int(first)
+    time_s, start = _seconds(whole, numbers, int(known[0]), scale)
+    if known.size < numbers.size:
+        time_s = np.where(garbage, np.inf, np.where(np.isfinite(numbers), time_s, np.nan))
+    return time_s, start, used
+
+
+def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:
+    """Units in a second, their name, and (n,) stamps that are no times of this recording, which have no say."""
+    finite = np.abs(numbers[np.isfinite(numbers)])
+    middle = float(np.median(finite)) if finite.size else 0.0
+    used = unit if unit not in ("auto", "iso") else guess_time_unit(middle)
+    with np.errstate(over="ignore"):
+        garbage = garbage_stamps(numbers / SCALES[used])
+    if unit in ("auto", "iso"):
+        rest = np.abs(numbers[np.isfinite(numbers) & ~garbage])
+        used = guess_time_unit(float(rest.max()) if rest.size else 0.0)
+    return SCALES[used], used, garbage
+
+
+def _seconds(stamps: Any, numbers: FloatArray, first: int, scale: float) -> tuple[FloatArray, int | None]:
+    """Seconds from stamp number ``first``, and its absolute time in ns; integers and decimals lose nothing."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    kind, zero = stamps.type, stamps[first].as_py()
+    exact = abs(float(zero)) * 1e9 / scale < _MOST_NS
+    start = None if not exact else round(float(zero) * 1e9 / scale) if scale != 1e9 else int(zero)
     if pa.types.is_integer(kind) and stamps.null_count == 0:
-        return _since_first(np.asarray(stamps.to_numpy(), dtype=np.int64), int(1e9 / scale)), start, used
+        whole = np.asarray(stamps.to_numpy(zero_copy_only=False), dtype=np.int64)
+        return (whole - whole[first]).astype(np.float64) * int(1e9 / scale) / 1e9, start
     if pa.types.is_decimal(kind) and stamps.null_count == 0:
-        shifted = pc.subtract(stamps, stamps[0])
-        return np.asarray(shifted.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64) / scale, start, used
-    return (numbers - numbers[known[0]]) / scale, start, used
-
-
-def _since_first(values: IntArray, ns_per_unit: int) -> FloatArray:
-    if values.shape[0] == 0:
-        return values.astype(np.float64)
-    out: FloatArray = (values - values[0]).astype(np.float64) * ns_per_unit / 1e9
-    return out
-
-
-def _first(values: Any) -> int | None:
-    return int(values[0]) if len(values) else None
+        shifted = pc.subtract(stamps, stamps[first])
+        return np.asarray(shifted.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64) / scale, start
+    return (numbers - numbers[first]) / scale, start
 
 
 def guess_time_unit(size: float) -> str:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
+from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.profiles import ANNOTATION, Profile, Role
 from collaudit.core.logs.signals.annotation_spans import phases_of, until_changed
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
-from collaudit.core.logs.topics.log_topics import Topic, read_by
+from collaudit.core.logs.topics.log_topics import Topic, described, read_by
 from collaudit.core.logs.topics.publishers import Publisher
 from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -25,15 +26,17 @@ if TYPE_CHECKING:
 #: The field of std_msgs types, taken where none is named.
 DEFAULT_FIELD = "data"
 _PHASE = f"{ANNOTATION}phase"
+_STATED = "configured-"
+#: Where each is configured.
+_KEYS: dict[Role, str] = {"label": "[log] label_topics", "phase": "[log] phase_topic"}
 
 
 @dataclass(frozen=True, slots=True)
 class AnnotationTopics:
-    """The topics that hold annotations and the one that holds the phase, and what of the configuration is not there."""
+    """The topics that hold annotations and the one that holds the phase."""
 
     annotations: tuple[Topic, ...]
     phase: Topic | None
-    findings: tuple[Finding, ...]
 
     @property
     def topics(self) -> tuple[Topic, ...]:
@@ -42,37 +45,42 @@ class AnnotationTopics:
 
 
 def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> AnnotationTopics:
-    """Which topics hold annotations and the phase: those of known types, and those configured."""
-    findings: list[Finding] = []
+    """Which topics hold annotations and the phase: those of known types, and those configured.
+
+    Raises:
+        LogError: the log does not have a topic that was configured, or not the field.
+    """
     chosen = [topic for topic in topics if _is_known(topic)]
     for entry in settings.label_topics:
-        topic = _configured(topics, entry, "label", findings)
-        if topic is not None:
-            chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
+        topic = _configured(topics, entry, "label")
+        chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
     phase = None
     if settings.phase_topic is not None:
-        phase = _configured(topics, settings.phase_topic, "phase", findings)
-    return AnnotationTopics(tuple(chosen), phase, tuple(findings))
+        phase = _configured(topics, settings.phase_topic, "phase")
+    return AnnotationTopics(tuple(chosen), phase)
 
 
 def _is_known(topic: Topic) -> bool:
     return topic.profile is not None and topic.profile.role == "label" and bool(topic.decoders)
 
 
-def _configured(topics: Sequence[Topic], entry: str, role: Role, findings: list[Finding]) -> Topic | None:
-    """A topic read for one field; None with a finding when that cannot be."""
+def _configured(topics: Sequence[Topic], entry: str, role: Role) -> Topic:
+    """A topic read for one field."""
     name, _, path = entry.partition(":")
     found = next((topic for topic in topics if topic.name.strip("/") == name.strip("/")), None)
     if found is None:
-        text = f"The topic {name} was configured as a {role}, and the log does not have it."
-        findings.append(Finding("log-label-missing", "warning", text, where=name))
-        return None
+        raise LogError(
+            f"the log has no topic {name}, which the configuration names as a {role}",
+            where=_KEYS[role],
+            found=described(topics),
+            hint="correct the name, or take it out",
+        )
     if role == "label" and not path and _is_known(found):
         return found
     annotation = "phase" if role == "phase" else path or found.name.strip("/").rsplit("/", 1)[-1]
     path = path or DEFAULT_FIELD
     profile = Profile(
-        name=f"configured-{role}",
+        name=f"{_STATED}{role}",
         role=role,
         types=tuple(dict.fromkeys(channel.type for channel in found.channels)),
         names=path if role == "phase" else None,
@@ -81,9 +89,11 @@ def _configured(topics: Sequence[Topic], entry: str, role: Role, findings: list[
     topic = read_by(found.name, found.channels, profile, found.extra)
     if topic.decoders:
         return topic
-    text = f"The topic {name} was configured as a {role} and cannot be read: {topic.problem}."
-    findings.append(Finding("log-label-missing", "warning", text, where=name))
-    return None
+    raise LogError(
+        f"the topic {name} cannot be read as a {role}: {topic.problem}",
+        where=_KEYS[role],
+        hint=f"name its field: {name}:FIELD",
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,14 +139,21 @@ class _Series:
 
 
 def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
-    """The annotations of a topic; each holds from the message that raises it to the one that ends it."""
+    """The annotations of a topic; each holds from the message that raises it to the one that ends it.
+
+    Raises:
+        LogError: no message has the field that was configured.
+    """
     series = _series(topic, times)
-    if series is None or topic.profile is None:
+    if topic.profile is None or (series is None and not topic.decoded.seen):
         return []
+    stated = topic.profile.name.startswith(_STATED)
     out = []
-    for name, _ in topic.profile.annotations:
-        values = series.columns.get(f"{ANNOTATION}{name}")
-        if values is None:
+    for name, path in topic.profile.annotations:
+        values = None if series is None else series.columns.get(f"{ANNOTATION}{name}")
+        if values is None and stated:
+            raise LogError(f"messages on {topic.name} hold no number at {path}", where=_KEYS["label"])
+        if series is None or values is None:
             continue
         raised = np.asarray(topic.profile.raised(name, values).any(axis=1))
         spans = until_changed(series.time_s, raised, times.end_s)

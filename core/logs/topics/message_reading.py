@@ -14,6 +14,7 @@ from collaudit.core.logs.messages.decoded_columns import QUANTITIES, all_names
 from collaudit.core.logs.signals.annotation_spans import annotation_findings
 from collaudit.core.logs.signals.clock_checks import compare_clocks
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
+from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names, matches
 from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
@@ -85,6 +86,7 @@ def read_message_log(
     findings += publish_findings(joints)
     publishers = publishers_of(joints.decoded, frozenset(names.log))
     base = publishers[0]
+    findings += [garbage_finding(*p.garbage, "message", joints.name) for p in publishers if p.garbage is not None]
     clock, clock_finding = choose_clock(base.stamp_ns, base.log_ns, settings.time, joints.name)
     stamps = _stamps(base, clock)
     origin = int(stamps[0])
@@ -133,7 +135,7 @@ def read_message_log(
 def _annotations(annotated: AnnotationTopics, times: Times) -> tuple[list[Annotation], list[Annotation], list[Finding]]:
     """Annotations and phases of topics of their own, and what could not be read."""
     annotations = [one for topic in annotated.annotations for one in read_annotations(topic, times)]
-    findings = [*annotated.findings, *(found for topic in annotated.topics for found in skipped_findings(topic))]
+    findings = [found for topic in annotated.topics for found in skipped_findings(topic)]
     if annotated.phase is None:
         return annotations, [], findings
     phases, unreadable = read_phases(annotated.phase, times)

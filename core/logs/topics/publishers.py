@@ -25,6 +25,7 @@ class Publisher:
         columns: quantity to (n, j) values; a quantity that was never present is absent.
         log_breaks, stamp_breaks: where either clock was set back; the stamps above go on after them.
         source: (n,) channel of each sample, or None where the topic has only one.
+        garbage: messages left out for their stamps, as of :class:`~.sample_order.Ordered`.
     """
 
     names: tuple[str, ...]
@@ -34,6 +35,7 @@ class Publisher:
     log_breaks: tuple[SetBack, ...] = ()
     stamp_breaks: tuple[SetBack, ...] = ()
     source: IntArray | None = None
+    garbage: tuple[int, int, int] | None = None
 
 
 def publishers_of(decoded: Decoded, keep: frozenset[str] | None = None) -> list[Publisher]:
@@ -71,7 +73,14 @@ def _publisher(groups: list[Group], wanted: set[str]) -> Publisher:
     if sort is not None:
         columns = {quantity: values[sort] for quantity, values in columns.items()}
     publisher = Publisher(
-        names, ordered.log_ns, ordered.stamp_ns, columns, ordered.log_breaks, ordered.stamp_breaks, ordered.source
+        names=names,
+        log_ns=ordered.log_ns,
+        stamp_ns=ordered.stamp_ns,
+        columns=columns,
+        log_breaks=ordered.log_breaks,
+        stamp_breaks=ordered.stamp_breaks,
+        source=ordered.source,
+        garbage=ordered.garbage,
     )
     if len(groups) > 1 and len({_holds(group, names) for group in groups}) > 1:
         _fill(publisher, groups, rows, sort)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
+from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.numeric.arrays import IntArray
 
 Breaks = tuple[SetBack, ...]
@@ -23,6 +24,8 @@ class Ordered:
         source: (n,) channel of each sample, or None where there is only one.
         sort: (n,) the order as indices into what was given; None where that was in order.
         log_breaks, stamp_breaks: where either clock was set back.
+        garbage: (how many, of how many, the first's number from 1) messages left out, whose stamps are no times of
+            this recording; None where there are none.
         followed: False where the breaks of another topic were given and this one does not show the same.
     """
 
@@ -33,6 +36,7 @@ class Ordered:
     log_breaks: Breaks
     stamp_breaks: Breaks
     followed: bool
+    garbage: tuple[int, int, int] | None = None
 
 
 def clocks_of(groups: Sequence[Group]) -> tuple[IntArray, IntArray | None, IntArray | None, IntArray | None]:
@@ -58,7 +62,7 @@ def in_order(
     log_breaks: Breaks | None = None,
     stamp_breaks: Breaks | None = None,
 ) -> Ordered:
-    """Put samples in order of recording, channel by channel where clocks were set back.
+    """Put samples in order of recording, channel by channel where clocks were set back, without garbage stamps.
 
     Args:
         log_ns, stamp_ns: (n,) both clocks.
@@ -66,6 +70,16 @@ def in_order(
         source: (n,) channel; None where there is only one.
         log_breaks, stamp_breaks: what the joints' topic showed of the same clocks, for another topic.
     """
+    far = garbage_stamps(log_ns / 1e9)
+    if stamp_ns is not None:
+        far |= garbage_stamps(stamp_ns / 1e9)
+    if far.any():
+        keep = np.flatnonzero(~far)
+        first = int(np.argmax(far)) if order is None else int(np.count_nonzero(order < order[far].min()))
+        stamps, place, channel = (None if part is None else part[keep] for part in (stamp_ns, order, source))
+        found = in_order(log_ns[keep], stamps, place, channel, log_breaks, stamp_breaks)
+        kept = keep if found.sort is None else keep[found.sort]
+        return replace(found, sort=kept, garbage=(int(far.sum()), far.size, first + 1))
     sort = None
     if order is not None:
         sort = np.argsort(order, kind="stable") if source is None else np.lexsort((order, source))

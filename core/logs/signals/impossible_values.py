@@ -1,0 +1,143 @@
+"""Memory garbage in a log: stamps and values that no recording of an arm can hold."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from collaudit.core.data.joint_log import JointLog, WrenchSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
+
+#: A stamp so far from the middle of the log, s (12 days), and so many times the usual distance, is garbage where few
+#: are: a recording with a long break has many on both sides.
+_FAR_S, _FAR_TIMES, _FEW = 1e6, 1e3, 0.1
+#: No arm's values are larger, whatever their unit: rad or m (encoder counts too), rad/s, effort, N or N·m.
+_LARGEST = {"position_rad": 1e9, "velocity_rad_s": 1e9, "effort": 1e9}
+_LARGEST_FORCE = 1e9
+_WORDS = {"position_rad": "position", "velocity_rad_s": "velocity", "effort": "effort"}
+
+
+def garbage_stamps(time_s: FloatArray) -> BoolArray:
+    """(n,) stamps that are no times of this recording; those that are not numbers are not among them.
+
+    Args:
+        time_s: (n,) s from any origin, in any order.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        known = np.isfinite(time_s)
+        if not known.any() or float(time_s[known].max() / 2 - time_s[known].min() / 2) < _FAR_S / 2:
+            return np.zeros(time_s.shape, dtype=np.bool_)
+        middle = float(np.median(time_s[known]))
+        distance = np.abs(time_s - middle)
+        usual = float(np.median(distance[known]))
+        far = known & (distance > max(_FAR_S, _FAR_TIMES * usual))
+    few = np.count_nonzero(far) <= _FEW * np.count_nonzero(known)
+    return np.asarray(far if few else np.zeros_like(far))
+
+
+def plausible_ns(stamps_ns: IntArray, where: str) -> tuple[IntArray, list[Finding]]:
+    """The stamps, ns, without garbage, and a finding where there is some."""
+    far = garbage_stamps(stamps_ns / 1e9)
+    if not far.any():
+        return stamps_ns, []
+    found = garbage_finding(int(np.count_nonzero(far)), far.size, int(np.argmax(far)) + 1, "message", where)
+    return stamps_ns[~far], [found]
+
+
+def garbage_rows(time_s: FloatArray, where: str) -> list[Finding]:
+    """A finding for the rows of a table whose stamps are infinite, which is how garbage is marked there."""
+    far = np.flatnonzero(np.isinf(time_s))
+    return [garbage_finding(far.size, time_s.size, int(far[0]) + 1, "row", where)] if far.size else []
+
+
+def garbage_finding(count: int, total: int, first: int, what: str, where: str) -> Finding:
+    """What was left out.
+
+    Args:
+        count, total: garbage stamps, and all.
+        first: number of the first of them, from 1.
+        what: "row" or "message".
+        where: the file or topic.
+    """
+    text = (
+        f"{count} of {total} stamps are no times of this recording; these {what}s were left out. The first is {what} "
+        f"{first}."
+    )
+    return Finding("time-garbage", "warning", text, where=where)
+
+
+def without_impossible(log: JointLog, what: str) -> JointLog:
+    """The log without rows whose stamp is infinite, and with values that no arm can have as missing ones.
+
+    Args:
+        log: as read.
+        what: "row" or "message", as the findings count.
+    """
+    findings: list[Finding] = []
+    changed: dict[str, FloatArray] = {}
+    far = np.isinf(log.time_s)
+    for name, largest in _LARGEST.items():
+        values: FloatArray | None = getattr(log, name)
+        if values is None or not _beyond(values, largest):
+            continue
+        bad: BoolArray = (np.abs(values) > largest) & np.isfinite(values)
+        bad &= ~far[:, None]  # of rows that are left out anyway nothing is said
+        if not bad.any():
+            continue
+        changed[name] = _missing(values, bad)
+        for j in np.flatnonzero(bad.any(axis=0)).tolist():
+            joint = log.joint_names[j]
+            found = _finding(np.asarray(bad[:, j]), values[:, j], f"{_WORDS[name]} of joint '{joint}'", what)
+            findings.append(replace(found, joint=joint))
+    wrench = log.wrench
+    if wrench is not None and _beyond(wrench.wrench, _LARGEST_FORCE):
+        bad = (np.abs(wrench.wrench) > _LARGEST_FORCE) & np.isfinite(wrench.wrench)
+        rows: BoolArray = np.asarray(bad.any(axis=1))
+        if rows.any():
+            findings.append(_finding(rows, wrench.wrench[bad], f"wrench of {wrench.topic}", what))
+            wrench = WrenchSeries(wrench.time_s, _missing(wrench.wrench, bad), wrench.topic)
+    if findings:
+        log = replace(log, wrench=wrench, findings=(*log.findings, *findings), **changed)  # type: ignore[arg-type]
+    return _without_rows(log, far) if far.any() else log
+
+
+def _without_rows(log: JointLog, far: BoolArray) -> JointLog:
+    rows = {name: frozen(values[~far]) for name, values in arrays_of(log).items()}
+    wrench = log.wrench
+    if wrench is not None:
+        keep = ~np.isinf(wrench.time_s)
+        wrench = WrenchSeries(frozen(wrench.time_s[keep]), frozen(wrench.wrench[keep]), wrench.topic)
+    return replace(log, wrench=wrench, **rows)  # type: ignore[arg-type]
+
+
+def arrays_of(log: JointLog) -> dict[str, FloatArray]:
+    """Its arrays by their names; the rows of each are samples."""
+    values = {field.name: getattr(log, field.name) for field in fields(log)}
+    return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+
+
+def _beyond(values: FloatArray, largest: float) -> bool:
+    if not values.size:
+        return False
+    low, high = float(values.min()), float(values.max())
+    if np.isnan(low):
+        low, high = float(np.fmin.reduce(values, axis=None)), float(np.fmax.reduce(values, axis=None))
+    return high > largest or low < -largest
+
+
+def _missing(values: FloatArray, bad: BoolArray) -> FloatArray:
+    out = values.copy(order="K")
+    out[bad] = np.nan
+    return frozen(out)
+
+
+def _finding(bad: BoolArray, values: FloatArray, signal: str, what: str) -> Finding:
+    first = int(np.argmax(bad))
+    worst = values[first] if values.size == bad.size else values[0]
+    text = (
+        f"{np.count_nonzero(bad)} values of the {signal} are beyond what an arm can have and count as missing; the "
+        f"first is {worst:.3g} in {what} {first + 1}."
+    )
+    return Finding("log-impossible", "warning", text)

@@ -1,0 +1,70 @@
+"""Turns are no evidence of degrees by themselves, and a unit that is stated holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from arms import dh_robot, dh_row
+from synthetic import PERIOD, make_log
+
+from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.config.schema import ConditioningConfig, RobotConfig
+from collaudit.core.findings import Finding
+from collaudit.core.prepare.position_check import position_findings
+from collaudit.core.robot import load_robot
+
+T = PERIOD * np.arange(3000)
+NAMES = ("joint1", "joint2", "joint3", "joint4")
+
+
+def said(position: np.ndarray, tmp_path, limits: tuple[float, ...] = (), unit: str = "rad", stated: bool = False):  # type: ignore[no-untyped-def]
+    names = NAMES[: position.shape[1]]
+    rows = [dh_row(1.0, (0, 0, 0), (0.1, 0.1, 0.1), a=0.3) for _ in names]
+    robot = load_robot(RobotConfig.model_validate(dh_robot(rows)), tmp_path, names)
+    if limits:
+        bounds = np.array([[-limit, limit] for limit in limits])
+        object.__setattr__(robot, "position_limits", bounds)
+    series = condition(make_log(T, position, None, None, names), ConditioningConfig())
+    return position_findings(series, robot, unit, stated)
+
+
+def arm(wrist: np.ndarray) -> np.ndarray:
+    return np.column_stack([np.sin(T), 0.5 * np.cos(T), 1.2 + 0.3 * np.sin(2 * T), wrist])
+
+
+def severities(findings: list[Finding]) -> list[tuple[str, str | None]]:
+    assert {f.code for f in findings} <= {"log-position-unit-suspect"}
+    return [(f.severity, f.joint) for f in findings]
+
+
+def test_a_wrist_that_turned_on_is_no_degrees(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    turned = arm(14.8 + 0.2 * np.sin(T))
+    assert said(turned, tmp_path) == []
+    (found,) = said(turned, tmp_path, (6.28,) * 4)
+    assert severities([found]) == [("warning", "joint4")]
+    assert "at a speed of radians" in found.text
+    spinning = arm(2.0 * np.pi * T)
+    assert said(spinning, tmp_path, (3.0, 3.0, 3.0, np.nan)) == []
+
+
+@pytest.mark.parametrize("limits", [(), (3.0,) * 4])
+def test_degrees_are_noticed_at_once(tmp_path, limits: tuple[float, ...]) -> None:  # type: ignore[no-untyped-def]
+    degrees = np.rad2deg(arm(0.4 * np.sin(T)))
+    found = said(degrees, tmp_path, limits)
+    assert {f.severity for f in found} == {"error"}
+    assert 'position = "deg"' in found[0].text and 'position = "rad"' in found[0].text
+    one_fast = arm(57.3 * 0.8 * np.sin(T))
+    assert severities(said(one_fast, tmp_path, limits)) == [("error", "joint4")]
+    standing = arm(np.full_like(T, 90.0))
+    assert ("error", "joint4") in severities(said(standing, tmp_path, (3.0,) * 4))
+
+
+def test_a_stated_unit_is_never_a_veto(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    degrees = np.rad2deg(arm(0.4 * np.sin(T)))
+    found = said(degrees, tmp_path, stated=True)
+    assert found
+    assert {f.severity for f in found} == {"warning"}
+    assert all("as [log.units]" in f.text and not f.forbids_pass for f in found)
+    tiny = np.deg2rad(arm(0.4 * np.sin(T)))
+    assert severities(said(tiny, tmp_path, unit="deg")) == [("error", None)]
+    assert severities(said(tiny, tmp_path, unit="deg", stated=True)) == [("warning", None)]

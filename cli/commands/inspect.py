@@ -78,8 +78,12 @@ class _Look:
         """Why nothing in the log could be judged; None when it could."""
         if self.error is not None:
             return self.error.render()
-        if not any(topic.role == "joint_states" and topic.readable for topic in self.summary.topics):
+        found = [topic for topic in self.summary.topics if topic.role == "joint_states" and topic.readable]
+        if not found:
             return "no joint states were found in it"
+        if not any(topic.joints for topic in found):
+            names = ", ".join(topic.name for topic in found)
+            return f"no message of its joint states ({names}) could be read"
         return forbidding(self.findings)
 
 

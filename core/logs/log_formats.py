@@ -93,9 +93,9 @@ class LogFormat:
         return overview(path)
 
 
-def begins_with(magic: bytes) -> Callable[[bytes], bool]:
-    """A recogniser of files that begin with a magic number."""
-    return lambda head: head.startswith(magic)
+def begins_with(*magics: bytes) -> Callable[[bytes], bool]:
+    """A recogniser of files that begin with a magic number, or with one of several."""
+    return lambda head: head.startswith(magics)
 
 
 def _text(head: bytes) -> bool:
@@ -116,7 +116,8 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("mcap", "MCAP", "messages", (".mcap",), begins_with(b"\x89MCAP0\r\n"),
               f"{_LOGS}.mcap.mcap_file:open_mcap", overview=f"{_LOGS}.mcap.mcap_summary:overview_of",
               in_bag_folders=True),
-    LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",), begins_with(b"#ROSBAG V2.0\n"),
+    LogFormat("ros1-bag", "ROS 1 bag (2.0)", "messages", (".bag",),
+              begins_with(b"#ROSBAG V", b"#ROSRECORD V", b"#ROSLOG V"),
               f"{_LOGS}.rosbag1.bag_file:open_bag"),
     LogFormat("db3", "ROS 2 bag (sqlite3, mcap)", "messages", (".db3",), begins_with(b"SQLite format 3\x00"),
               f"{_LOGS}.rosbag2.db3_file:open_db3", in_bag_folders=True),

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import lz4.frame
 import numpy as np
 from mcap.writer import CompressionType, IndexType, Writer
 from rosbags.rosbag1 import Writer as Bag1Writer
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Bag2Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -175,15 +176,38 @@ def write_bag(path: Path, messages: Iterable[Said], *, compression: str = "", ch
     return path
 
 
-def write_folder(path: Path, messages: Iterable[Said], *, storage: str = "sqlite3") -> Path:
+def write_folder(path: Path, messages: Iterable[Said], *, storage: str = "sqlite3", packing: str = "") -> Path:
+    """A bag folder; ``packing`` is rosbag2's compression: ``message-zstd``, ``file-lz4`` …"""
     plugin = StoragePlugin.SQLITE3 if storage == "sqlite3" else StoragePlugin.MCAP
+    mode, _, method = packing.partition("-")
     connections: dict[str, Any] = {}
-    with Bag2Writer(path, version=9, storage_plugin=plugin) as writer:
+    writer = Bag2Writer(path, version=9, storage_plugin=plugin)
+    if method == "zstd":
+        writer.set_compression(CompressionMode[mode.upper()], CompressionFormat.ZSTD)
+    with writer:
         for said in messages:
             if said.topic not in connections:
                 connections[said.topic] = writer.add_connection(said.topic, said.type, typestore=ROS2)
-            writer.write(connections[said.topic], said.log_ns, encode(said, "cdr"))
+            data = encode(said, "cdr")
+            packed = lz4.frame.compress(data) if packing == "message-lz4" else data
+            writer.write(connections[said.topic], said.log_ns, packed)
+    if method == "lz4":  # the rosbags package writes zstd alone
+        _state_lz4(path, mode)
     return path
+
+
+def _state_lz4(folder: Path, mode: str) -> None:
+    metadata = folder / "metadata.yaml"
+    text = metadata.read_text()
+    text = text.replace("compression_format: ''", "compression_format: lz4")
+    text = text.replace("compression_mode: ''", f"compression_mode: {mode.upper()}")
+    if mode == "file":
+        plain = storage_file(folder)
+        packed = plain.with_name(plain.name + ".lz4")
+        packed.write_bytes(lz4.frame.compress(plain.read_bytes()))
+        plain.unlink()
+        text = text.replace(plain.name, packed.name)
+    metadata.write_text(text)
 
 
 def storage_file(folder: Path) -> Path:

@@ -9,7 +9,7 @@ from typing import Any
 import log_writers as w
 import numpy as np
 import pytest
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
+from foxglove_messages import foxglove_states
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -221,40 +221,10 @@ def test_iiwa_quantities_on_three_topics(store: Any, tmp_path: Path) -> None:
     check(read(path), tuple(f"iiwa_joint_{i}" for i in range(1, 8)), atol=1e-6)
 
 
-def _foxglove_pool() -> tuple[Any, bytes]:
-    """foxglove.JointStates as its public definition has it."""
-    file = descriptor_pb2.FileDescriptorProto(name="states.proto", package="foxglove", syntax="proto3")
-    file.dependency.append("google/protobuf/timestamp.proto")
-    joint = file.message_type.add(name="JointState")
-    field = descriptor_pb2.FieldDescriptorProto
-    joint.field.add(name="name", number=1, type=field.TYPE_STRING, label=field.LABEL_OPTIONAL)
-    for number, name in enumerate(("position", "velocity", "acceleration", "effort"), 2):
-        joint.oneof_decl.add(name=f"_{name}")
-        joint.field.add(
-            name=name, number=number, type=field.TYPE_DOUBLE, label=field.LABEL_OPTIONAL,
-            proto3_optional=True, oneof_index=number - 2,
-        )  # fmt: skip
-    outer = file.message_type.add(name="JointStates")
-    stamp = ".google.protobuf.Timestamp"
-    outer.field.add(name="timestamp", number=1, type=field.TYPE_MESSAGE, type_name=stamp, label=field.LABEL_OPTIONAL)
-    outer.field.add(
-        name="joints", number=2, type=field.TYPE_MESSAGE, type_name=".foxglove.JointState", label=field.LABEL_REPEATED
-    )
-    files = descriptor_pb2.FileDescriptorSet()
-    timestamp_pb2.DESCRIPTOR.CopyToProto(files.file.add())
-    files.file.add().CopyFrom(file)
-    pool = descriptor_pool.DescriptorPool()
-    for part in files.file:
-        pool.Add(part)
-    return message_factory.GetMessageClass(
-        pool.FindMessageTypeByName("foxglove.JointStates")
-    ), files.SerializeToString()
-
-
 @pytest.mark.parametrize("encoding", ["protobuf", "json"])
 @pytest.mark.parametrize("velocity", [True, False])
 def test_foxglove_joint_states(encoding: str, velocity: bool, tmp_path: Path) -> None:
-    kind, schema = _foxglove_pool()
+    kind, schema = foxglove_states()
     position, speed, effort = signals(3)
     path = tmp_path / "x.mcap"
     with path.open("wb") as stream:

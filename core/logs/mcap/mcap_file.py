@@ -40,10 +40,10 @@ class McapFile:
         self.damage = self.index.damage
         self._read_counts: dict[int, int] = {}
         self._summed = any(chunk.crc for chunk in self.index.chunks)
-        if self._hidden_channels():
+        if self._hidden_channels() or self.index.lacks_schemas():
             for chunk in ordered_map(self._load, list(self.index.chunks)):
                 self._records(chunk)
-                if not self._hidden_channels(after_all=True):
+                if not self._hidden_channels(after_all=True) and not self.index.lacks_schemas():
                     break
         found = (self.index.channel(number) for number in sorted(self.index.channels))
         self.channels: tuple[Channel, ...] = tuple(channel for channel in found if channel is not None)

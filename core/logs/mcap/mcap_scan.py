@@ -117,6 +117,10 @@ class McapIndex:
             number, count = struct.unpack_from("<HQ", body, at)
             self.counts[number] = count
 
+    def lacks_schemas(self) -> bool:
+        """Whether channels refer to schemas that were not met yet: they may stand only inside chunks."""
+        return any(schema and schema not in self.schemas for schema, _, _ in self.channels.values())
+
     def channel(self, number: int) -> Channel | None:
         """A channel as readers hand it on; one without a schema keeps an empty type."""
         if number not in self.channels:

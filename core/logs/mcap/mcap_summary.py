@@ -31,7 +31,7 @@ def overview_of(path: Path) -> Overview | None:
         path: an MCAP file.
 
     Returns:
-        None when the file has no usable summary.
+        None when the file has no usable summary, or schemas that stand in none of these chunks.
     """
     file = RandomFile(path)
     index = read_summary(file)
@@ -42,7 +42,11 @@ def overview_of(path: Path) -> Overview | None:
         f"Only the summary and the first chunk of each topic were read, of {len(index.chunks)} chunks: rates are means "
         "over the whole log; gaps, clocks and damage inside the chunks were not looked for."
     )
-    return Overview(McapFile(path, _first_chunks(index)), index.counts, index.span_ns, text)
+    reader = McapFile(path, _first_chunks(index))
+    if reader.index.lacks_schemas():
+        reader.close()
+        return None
+    return Overview(reader, index.counts, index.span_ns, text)
 
 
 def _first_chunks(index: McapIndex) -> McapIndex:

@@ -106,11 +106,12 @@ class _Finder:
     bound: list[tuple[int, int]]
 
     def numbers(self, path: str) -> tuple[Numbers, ...]:
-        """The runs of numbers of the first alternative the type has; none when it has none of them."""
+        """The runs of numbers of the first alternative the type has and fills; none when there is none."""
         for alternative in path.split("|"):
             parts = [self._one(single) for single in alternative.split(",")]
-            if all(part is not None for part in parts):
-                return tuple(run for part in parts for run in part or ())
+            runs = tuple(run for part in parts for run in part or ())
+            if all(part is not None for part in parts) and _count(runs):
+                return runs
         return ()
 
     def _one(self, path: str) -> tuple[Numbers, ...] | None:

@@ -102,8 +102,9 @@ def _values(message: Any, path: str) -> FloatArray:
             parts = [_one(message, single) for single in alternative.split(",")]
         except AttributeError:
             continue
-        if all(part is not None for part in parts):
-            return np.concatenate([part for part in parts if part is not None])
+        values = [part for part in parts if part is not None]
+        if len(values) == len(parts) and any(part.size for part in values):
+            return np.concatenate(values)
     return np.empty(0)
 
 

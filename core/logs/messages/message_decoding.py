@@ -20,6 +20,7 @@ from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_schema import Struct, parse_schema
 from collaudit.core.logs.messages.profiles import Profile
 from collaudit.core.logs.storage.message_places import gather
+from collaudit.core.logs.storage.packed_messages import packing_of, unpacked
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
@@ -70,6 +71,17 @@ class ChannelDecoder:
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""
+        kind = packing_of(batch) if self.channel.encoding == "cdr" else None
+        if kind is None:
+            self._add_plain(batch)
+            return
+        for part in unpacked(batch, kind):
+            self._add_plain(part.batch)
+            if part.failed:
+                self.out.seen += part.failed
+                self.out.skip(part.failed, part.problem)
+
+    def _add_plain(self, batch: Batch) -> None:
         count = batch.start.shape[0]
         if count == 0:
             return

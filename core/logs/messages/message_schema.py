@@ -66,12 +66,18 @@ def definitions_of(type_name: str, encoding: str, text: str) -> Mapping[str, Any
 
     try:
         if encoding == "ros2idl":
-            return get_types_from_idl(text)
+            return get_types_from_idl(_idl(text))
         even = re.sub(r"(?m)^={20,}[ \t]*\r?$", _SEPARATOR, text.replace("\r\n", "\n"))
         return get_types_from_msg(even, type_name)
     except (TypesysError, RecursionError, ValueError, AssertionError, KeyError, IndexError) as error:
         first = (str(error).strip() or type(error).__name__).splitlines()[0]
         raise SchemaError(f"the definition of {type_name} cannot be parsed: {first[:200]}") from error
+
+
+def _idl(text: str) -> str:
+    """IDL files one after the other, as bags hold them, as one text: without their titles and what they include."""
+    parts = re.sub(r"(?m)^={20,}[ \t]*\n(IDL:.*)?$", "", text.replace("\r\n", "\n"))
+    return re.sub(r"(?m)^[ \t]*#[ \t]*(include|pragma|ifndef|ifdef|define|endif)\b.*$", "", parts)
 
 
 @lru_cache(maxsize=4)

@@ -2,7 +2,7 @@
 
 A path names a field of a message, dotted. Further forms:
 
-- ``a|b``: the first of several that the type has (other versions of a type);
+- ``a|b``: the first of several that the type has and the message fills (other versions of a type);
 - ``a,b,c``: several fields side by side;
 - ``joints[*].position``: one field of every item of a sequence;
 - ``items[*]{keys:values=effort}``: of every item, the one of ``values`` that stands where ``keys`` says ``effort``;

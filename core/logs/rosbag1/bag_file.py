@@ -56,6 +56,7 @@ class BagFile:
 
     def __init__(self, path: Path) -> None:
         self.file = RandomFile(path)
+        self._check_version()
         self.damage: list[Damage] = []
         self.chunks: list[BagChunk] = []
         self.connections: dict[int, Channel] = {}
@@ -73,6 +74,20 @@ class BagFile:
     def close(self) -> None:
         """Release the file."""
         self.file.close()
+
+    def _check_version(self) -> None:
+        head = self.file.read(0, 24)
+        if head.startswith(MAGIC):
+            return
+        where = str(self.file.path)
+        self.close()
+        raise LogError(
+            "is a ROS 1 bag of a version that is not read",
+            where=where,
+            found=head.split(b"\n")[0].decode("ascii", errors="replace"),
+            expected=MAGIC.decode("ascii").strip(),
+            hint="write it again as version 2.0 with the tools of ROS 1: `rosbag fix OLD.bag NEW.bag`",
+        )
 
     def _note(self, text: str, *, lost: bool = True) -> None:
         damage = Damage(text, lost)

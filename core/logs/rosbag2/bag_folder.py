@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.records import Damage
 
 _MAX_METADATA = 8 << 20
+#: What rosbag2's plugins for compression are called in metadata.yaml, of those that are read.
+PACKINGS = ("zstd", "lz4")
 
 
 def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[Path, ...], tuple[Damage, ...]]:
@@ -23,9 +26,11 @@ def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[
         is_storage: whether a file is of a format that bags are stored in.
 
     Raises:
-        LogError: the folder holds no storage file.
+        LogError: the folder holds no storage file, or its recorder compressed it in a way that is not read.
     """
-    named = [path / Path(name).name for name in _named_files(path / "metadata.yaml")]
+    metadata = _metadata(path / "metadata.yaml")
+    _check_compression(metadata, path)
+    named = [path / Path(name).name for name in _relative_paths(metadata)]
     there = tuple(file for file in named if file.is_file())
     if there:
         absent = ", ".join(file.name for file in named if not file.is_file())
@@ -44,14 +49,25 @@ def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[
     return tuple(found), (Damage(f"its metadata.yaml names no file that is there; {read} was read", lost=False),)
 
 
-def _named_files(metadata: Path) -> list[str]:
+def _metadata(file: Path) -> str:
+    """The text of metadata.yaml; empty where it cannot be had."""
     try:
-        if metadata.stat().st_size > _MAX_METADATA:
-            return []
-        text = metadata.read_text("utf-8", errors="replace")
+        return file.read_text("utf-8", errors="replace") if file.stat().st_size <= _MAX_METADATA else ""
     except OSError:
-        return []
-    return _relative_paths(text)
+        return ""
+
+
+def _check_compression(metadata: str, folder: Path) -> None:
+    """Refuse compression by a plugin whose output is not read; what is read is told by the bytes themselves."""
+    stated = dict(re.findall(r"(?m)^\s*(compression_format|compression_mode):\s*['\"]?(\w*)['\"]?\s*$", metadata))
+    mode, method = (stated.get(f"compression_{key}", "").lower() for key in ("mode", "format"))
+    if mode in ("message", "file") and method not in PACKINGS:
+        raise LogError(
+            f"the bag is compressed in a way that is not read (compression_format {method or 'not stated'})",
+            where=str(folder / "metadata.yaml"),
+            expected=" or ".join(PACKINGS),
+            hint="write it again without compression by `ros2 bag convert`",
+        )
 
 
 def _relative_paths(text: str) -> list[str]:

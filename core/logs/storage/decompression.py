@@ -100,6 +100,33 @@ def unpack(kind: str, data: bytes, size: int) -> Unpacked:
     return Unpacked(out, f"only {len(out)} of its {size} bytes could be decompressed")
 
 
+def bounded(kind: str, data: bytes, limit: int) -> Unpacked:
+    """Decompress what need not say how large it is.
+
+    Args:
+        kind: ``zstd`` or ``lz4``.
+        data: one whole compressed frame.
+        limit: bytes that it may become.
+
+    Returns:
+        All of the bytes, or none and the problem.
+    """
+    try:
+        if kind == "zstd":
+            import zstandard
+
+            if zstandard.frame_content_size(data) > limit:
+                return Unpacked(b"", f"it claims more than {limit} bytes")
+            return Unpacked(zstandard.ZstdDecompressor().decompress(data, max_output_size=limit))
+        import lz4.frame
+
+        stream = lz4.frame.LZ4FrameDecompressor()
+        out = bytes(stream.decompress(data, max_length=limit))
+        return Unpacked(out) if stream.eof else Unpacked(b"", f"it ends early, or becomes more than {limit} bytes")
+    except _errors() as error:
+        return Unpacked(b"", str(error) or type(error).__name__)
+
+
 def _salvage(kind: str, data: bytes, size: int) -> bytes:
     """What a damaged stream yields before the damage, taken in small steps."""
     parts: list[bytes] = []

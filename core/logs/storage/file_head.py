@@ -8,9 +8,12 @@ from collaudit.core.errors import LogError
 
 _HEAD = 4096
 #: Magic numbers of compressed files, and the name of the method.
-_COMPRESSED = ((b"\x1f\x8b", "gzip"), (b"\x28\xb5\x2f\xfd", "zstd"), (b"\xfd7zXZ\x00", "xz"), (b"BZh", "bz2"))
+_COMPRESSED = (
+    (b"\x1f\x8b", "gzip"), (b"\x28\xb5\x2f\xfd", "zstd"), (b"\x04\x22\x4d\x18", "lz4"), (b"\xfd7zXZ\x00", "xz"),
+    (b"BZh", "bz2"),
+)  # fmt: skip
 #: What compressed files append to the name of the file within.
-COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".xz", ".bz2", ".zip")
+COMPRESSED_SUFFIXES = (".gz", ".zst", ".zstd", ".lz4", ".xz", ".bz2", ".zip")
 
 
 def head_of(path: Path, count: int = _HEAD) -> bytes:

@@ -82,6 +82,10 @@ def decompressor(path: Path, method: str) -> Source:
         import lzma
 
         return cast(Source, lzma.open(path, "rb"))
+    if method == "lz4":
+        import lz4.frame
+
+        return cast(Source, lz4.frame.open(path, "rb"))
     if method == "bz2":
         import bz2
 
@@ -127,7 +131,7 @@ def decompression_errors() -> tuple[type[Exception], ...]:
 
     import zstandard
 
-    return (OSError, EOFError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile)
+    return (OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile)
 
 
 def inner_head(path: Path, method: str) -> bytes:

@@ -46,9 +46,10 @@ def config_page() -> str:
     lines = [
         "# Configuration reference",
         "",
-        "`collaudit.toml`, given with `-c`; flags override it. `collaudit init` writes one for a log. Relative paths",
-        "start from the folder of the configuration file. Keys that are absent have the default; `absent` as a default",
-        "means that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
+        "`collaudit.toml` of the working folder, or the file given with `-c`; flags override it.",
+        "`collaudit init` writes one for a log. Relative paths start from the folder of the",
+        "configuration file. Keys that are absent have the default; `absent` as a default means",
+        "that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
         "",
         "_Generated from the schema by `make docs`._",
     ]

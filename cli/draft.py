@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import BaseModel
-
 from collaudit.cli.config_text import Section, document
-from collaudit.cli.guess_names import NameGuess, guess_names
-from collaudit.core.config.describe import all_keys
-from collaudit.core.config.relative_paths import located
+from collaudit.cli.given_keys import given_keys
+from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
+from collaudit.core.logs.tables.column_patterns import counts_message
+from collaudit.core.logs.tables.column_vocabulary import is_label
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
-    from collaudit.core.config.schema import CsvConfig
     from collaudit.core.findings import Finding
     from collaudit.core.logs import LogSummary, TopicInfo
+    from collaudit.core.logs.column_guess import ColumnGuess
 
 _SECTIONS = (
     "robot", "robot.tool", "log", "log.joint_names", "log.csv", "log.units", "conditioning", "sections",
@@ -35,7 +33,9 @@ class Draft:
         robot_names: Sequence[str],
         loaded: LoadedConfig,
         folder: Path,
-        csv: CsvConfig | None,
+        columns: ColumnGuess | None,
+        prismatic: Sequence[str] = (),
+        paths: Mapping[str, str] | None = None,
     ) -> None:
         """Draft a configuration.
 
@@ -44,13 +44,18 @@ class Draft:
             robot_names: joints of the robot; empty without one.
             loaded: what file and flags state already.
             folder: folder the file will lie in.
-            csv: columns recognised by their names, of CSV logs.
+            columns: what the names of a table's columns say.
+            prismatic: the robot's prismatic joints.
+            paths: key to file as it was given by a flag.
         """
+        self.problems: list[str] = []
+        self._prismatic = tuple(prismatic)
+        self._columns_found = columns
         self.summary = summary
         self.sections = {name: Section(name) for name in _SECTIONS}
         self._robot_names = tuple(robot_names)
-        self._csv_guess = csv
-        self._given = dict(given_keys(loaded, folder))
+        self._csv_guess = columns.csv if columns is not None else None
+        self._given = dict(given_keys(loaded, folder, paths or {}))
         self._fill()
 
     def _fill(self) -> None:
@@ -100,7 +105,7 @@ class Draft:
 
         def worth(topic: TopicInfo) -> tuple[int, int, int]:
             known = sum(name in self._robot_names for name in topic.joints)
-            guessed = len(guess_names(topic.joints, self._robot_names))
+            guessed = len(self._guess(topic).mapping) if self._robot_names else 0
             return known + guessed, len(topic.joints), topic.count
 
         return max(candidates, key=worth, default=None)
@@ -140,7 +145,10 @@ class Draft:
         csv.remarks.append(f"Columns of the file: {', '.join(name for name in self.summary.csv_columns if name)}.")
         csv.remarks.append("In patterns, {joint} stands for a joint's name and {i} counts from 1.")
         examples = {"time": "t", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}"}
+        open_ = self._open_columns()
         for key, example in examples.items():
+            if key in open_:
+                continue
             value = getattr(guess, key) if guess is not None else None
             if value is not None:
                 csv.add(key, value, "recognised by name", guess=True)
@@ -148,36 +156,80 @@ class Draft:
                 csv.add(key, example, "derived from position when absent" if key == "velocity" else "", active=False)
         if guess is None or guess.time is None:
             csv.add("rate_hz", 1000.0, "rows per second, where there is no time column", active=False)
+        labels = [name.strip() for name in self.summary.csv_columns if is_label(name)]
+        if labels:
+            csv.add("labels", labels, "may mark true events, by the name; see also [detect] true_events", active=False)
         if guess is not None:
             csv.add("delimiter", guess.delimiter)
             csv.add("decimal", guess.decimal)
+
+    def _open_columns(self) -> Mapping[str, Sequence[str]]:
+        """Choices for quantities that several groups of columns could be, and a word on what was passed over."""
+        csv, found = self.sections["log.csv"], self._columns_found
+        if found is None:
+            return {}
+        for quantity, groups in found.passed_over.items():
+            csv.remarks.append(f"Passed over for {quantity}: {', '.join(groups)}.")
+        for quantity, patterns in found.open.items():
+            problem = f"several groups of columns could be the measured {quantity}"
+            if f"log.csv.{quantity}" not in self._given:
+                self.problems.append(problem)
+            csv.remarks.append(f"QUESTION: {problem}. Take the # away from the right one:")
+            for pattern in patterns:
+                csv.add(quantity, pattern, active=False)
+        return found.open
 
     def _names(self, topic: TopicInfo | None) -> None:
         if topic is None or not self._robot_names:
             return
         given = self._given.get("log.joint_names")
-        renamed = given if isinstance(given, dict) else {}
-        strangers = [name for name in topic.joints if name not in renamed]
-        free = [name for name in self._robot_names if name not in renamed.values()]
-        guesses: list[NameGuess] = guess_names(strangers, free)
-        section = self.sections["log.joint_names"]
-        if guesses:
+        if isinstance(given, dict) and any(name in given for name in topic.joints):
+            return
+        section, guess = self.sections["log.joint_names"], self._guess(topic)
+        if guess.mapping:
             section.remarks.append("Name in the log = name in the robot model.")
-        for guess in guesses:
-            section.add(guess.log, guess.model, guess.why, guess=True)
+        for log, model in guess.mapping.items():
+            section.add(log, model, guess.why, guess=True)
+        if guess.problem:
+            questions = self.sections["log"]
+            self.problems.append(guess.problem)
+            questions.remarks.append(f"QUESTION: {guess.problem}. Take the # away from one, or write another:")
+            for why, mapping in guess.candidates.items():
+                questions.add("joint_names", dict(mapping), f"by {why}", active=False)
+
+    def _guess(self, topic: TopicInfo) -> JointGuess:
+        guessed = self._csv_guess.position if self._csv_guess is not None else None
+        pattern = self._given.get("log.csv.position", guessed or "")
+        columns = bool(self.summary.csv_columns) and (not isinstance(pattern, str) or "{i" in pattern)
+        ordered = columns and isinstance(pattern, str) and counts_message(pattern)
+        return guess_joints(topic.joints, self._robot_names, self._prismatic, numbered=columns, message_order=ordered)
 
     def _units(self, topic: TopicInfo | None) -> None:
         units = self.sections["log.units"]
         if self.summary.csv_columns:
             units.add("time", "auto", "by the size of its steps")
-            units.add("position", "rad", "or deg: what is stated is taken without a check", active=False)
-            units.add("effort", "Nm", "CSV files state no unit; A needs torque constants", guess=True)
+            self._column_units(units)
         elif topic is not None:
             units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
             units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
         names = list(topic.joints[:2]) if topic else ["joint1"]
         units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
         units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
+
+    def _column_units(self, units: Section) -> None:
+        stated = self._columns_found.units if self._columns_found is not None else {}
+        said = "by the names of the columns, or what their source documents"
+        position = stated.get("position")
+        free = "or deg: what is stated is taken without a check"
+        units.add("position", position or "rad", said if position else free, active=position is not None)
+        if (velocity := stated.get("velocity")) is not None:
+            units.add("velocity", velocity, said)
+        effort = stated.get("effort")
+        if effort in ("A", "current"):
+            units.add("effort", "A", f"{said}; needs torque_constant_nm_per_a, or write raw")
+        else:
+            why = said if effort else "CSV files state no unit; A needs torque constants"
+            units.add("effort", "Nm", why, guess=not effort)
 
     def _rule(self) -> None:
         self.sections["friction"].add(
@@ -195,27 +247,3 @@ class Draft:
         phases.add("retreat", [[53.0, 57.5]], active=False)
         self.sections["policy"].add("max_collisions", 0)
         self.sections["policy"].add("max_near_misses_per_hour", 10, active=False)
-
-
-def given_keys(loaded: LoadedConfig, folder: Path) -> Iterator[tuple[str, object]]:
-    """Dotted keys that a file or a flag set, with their values; paths are made relative to ``folder``."""
-    for key in all_keys():
-        if key.shape == "table":
-            continue
-        holder: object = loaded.config
-        for name in key.path[:-1]:
-            holder = getattr(holder, name, None)
-        if isinstance(holder, BaseModel) and key.path[-1] in holder.model_fields_set:
-            yield key.dotted, _plain(getattr(holder, key.path[-1]), loaded.base_dir, folder)
-
-
-def _plain(value: object, base_dir: Path, folder: Path) -> object:
-    if isinstance(value, BaseModel):
-        return value.model_dump(mode="json", exclude_unset=True)
-    if isinstance(value, Path):
-        return os.path.relpath(located(value, base_dir), folder)
-    if isinstance(value, list | tuple):
-        return [_plain(inner, base_dir, folder) for inner in value]
-    if isinstance(value, dict):
-        return {key: _plain(inner, base_dir, folder) for key, inner in value.items()}
-    return value

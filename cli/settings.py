@@ -20,15 +20,29 @@ if TYPE_CHECKING:
 _PATH = "collaudit.config.path"
 _OVERRIDES = "collaudit.config.overrides"
 _CACHE = "collaudit.cache"
+_PATHS = "collaudit.config.paths"
+#: Found in the working folder, this file is used by every command that takes ``-c`` and was given none.
+DEFAULT = Path("collaudit.toml")
 
 CommandFunction = Callable[..., int]
 Decorator = Callable[[CommandFunction], CommandFunction]
 
 
 def config_path() -> Path | None:
-    """The file given by ``-c``."""
-    path = click.get_current_context().meta.get(_PATH)
+    """The file given by ``-c``, else ``collaudit.toml`` of the working folder, which is said once."""
+    meta = click.get_current_context().meta
+    path = meta.get(_PATH)
+    if path is None and DEFAULT.is_file():
+        from collaudit.cli.console import note
+
+        path = meta[_PATH] = DEFAULT
+        note(f"settings of {DEFAULT} in this folder are used; -c names another file")
     return path if isinstance(path, Path) else None
+
+
+def given_paths() -> dict[str, str]:
+    """Dotted key to file, as the flags were typed."""
+    return dict(click.get_current_context().meta.get(_PATHS, {}))
 
 
 def overrides() -> dict[str, object]:
@@ -36,16 +50,20 @@ def overrides() -> dict[str, object]:
     return dict(click.get_current_context().meta.get(_OVERRIDES, {}))
 
 
-def load_settings() -> LoadedConfig:
+def load_settings(replaced: Path | None = None) -> LoadedConfig:
     """The effective configuration of the running command.
+
+    Args:
+        replaced: a file that the command will write anew, and that is therefore not looked up by itself.
 
     Raises:
         ConfigError: file or flags do not say what is needed.
     """
     from collaudit.core.config import load_config
 
-    cache = click.get_current_context().meta.get(_CACHE)
-    return replace(load_config(config_path(), overrides()), cache=cache)
+    meta = click.get_current_context().meta
+    own = replaced is not None and _PATH in meta and meta[_PATH] is None and replaced.resolve() == DEFAULT.resolve()
+    return replace(load_config(None if own else config_path(), overrides()), cache=meta.get(_CACHE))
 
 
 def config_option(function: CommandFunction) -> CommandFunction:
@@ -140,6 +158,8 @@ def _flag(
             except ValueError as error:
                 raise click.BadParameter(str(error), ctx=ctx, param=param) from error
             if key:
+                if convert is _file:
+                    ctx.meta.setdefault(_PATHS, {})[key] = text
                 store[key] = [*store.get(key, []), value] if multiple else value
             elif isinstance(value, tuple):
                 store[value[0]] = value[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import click
 from collaudit.cli.console import note, print_findings
 from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
-from collaudit.cli.settings import config_option, load_settings, robot_options
+from collaudit.cli.settings import config_option, given_paths, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError
 
 if TYPE_CHECKING:
@@ -45,21 +46,29 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     from collaudit.cli.log_arguments import one_log
     from collaudit.core.config import parse_config
     from collaudit.core.logs import describe, guess_csv_columns
-    from collaudit.core.robot import robot_joints
+    from collaudit.core.robot.robot_description import describe_robot
     from collaudit.reports.files.run_files import atomic_write
 
     if output is not None and output.exists() and not force:
         raise ConfigError("this file exists", where=str(output), hint="--force replaces it")
-    loaded = load_settings()
+    loaded = load_settings(replaced=output)
     files = one_log(logs, loaded)
     summary = describe(files, loaded.config.log)
     folder = output.parent if output is not None else Path()
     csv = guess_csv_columns(files)
-    robot = robot_joints(loaded.config.robot, loaded.base_dir)
-    draft = Draft(summary, robot, loaded, folder, csv[0] if csv else None)
+    robot = describe_robot(loaded.config.robot, loaded.base_dir)
+    draft = Draft(
+        summary,
+        robot.movable if robot else (),
+        loaded,
+        folder,
+        csv,
+        [joint.name for joint in robot.joints if joint.kind == "prismatic"] if robot else (),
+        given_paths(),
+    )
     obstacle, findings = _check(files, parse_config(draft.text(), output or Path("collaudit.toml")))
-    if obstacle is not None and not summary.csv_columns:
-        raise obstacle  # no line of a configuration would mend this; of a CSV, naming its columns may
+    if obstacle is not None and not summary.csv_columns and not draft.problems:
+        raise obstacle  # no line of a configuration would mend this; naming columns or joints may
     draft.remark(findings)
     text = draft.text()
     parse_config(text, output)
@@ -69,11 +78,19 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
     print_findings(findings, err=True)
-    reason = forbidding(findings) if obstacle is None else obstacle.render()
-    if reason is None:
+    reasons = _missing(draft.problems, obstacle, findings)
+    if not reasons:
         return EXIT_PASS
-    note(f"the log cannot be judged with this configuration yet:\n{reason}")
+    note("the log cannot be judged with this configuration yet:\n" + "\n".join(reasons))
     return EXIT_NOT_JUDGED
+
+
+def _missing(problems: Sequence[str], obstacle: CollauditError | None, findings: Sequence[Finding]) -> list[str]:
+    """What keeps the log from being judged with the configuration."""
+    if obstacle is not None:
+        return [obstacle.render()]
+    forbids = forbidding(findings)
+    return [*(f"to be answered in the file: {problem}" for problem in problems), *([forbids] if forbids else [])]
 
 
 def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:

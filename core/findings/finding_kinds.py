@@ -182,6 +182,18 @@ KINDS: dict[str, Kind] = {
         _EITHER,
         of_format=True,
     ),
+    "log-columns-passed-over": Kind(
+        "Columns of desired, commanded, modelled or external values were not taken for measured ones.",
+        "Nothing, if the right columns were taken; else state them in [log.csv].",
+        _INFO,
+        setting="log.csv",
+    ),
+    "log-labels-offered": Kind(
+        "Columns are named as if they marked true events.",
+        "If they do, name them in [log.csv] labels, and in [detect] true_events to score against them.",
+        _INFO,
+        setting="log.csv.labels",
+    ),
     "log-units-guessed": Kind(
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),

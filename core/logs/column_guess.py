@@ -2,29 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
-from collaudit.core.logs.tables.column_assignment import QUANTITIES, Found
+from collaudit.core.logs.tables.column_assignment import QUANTITIES
+from collaudit.core.logs.tables.column_findings import stated_units
+from collaudit.core.logs.tables.column_patterns import Found
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
 
 
-def guess_csv_columns(paths: Sequence[Path]) -> tuple[CsvConfig, tuple[str, ...]] | None:
+@dataclass(frozen=True, slots=True)
+class ColumnGuess:
+    """What the names of a log's columns say.
+
+    Attributes:
+        csv: a configuration that reads them without guessing.
+        joints: the joints as the columns name them.
+        units: quantity to the unit that names or their source state.
+        passed_over: quantity to columns that are not taken, and why.
+        open: quantity to the patterns between which the names do not decide.
+    """
+
+    csv: CsvConfig
+    joints: tuple[str, ...]
+    units: Mapping[str, str]
+    passed_over: Mapping[str, tuple[str, ...]]
+    open: Mapping[str, tuple[str, ...]]
+
+
+def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     """Column patterns and joint names recognised in tables.
 
     Args:
         paths: the files of one log.
 
     Returns:
-        A configuration that reads them without guessing, and the joints as the columns name them; None when no
-        position columns are recognised.
+        None when no position columns are recognised.
     """
     from collaudit.core.config.schema import CsvConfig
 
@@ -35,13 +56,15 @@ def guess_csv_columns(paths: Sequence[Path]) -> tuple[CsvConfig, tuple[str, ...]
     except LogError:
         return None
     found = {q: parts for q in QUANTITIES if (parts := _parts(tables, q))}
-    if "position" not in found:
+    undecided = {q: patterns for table in tables for q, patterns in table.assignment.open.items()}
+    if "position" not in found and "position" not in undecided:
         return None
     patterns = {quantity: _pattern(parts) for quantity, parts in found.items()}
     times = (table.reader.names[table.assignment.time] for table in tables if table.assignment.time is not None)
-    joints = tuple(dict.fromkeys(joint for _, part in found["position"] for joint in part.joints))
+    joints = tuple(dict.fromkeys(joint for _, part in found.get("position", ()) for joint in part.joints))
     stated = {"time": next(times, None), **patterns, **tables[0].reader.stated}
-    return CsvConfig.model_validate(stated), joints
+    passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
+    return ColumnGuess(CsvConfig.model_validate(stated), joints, stated_units(tables), passed, undecided)
 
 
 def _parts(tables: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:

@@ -121,8 +121,8 @@ def test_an_added_format_of_tables_is_read_described_and_configured(tmp_path: Pa
     assert summary.topics[0].encoding == "columns of JSON"
     guess = guess_csv_columns((path,))
     assert guess is not None
-    assert (guess[0].time, guess[0].position) == ("t", "q{i}")
-    assert "delimiter" not in guess[0].model_fields_set
+    assert (guess.csv.time, guess.csv.position) == ("t", "q{i}")
+    assert "delimiter" not in guess.csv.model_fields_set
 
 
 def test_added_tables_that_belong_together_are_one_log_also_with_a_csv(tmp_path: Path) -> None:

@@ -106,8 +106,8 @@ def test_the_same_numbers_are_the_same_log(writer: Any, tmp_path: Path) -> None:
     assert (summary.topics[0].count, set(summary.csv_columns)) == (ROWS, set(COLUMNS))
     guess = guess_csv_columns((path,))
     assert guess is not None
-    assert (guess[0].time, guess[0].position, guess[0].effort) == ("t", "q{i}", "tau{i}")
-    again = read(path, csv=guess[0].model_dump(exclude_unset=True))
+    assert (guess.csv.time, guess.csv.position, guess.csv.effort) == ("t", "q{i}", "tau{i}")
+    again = read(path, csv=guess.csv.model_dump(exclude_unset=True))
     np.testing.assert_array_equal(again.effort, log.effort)
 
 

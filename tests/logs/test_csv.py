@@ -256,7 +256,7 @@ def test_a_guess_can_be_written_down_and_read_without_guessing(tmp_path: Path) -
     path = write(tmp_path / "log.csv", table(sep=";", decimal=","))
     guess = guess_csv_columns([path])
     assert guess is not None
-    config, joints = guess
+    config, joints = guess.csv, guess.joints
     assert joints == ("joint1", "joint2")
     assert (config.position, config.effort, config.delimiter, config.decimal) == ("q{i}", "tau{i}", ";", ",")
     log = read(path, {**NM, "csv": config.model_dump(exclude_none=True)})

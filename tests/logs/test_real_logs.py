@@ -92,7 +92,7 @@ def test_tiago_files_are_one_log(data_dir: Path) -> None:
     np.testing.assert_array_equal(same.effort, log.effort)
     guess = guess_csv_columns(group)
     assert guess is not None
-    config, joints = guess
+    config, joints = guess.csv, guess.joints
     assert (config.time, config.position, config.effort) == ("t", "{joint}_position", "{joint}_effort")
     assert joints == log.joint_names
 

@@ -66,8 +66,8 @@ def test_files_of_one_quantity_each_are_told_apart_by_their_names(tmp_path: Path
     np.testing.assert_allclose(log.effort, 3 * Q, atol=1e-8)
     guess = guess_csv_columns((position, effort))
     assert guess is not None
-    assert guess[0].position == "*pos*:Joint_{i}"
-    stated = read(position, effort, rate_hz=100.0, position=guess[0].position, effort=guess[0].effort)
+    assert guess.csv.position == "*pos*:Joint_{i}"
+    stated = read(position, effort, rate_hz=100.0, position=guess.csv.position, effort=guess.csv.effort)
     np.testing.assert_array_equal(stated.effort, log.effort)
     assert stated.findings == ()
 

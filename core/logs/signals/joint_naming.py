@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints, mapping_line
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,17 @@ def matches(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[st
     return len({model_name(name, mapping) for name in names} & set(robot))
 
 
-def map_names(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[str] | None, where: str) -> NameMap:
+def map_names(
+    names: Sequence[str],
+    mapping: Mapping[str, str],
+    robot: Sequence[str] | None,
+    where: str,
+    prismatic: Sequence[str] = (),
+    *,
+    numbered: bool = False,
+    columns: bool = False,
+    message_order: bool = False,
+) -> NameMap:
     """Decide which joints of a log are kept and what the robot calls them.
 
     Args:
@@ -44,11 +55,56 @@ def map_names(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[
         mapping: log name to model name, ``[log] joint_names``.
         robot: the robot's joints; None keeps all of the log's.
         where: file and topic, for messages.
+        prismatic: the robot's prismatic joints.
+        columns: the names are those of numbered columns, and not of a message's joints.
+        numbered, message_order: as of :func:`collaudit.core.logs.signals.joint_guess.guess_joints`.
 
     Raises:
         ConfigError: two joints of the log are mapped to one of the robot.
-        LogError: none of the log's joints is one of the robot's.
+        LogError: none of the log's joints is one of the robot's, or it is not sure which is which.
     """
+    said: tuple[Finding, ...] = ()
+    if robot is not None and not any(name in mapping for name in names):
+        guess = guess_joints(names, robot, prismatic, numbered=numbered, message_order=message_order)
+        said = _used(guess, names, robot, where, columns=columns)
+        mapping = {**mapping, **guess.mapping}
+    return _kept(names, mapping, robot, where, said)
+
+
+def _used(
+    guess: JointGuess, names: Sequence[str], robot: Sequence[str], where: str, *, columns: bool
+) -> tuple[Finding, ...]:
+    """What is said of a guess that is used.
+
+    Raises:
+        LogError: it is not sure enough to be used unasked.
+    """
+    if not guess.sure:
+        proposed = [guess.mapping] if guess.mapping else list(guess.candidates.values())
+        raise LogError(
+            "none of the log's joints is a joint of the robot" if not guess.problem else guess.problem,
+            where=where,
+            found=listed(names),
+            expected=listed(robot),
+            hint="map them, " + ", or ".join(mapping_line(each) for each in proposed),
+        )
+    if all(log == model for log, model in guess.mapping.items()):
+        return ()
+    order = ", ".join(guess.mapping.values())
+    if columns:
+        text = f"Numbered columns were taken as the robot's joints in its order: {order}."
+        return (Finding("log-columns-guessed", "info", text, where=where),)
+    text = f"The log numbers its joints; they were taken as the robot's in its order: {order}."
+    return (Finding("log-joints-numbered", "warning", text, where=where),)
+
+
+def _kept(
+    names: Sequence[str],
+    mapping: Mapping[str, str],
+    robot: Sequence[str] | None,
+    where: str,
+    said: tuple[Finding, ...],
+) -> NameMap:
     mapped: dict[str, str] = {}
     for name in names:
         target = model_name(name, mapping)
@@ -68,9 +124,9 @@ def map_names(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[
             where=where,
             found=listed(names),
             expected=listed(robot),
-            hint="map them: [log] joint_names = { " + _example(names, robot) + " }",
+            hint="map them, " + mapping_line(dict(zip(names, robot, strict=False))),
         )
-    findings = []
+    findings = list(said)
     ignored = [log for target, log in mapped.items() if target not in set(robot)]
     missing = [name for name in robot if name not in mapped]
     if ignored:
@@ -80,11 +136,6 @@ def map_names(names: Sequence[str], mapping: Mapping[str, str], robot: Sequence[
         text = f"The robot has joints that the log does not have: {listed(missing)}."
         findings.append(Finding("log-joints-missing", "warning", text, where=where))
     return NameMap(tuple(mapped[name] for name in kept), tuple(kept), tuple(findings))
-
-
-def _example(names: Sequence[str], robot: Sequence[str]) -> str:
-    pairs = [f'"{log}" = "{model}"' for log, model in zip(names, robot, strict=False)]
-    return ", ".join(pairs[:2]) + (", …" if len(pairs) > 2 else "")
 
 
 def listed(names: Sequence[str], limit: int = 12) -> str:

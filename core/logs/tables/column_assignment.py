@@ -3,64 +3,31 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.tables.column_groups import Choice
+from collaudit.core.logs.tables.column_patterns import Found, bare, column_index, match_pattern
+from collaudit.core.logs.tables.column_recognition import recognise
+from collaudit.core.logs.tables.column_vocabulary import MARK, UNIT_WORDS, is_label, meaning_of, words_of
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern
     from collaudit.core.config.schema import CsvConfig
 
+#: Words that say the numbers are currents.
+CURRENT_WORDS = ("current", "i_act")
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature")
-_UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 #: Common names of the time column, compared without case, blanks and units.
 TIME_NAMES = ("t", "time", "timestamp", "time_s", "t_s", "stamp", "time_sec", "secs", "seconds", "time_stamp",
               "timestamp_s", "rosbagtimestamp", "%time", "time_ms", "time_us", "time_ns", "timestamp_ns",
-              "timestamp_ms", "timestamp_us", "sim_time", "elapsed", "elapsed_s", "datetime")  # fmt: skip
-_POSITION = ("position", "pos", "q", "angle", "theta", "actual_q", "joint_position", "jpos", "q_act", "positions")
-_VELOCITY = ("velocity", "vel", "dq", "qd", "speed", "qdot", "actual_qd", "joint_velocity", "jvel", "dq_act",
-             "omega", "velocities")  # fmt: skip
-_EFFORT = ("effort", "eff", "tau", "torque", "current", "actual_current", "joint_torque", "joint_effort", "moment",
-           "tau_j", "i_act", "actual_torque", "efforts")  # fmt: skip
-_TEMPERATURE = ("temperature", "temp", "joint_temperature", "motor_temperature", "temperatures")
-_WORDS = {"position": _POSITION, "velocity": _VELOCITY, "effort": _EFFORT, "temperature": _TEMPERATURE}
-#: Words that say the numbers are currents.
-CURRENT_WORDS = ("current", "actual_current", "i_act")
-
-
-_NUMBERED_FORMS = ("{word}{i}", "{word}_{i}", "{word}[{i}]", "{word}.{i}", "{word}_j{i}", "{word}_joint{i}",
-                   "{word}_joint_{i}", "joint{i}_{word}", "joint_{i}_{word}", "j{i}_{word}", "{word}_a{i}",
-                   "a{i}_{word}", "axis{i}_{word}")  # fmt: skip
-_NAMED_FORMS = ("{joint}_{word}", "{word}_{joint}", "{joint}.{word}", "{word}.{joint}", "{joint}/{word}",
-                "{joint} {word}", "{word} {joint}", "{word}/{joint}")  # fmt: skip
-
-
-def _guesses(word: str) -> tuple[str, ...]:
-    """Patterns made of a word; the numbered ones first, because they are the narrower."""
-    numbered = tuple(form.format(word=word, i=i) for i in ("{i}", "{i0}") for form in _NUMBERED_FORMS)
-    named = tuple(form.format(word=word, joint="{joint}") for form in _NAMED_FORMS)
-    return numbered + named
-
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """Columns of one quantity.
-
-    Attributes:
-        joints: joint name of each column; "" where the configuration gives columns without names.
-        columns: their indices.
-        pattern: the pattern that found them, or "" for names and numbers.
-    """
-
-    joints: tuple[str, ...]
-    columns: tuple[int, ...]
-    pattern: str
+              "timestamp_ms", "timestamp_us", "sim_time", "elapsed", "elapsed_s", "datetime", "__time", "state.time",
+              "field.header.stamp", "header.stamp")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,115 +39,44 @@ class Assignment:
         quantities: quantity to its columns.
         wrench: six column indices, or empty.
         guessed: quantities (and ``time``) recognised by their names.
+        passed_over: quantity to groups of columns of it that are not taken, each with its role.
+        open: quantity to patterns between which the names do not decide.
+        labels: columns that are named as marks of true events.
     """
 
     time: int | None
     quantities: dict[str, Found]
     wrench: tuple[int, ...]
     guessed: tuple[str, ...] = field(default=())
-
-
-def bare(name: str) -> str:
-    """A column name without a list mark in front and a unit behind."""
-    text = name.strip()
-    while text[:1] in ("-", "*", "/") and len(text) > 1:
-        text = text[1:].lstrip()
-    return _UNIT.sub("", text)
-
-
-def unit_of(name: str) -> str | None:
-    """The unit in a column name such as ``q1 [deg]``, or None."""
-    match = _UNIT.search(name.strip())
-    return match.group(1) if match and not match.group(1).isdigit() else None
-
-
-@lru_cache(maxsize=4096)
-def _regex(pattern: str) -> re.Pattern[str]:
-    parts = re.split(r"(\{joint\}|\{i\}|\{i0\})", pattern)
-    groups = {"{joint}": "(?P<joint>.+?)", "{i}": r"(?P<i>\d+)", "{i0}": r"(?P<i>\d+)"}
-    seen: set[str] = set()
-    out = ""
-    for part in parts:
-        if part in groups and groups[part] not in seen:
-            out += groups[part]
-            seen.add(groups[part])
-        else:
-            out += re.escape(part)
-    return re.compile(out, re.IGNORECASE)
-
-
-def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
-    """Columns that match a pattern, in the order of their numbers or of the file."""
-    regex = _regex(pattern)
-    first = 0 if "{i0}" in pattern else 1
-    numbered = "{i" in pattern
-    hits: list[tuple[int, str, int]] = []
-    for index, name in enumerate(names):
-        match = regex.fullmatch(name.strip()) or regex.fullmatch(bare(name))
-        if match is None:
-            continue
-        if numbered:
-            number = int(match.group("i"))
-            if number >= first:
-                hits.append((number, f"joint{number - first + 1}", index))
-        else:
-            hits.append((index, bare(match.group("joint")) if "{joint}" in pattern else "", index))
-    if not hits:
-        return None
-    hits.sort()
-    order = [hit[0] for hit in hits]
-    if numbered and order != list(range(first, first + len(order))):
-        return None
-    return Found(tuple(hit[1] for hit in hits), tuple(hit[2] for hit in hits), pattern)
-
-
-def column_index(names: Sequence[str], key: str | int) -> int | None:
-    """Index of a column by its name (as written, or without list mark and unit) or by its number from 1."""
-    if isinstance(key, int):
-        return key - 1 if 1 <= key <= len(names) else None
-    unmarked = key.lstrip("#% ")  # a line of names may stand behind the mark of a comment
-    for form in (
-        lambda n: n.strip() == key,
-        lambda n: bare(n) == key,
-        lambda n: bare(n).lower() == key.lower(),
-        lambda n: n.strip() == unmarked,
-    ):
-        hits = [index for index, name in enumerate(names) if form(name)]
-        if len(hits) == 1:
-            return hits[0]
-    return None
+    passed_over: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    open: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    labels: tuple[str, ...] = field(default=())
 
 
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
     if isinstance(pattern, str):
         if "{" in pattern:
-            return match_pattern(names, pattern)
+            found = match_pattern(names, pattern)
+            return found if found is None else replace(found, unit=_unit_in(pattern))
         pattern = [pattern]
-    found = [column_index(names, key) for key in pattern]
-    if all(index is None for index in found):
+    indices = [column_index(names, key) for key in pattern]
+    if all(index is None for index in indices):
         return None
-    missing = [str(key) for key, index in zip(pattern, found, strict=True) if index is None]
+    missing = [str(key) for key, index in zip(pattern, indices, strict=True) if index is None]
     if missing:
         raise LogError(
             f"[log.csv] {quantity} names columns that the file does not have: {listed(missing)}",
             found=listed(names, 40),
         )
-    joints = tuple(f"joint{number + 1}" for number in range(len(found)))
-    return Found(joints, tuple(index for index in found if index is not None), "")
+    joints = tuple(f"joint{number + 1}" for number in range(len(indices)))
+    return Found(joints, tuple(index for index in indices if index is not None), "")
 
 
-def _guess_quantity(names: Sequence[str], quantity: str, taken: Iterable[int]) -> Found | None:
-    free = [name if index not in set(taken) else "" for index, name in enumerate(names)]
-    best: Found | None = None
-    text = "\n".join(free).lower()
-    for word in _WORDS[quantity]:
-        if word not in text:
-            continue
-        for pattern in _guesses(word):
-            found = match_pattern(free, pattern)
-            if found is not None and (best is None or len(found.columns) > len(best.columns)):
-                best = found
-    return best
+def _unit_in(pattern: str) -> str:
+    """The unit that a pattern's own words spell, "" for none."""
+    words = words_of(re.sub(r"\{\w+\}", MARK, pattern))
+    meaning = meaning_of(re.sub(r"\{\w+\}", MARK, pattern)) if any(word in UNIT_WORDS for word in words) else None
+    return meaning.unit if meaning is not None and meaning.unit in UNIT_WORDS.values() else ""
 
 
 def guess_time(names: Sequence[str]) -> int | None:
@@ -211,14 +107,10 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
             found = _configured(names, pattern, quantity)
             if found is not None:
                 quantities[quantity] = found
+    choices: dict[str, Choice] = {}
     if header and all(pattern is None for pattern in stated.values()):
-        time = guess_time(names)
-        for quantity in QUANTITIES:
-            taken = [c for found in quantities.values() for c in found.columns] + ([time] if time is not None else [])
-            found = _guess_quantity(names, quantity, taken)
-            if found is not None:
-                quantities[quantity] = found
-                guessed.append(quantity)
+        quantities, choices = recognise(names, guess_time(names))
+        guessed += list(quantities)
     time = column_index(names, settings.time) if settings.time is not None else None
     if settings.time is None and header:
         time = guess_time(names)
@@ -226,4 +118,14 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
             guessed.append("time")
     wrench = [column_index(names, key) for key in settings.wrench or ()]
     six = tuple(index for index in wrench if index is not None)
-    return Assignment(time, quantities, six if len(six) == 6 else (), tuple(guessed))
+    passed = {q: tuple(group.said for group in choice.passed) for q, choice in choices.items() if choice.passed}
+    undecided = {q: tuple(group.pattern for group in choice.open) for q, choice in choices.items() if choice.open}
+    return Assignment(
+        time,
+        quantities,
+        six if len(six) == 6 else (),
+        tuple(guessed),
+        passed,
+        undecided,
+        tuple(name for name in names if header and is_label(name)),
+    )

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from collaudit.core.findings import Finding
-from collaudit.core.logs.tables.column_assignment import CURRENT_WORDS, unit_of
+from collaudit.core.logs.tables.column_assignment import CURRENT_WORDS
+from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
             stated = {unit_of(file.reader.names[column]) for column in found.columns}
             if len(stated) == 1 and (unit := stated.pop()) is not None:
                 out[quantity] = unit
+            elif found.unit:
+                out[quantity] = found.unit
             elif any(word in found.pattern.lower() for word in (*CURRENT_WORDS, "*curr*")) and quantity == "effort":
                 out.setdefault(quantity, "current")
     return out

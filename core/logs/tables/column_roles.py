@@ -11,7 +11,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_assignment import bare, column_index, unit_of
+from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
 from collaudit.core.numeric.arrays import FloatArray

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.table_reader import TableReader
-from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment, Found, assign, match_pattern
+from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment, assign
+from collaudit.core.logs.tables.column_patterns import Found, match_pattern
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern
@@ -100,7 +101,7 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
     kinds = {re.sub(r"\d+", "#", name) for name in names}
     if len(kinds) != 1 or (kind := kinds.pop()).count("#") != 1:
         return None
-    for number in ("{i}", "{i0}"):
+    for number in ("{i0}", "{i}"):
         pattern = kind.replace("#", number)
         found = match_pattern(reader.names, pattern)
         if found is not None and len(found.columns) == len(names):

@@ -16,7 +16,9 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables.column_assignment import MOTION, QUANTITIES
+from collaudit.core.logs.tables.column_checks import check_columns, column_findings
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
+from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.table_stamps import seconds_of
@@ -45,6 +47,7 @@ class JointTable:
         start_ns: absolute time of the first row, or None.
         names: joint names, as the columns name them; ``joint1`` … where they are numbered.
         numbered: True when the names come from numbers only.
+        message_order: True when the numbers count the joints of a ROS message, whose order is the publisher's.
         columns: quantity to (n, j).
         wrench: (n, 6) or None.
         units: quantity to the unit its column names state, where they do.
@@ -56,6 +59,7 @@ class JointTable:
     start_ns: int | None
     names: tuple[str, ...]
     numbered: bool
+    message_order: bool
     columns: dict[str, FloatArray]
     wrench: FloatArray | None
     units: dict[str, str]
@@ -74,6 +78,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         LogError: no time or position column, tables whose time columns differ, or a cell that is no number.
     """
     files = assign_columns(readers, settings.csv)
+    check_columns([(file.reader.path, file.assignment) for file in files])
     _check_signals(files, settings.csv)
     time_s: FloatArray | None = None
     start_ns: int | None = None
@@ -102,13 +107,16 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
             if twice:
                 raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.reader.path))
             blocks[quantity].append((joints, block))
-        findings += guess_findings(file)
+        findings += [*guess_findings(file), *column_findings(file.assignment, file.reader.path.name)]
     assert time_s is not None
     time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
     findings += run_findings
     names, columns = _aligned(blocks, time_s.shape[0])
-    numbered = all("{i" in f.pattern or not f.pattern for file in files for f in file.assignment.quantities.values())
-    return JointTable(time_s, start_ns, names, numbered, columns, wrench, stated_units(files), findings, texts)
+    motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
+    numbered = all("{i" in found.pattern or not found.pattern for found in motion)
+    counted = any(counts_message(found.pattern) for found in motion)
+    units = stated_units(files)
+    return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts)
 
 
 def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:

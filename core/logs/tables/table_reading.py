@@ -11,7 +11,7 @@ from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSourc
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.annotation_spans import annotation_findings, phases_of, spans_of
-from collaudit.core.logs.signals.joint_naming import listed, map_names, model_name
+from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.storage.table_reader import TableReader
@@ -50,8 +50,17 @@ def read_table_log(
     """
     table = join_tables(readers, settings)
     _check_stated(table, settings.csv, name)
-    names, order_findings = _names(table, settings, robot_joints, name)
-    kept = map_names(names, settings.joint_names, robot_joints, name)
+    names = list(table.names)
+    kept = map_names(
+        names,
+        settings.joint_names,
+        robot_joints,
+        name,
+        prismatic,
+        numbered=table.numbered,
+        columns=table.numbered,
+        message_order=table.message_order,
+    )
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
     picked = [names.index(log) for log in kept.log]
     linear = [joint in set(prismatic) for joint in kept.model]
@@ -65,7 +74,7 @@ def read_table_log(
     to_radians(columns.get("position"), units.position, linear)
     to_radians(columns.get("velocity"), units.velocity or units.position, linear)
     unit = scale_effort(columns.get("effort"), kept.model, kept.log, units, name)
-    findings = [*table.findings, *order_findings, *unit_findings, *kept.findings]
+    findings = [*table.findings, *unit_findings, *kept.findings]
     findings += [*annotations_missing, *annotation_findings(annotations)]
     if "effort" not in columns:
         findings.append(Finding("log-effort-missing", "warning", "The table has no effort columns.", where=name))
@@ -103,19 +112,6 @@ def _check_stated(table: JointTable, settings: CsvConfig, where: str) -> None:
                 where=f"{where}, [log.csv] {quantity}",
                 hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
             )
-
-
-def _names(
-    table: JointTable, settings: LogConfig, robot: Sequence[str] | None, where: str
-) -> tuple[list[str], list[Finding]]:
-    """Joint names of the columns; numbered columns are the robot's joints in its order, and that is said."""
-    names = list(table.names)
-    mapped = {model_name(name, settings.joint_names) for name in names}
-    if not table.numbered or robot is None or mapped & set(robot):
-        return names, []
-    named = [robot[k] if k < len(robot) else name for k, name in enumerate(names)]
-    text = f"Numbered columns were taken as the robot's joints in its order: {', '.join(named)}."
-    return named, [Finding("log-columns-guessed", "info", text, where=where)]
 
 
 def _units(table: JointTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfig, list[Finding]]:

@@ -10,7 +10,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.clock_set_back import set_back_findings, straighten_seconds
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.tables.column_assignment import bare, column_index
+from collaudit.core.logs.tables.column_patterns import bare, column_index
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 

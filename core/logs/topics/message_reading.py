@@ -15,7 +15,7 @@ from collaudit.core.logs.signals.annotation_spans import annotation_findings
 from collaudit.core.logs.signals.clock_checks import compare_clocks
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
 from collaudit.core.logs.signals.impossible_values import garbage_finding
-from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names, matches
+from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
@@ -78,9 +78,16 @@ def read_message_log(
     where = f"{name}, {joints.name}"
     if not joints.decoded.groups:
         raise _empty(joints, reader, where)
-    mapping, numbered = _mapping(joints, settings, robot_joints)
-    findings += numbered
-    names = map_names(all_names([joints.decoded]), mapping, robot_joints, where)
+    logged = all_names([joints.decoded])
+    typed = joints.profile is not None and bool(joints.profile.fixed_names)
+    names = map_names(
+        logged,
+        settings.joint_names,
+        robot_joints,
+        where,
+        prismatic,
+        numbered=typed and not set(logged) & set(robot_joints or ()),
+    )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
     alarms = alarm_fields(joints.decoded, joints.profile)
     findings += publish_findings(joints)
@@ -140,21 +147,6 @@ def _annotations(annotated: AnnotationTopics, times: Times) -> tuple[list[Annota
         return annotations, [], findings
     phases, unreadable = read_phases(annotated.phase, times)
     return annotations, phases, [*findings, *unreadable]
-
-
-def _mapping(topic: Topic, settings: LogConfig, robot: Sequence[str] | None) -> tuple[dict[str, str], list[Finding]]:
-    """Log name to model name; joints that a type only numbers are the robot's in its order, and that is said."""
-    mapping = dict(settings.joint_names)
-    names = all_names([topic.decoded])
-    if topic.profile is None or not topic.profile.fixed_names or robot is None:
-        return mapping, []
-    if matches(names, mapping, robot) or len(names) > len(robot):
-        return mapping, []
-    mapping.update(zip(names, robot, strict=False))
-    text = (
-        f"Its type numbers the joints; they were taken as the robot's in its order: {', '.join(robot[: len(names)])}."
-    )
-    return mapping, [Finding("log-joints-numbered", "warning", text, where=topic.name)]
 
 
 def _wrench_topic(topics: Sequence[Topic], wanted: str | None) -> Topic | None:

@@ -1,0 +1,52 @@
+"""What a configuration file and flags state, as another file would write it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import BaseModel
+
+from collaudit.core.config.describe import all_keys
+from collaudit.core.config.relative_paths import located
+
+if TYPE_CHECKING:
+    from collaudit.core.config import LoadedConfig
+
+
+def given_keys(loaded: LoadedConfig, folder: Path, paths: Mapping[str, str]) -> Iterator[tuple[str, object]]:
+    """Dotted keys that a file or a flag set, with their values; files as they were given where that finds them."""
+    for key in all_keys():
+        if key.shape == "table":
+            continue
+        holder: object = loaded.config
+        for name in key.path[:-1]:
+            holder = getattr(holder, name, None)
+        if isinstance(holder, BaseModel) and key.path[-1] in holder.model_fields_set:
+            value = getattr(holder, key.path[-1])
+            if key.dotted in paths and isinstance(value, Path):
+                yield key.dotted, _placed(Path(paths[key.dotted]), Path(), folder)
+            else:
+                yield key.dotted, _plain(value, loaded.base_dir, folder)
+
+
+def _placed(path: Path, base_dir: Path, folder: Path) -> str:
+    """A path from ``base_dir`` as a file in ``folder`` writes it: unchanged wherever that finds the same file."""
+    found = located(path, base_dir)
+    if path.is_absolute() or found.resolve() == (folder / path).resolve():
+        return str(path)
+    return os.path.relpath(found, folder)
+
+
+def _plain(value: object, base_dir: Path, folder: Path) -> object:
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_unset=True)
+    if isinstance(value, Path):
+        return _placed(value, base_dir, folder)
+    if isinstance(value, list | tuple):
+        return [_plain(inner, base_dir, folder) for inner in value]
+    if isinstance(value, dict):
+        return {key: _plain(inner, base_dir, folder) for key, inner in value.items()}
+    return value

@@ -1,0 +1,178 @@
+"""Which joints of a log are which of the robot, where their names differ: by order, by whole names, or not at all."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+_NUMBER = re.compile(r"\d+")
+
+
+@dataclass(frozen=True, slots=True)
+class JointGuess:
+    """An answer, or the question that stands against one.
+
+    Attributes:
+        mapping: log name to robot name, of joints whose names differ; empty where nothing is guessed.
+        why: what it rests on.
+        sure: whether it may be used unasked; otherwise it is only a proposal.
+        problem: why there is no answer; "" where there is one.
+        candidates: reason to mapping, of the answers that are possible.
+    """
+
+    mapping: Mapping[str, str] = field(default_factory=dict)
+    why: str = ""
+    sure: bool = True
+    problem: str = ""
+    candidates: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+def guess_joints(
+    names: Sequence[str],
+    robot: Sequence[str],
+    prismatic: Sequence[str] = (),
+    *,
+    numbered: bool = False,
+    message_order: bool = False,
+) -> JointGuess:
+    """Map a log's joints to a robot's where their names differ.
+
+    Numbered joints are taken in the order of their numbers when there are as many as the robot has: moving joints, or
+    those before the prismatic ones of a gripper at its end. Digits inside names are compared with nothing.
+
+    Args:
+        names: the log's joints, in its order.
+        robot: the robot's moving joints in model order.
+        prismatic: those of them that are prismatic.
+        numbered: the names are only numbers of columns, in order.
+        message_order: the numbers count the joints of a message, which many publishers sort by the alphabet.
+    """
+    strangers = [name for name in names if name not in robot]
+    if not numbered and len(strangers) < len(names):
+        return _shifted(names, robot)
+    by_name = _by_affix(names, robot) if not numbered else {}
+    ordered = list(names) if numbered else _by_number(names)
+    if by_name and ordered is None:
+        return JointGuess(by_name, "the robot's names with a prefix or suffix", sure=False)
+    arm = _arm_of(len(names), robot, prismatic)
+    if arm is None:
+        return _counts_differ(ordered or names, robot, by_name)
+    if ordered is None:
+        return _in_order(names, arm)
+    by_order = dict(zip(ordered, arm, strict=True))
+    if by_name and by_name != by_order:
+        return _open("the numbers of the log's joints and their names say different things", by_order, by_name)
+    own = _by_number(arm)
+    if own is not None and own != list(arm):
+        other = dict(zip(ordered, own, strict=True))
+        return _open("the robot's joints are numbered otherwise than they follow each other", by_order, other)
+    alphabetical = sorted(arm, key=_natural)
+    if message_order and alphabetical != list(arm):
+        other = dict(zip(ordered, alphabetical, strict=True))
+        problem = "the columns count the joints of a message, and publishers sort them by the robot or by the alphabet"
+        return _open(problem, by_order, other, "the order of the alphabet")
+    return JointGuess(by_order, "same place in the order of joints")
+
+
+def mapping_line(mapping: Mapping[str, str]) -> str:
+    """The line of the configuration that states a mapping."""
+    return "[log] joint_names = { " + ", ".join(f'"{log}" = "{model}"' for log, model in mapping.items()) + " }"
+
+
+def _open(problem: str, by_order: Mapping[str, str], other: Mapping[str, str], why: str = "their names") -> JointGuess:
+    return JointGuess(sure=False, problem=problem, candidates={"the order of the robot": by_order, why: other})
+
+
+def _arm_of(count: int, robot: Sequence[str], prismatic: Sequence[str]) -> Sequence[str] | None:
+    """The robot's joints that so many joints of a log can be: all, or all but a gripper's at the end."""
+    if count == len(robot):
+        return robot
+    arm = list(robot)
+    while arm and arm[-1] in prismatic:
+        arm.pop()
+    return arm if count == len(arm) and not set(arm) & set(prismatic) else None
+
+
+def _by_number(names: Sequence[str]) -> list[str] | None:
+    """Names in the order of the one number in which they differ, which counts from 0 or 1; None otherwise."""
+    stems: dict[str, list[tuple[int, str]]] = {}
+    for name in names:
+        for hit in _NUMBER.finditer(name):
+            stem = name[: hit.start()] + "\0" + name[hit.end() :]
+            stems.setdefault(stem, []).append((int(hit.group()), name))
+    for hits in stems.values():
+        hits.sort()
+        first = hits[0][0]
+        if len(hits) == len(names) and [n for n, _ in hits] == list(range(first, first + len(hits))) and first < 2:
+            return [name for _, name in hits]
+    return None
+
+
+def _by_affix(names: Sequence[str], robot: Sequence[str]) -> dict[str, str]:
+    """The mapping by one prefix and one suffix that all of one side have around the other's whole names."""
+    for long, short, turned in ((names, robot, False), (robot, names, True)):
+        for whole in long:
+            inner = max((name for name in short if name in whole), key=len, default=None)
+            if inner is None:
+                continue
+            front, _, back = whole.partition(inner)
+            if (front[-1:].isdigit() and inner[0].isdigit()) or (back[:1].isdigit() and inner[-1].isdigit()):
+                continue
+            pairs = {front + name + back: name for name in short if front + name + back in long}
+            if len(pairs) == len(names) > 1:
+                return {short_name: name for name, short_name in pairs.items()} if turned else pairs
+    return {}
+
+
+def _shifted(names: Sequence[str], robot: Sequence[str]) -> JointGuess:
+    """Some names are the robot's: fine, unless the others show that two numberings overlap."""
+    extra = [name for name in names if name not in robot]
+    missing = [name for name in robot if name not in names]
+    families = {_NUMBER.sub("\0", name) for name in names if name in robot and _NUMBER.search(name)}
+    if not any(_NUMBER.sub("\0", name) in families for name in extra):
+        return JointGuess()
+    if not any(_NUMBER.sub("\0", name) in families for name in missing):
+        return JointGuess()
+    ordered = _by_number(names)
+    by_name = {name: name for name in names if name in robot}
+    problem = f"{', '.join(extra)} of the log and {', '.join(missing)} of the robot have no partner of the same name"
+    if ordered is None or len(names) != len(robot):
+        return JointGuess(sure=False, problem=problem, candidates={"equal names": by_name})
+    return _open(problem, dict(zip(ordered, robot, strict=True)), by_name, "equal names")
+
+
+def _counts_differ(names: Sequence[str], robot: Sequence[str], by_name: Mapping[str, str]) -> JointGuess:
+    candidates = {"equal names but for a prefix or suffix": by_name} if by_name else {}
+    candidates["the first of the robot, in order"] = dict(zip(names, robot, strict=False))
+    problem = f"the log has {len(names)} joints and the robot {len(robot)}, under other names"
+    return JointGuess(sure=False, problem=problem, candidates=candidates)
+
+
+def _in_order(names: Sequence[str], arm: Sequence[str]) -> JointGuess:
+    """Names without numbers that count them: by whole words where these decide, by order unless a word speaks against.
+
+    A number alone is no word: it counts only beside a word that both names have.
+    """
+    by_order = dict(zip(names, arm, strict=True))
+    shared = {name: [_shared(name, joint) for joint in arm] for name in names}
+    by_words = {name: arm[row.index(max(row))] for name, row in shared.items() if row.count(max(row)) == 1}
+    if len(by_words) == len(names) == len(set(by_words.values())):
+        return JointGuess(by_words, "words of the log's name in the robot's", sure=False)
+    if all(shared[name][place] == max(shared[name]) for place, name in enumerate(names)):
+        return JointGuess(by_order, "same place in the order of joints", sure=False)
+    problem = "the order of the log's joints and their names say different things"
+    return JointGuess(sure=False, problem=problem, candidates={"the order of the log": by_order})
+
+
+def _shared(one: str, other: str) -> int:
+    common = _words(one) & _words(other)
+    return len(common) if any(not word.isdigit() for word in common) else 0
+
+
+def _words(name: str) -> set[str]:
+    return {word for word in re.split(r"[^a-z0-9]+", name.lower()) if word} - {"joint"}
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name.lower()) if part]

@@ -1,0 +1,82 @@
+"""What the recognised columns of one log leave open or contradict, and what they pass over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from collaudit.core.errors import LogError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.tables.column_assignment import Assignment
+from collaudit.core.logs.tables.column_patterns import Found
+
+#: A file and what its columns are.
+Assigned = tuple[Path, Assignment]
+
+
+def check_columns(files: Sequence[Assigned]) -> None:
+    """Refuse tables whose column names do not decide what is measured, or whose quantities do not fit together.
+
+    Raises:
+        LogError: naming the lines of [log.csv] that decide.
+    """
+    for path, assignment in files:
+        for quantity, patterns in assignment.open.items():
+            raise LogError(
+                f"several groups of columns could be the measured {quantity}",
+                where=str(path),
+                found=listed(patterns),
+                hint=f"say which: {_line(files, quantity, patterns[0])}",
+            )
+    positions = _parts(files, "position")
+    numbered = [found for found in positions if "{i" in found.pattern]
+    joints = {joint for found in positions for joint in found.joints}
+    for quantity in ("velocity", "effort"):
+        parts = _parts(files, quantity)
+        own = {joint for found in parts for joint in found.joints}
+        if not positions or not own:
+            continue
+        same = all("{i" in found.pattern for found in parts) == bool(numbered)
+        if own & joints and (not numbered or own == joints):
+            continue
+        if not same and all(not found.pattern for found in (*parts, *positions)):
+            continue
+        where = " + ".join(str(path) for path, _ in files)
+        raise LogError(
+            f"the columns of position and of {quantity} are of different joints",
+            where=where,
+            found=f"position: {_said(positions)}; {quantity}: {_said(parts)}",
+            expected="as many columns of each as the log has joints",
+            hint=f'name the columns joint by joint: [log.csv] position = ["…", "…"], {quantity} = ["…", "…"]',
+        )
+
+
+def column_findings(assignment: Assignment, where: str) -> list[Finding]:
+    """Groups that were passed over for the measured ones, and columns that may be labels."""
+    findings = []
+    if assignment.passed_over and any(quantity != "time" for quantity in assignment.guessed):
+        said = "; ".join(f"{quantity}: {', '.join(groups)}" for quantity, groups in assignment.passed_over.items())
+        text = f"Columns that are not the measured quantity by their names were passed over: {said}."
+        findings.append(Finding("log-columns-passed-over", "info", text, where=where))
+    if assignment.labels:
+        names = ", ".join(f'"{name.strip()}"' for name in assignment.labels)
+        text = f"Columns may mark true events by their names; [log.csv] labels = [{names}] reads them as labels."
+        findings.append(Finding("log-labels-offered", "info", text, where=where))
+    return findings
+
+
+def _parts(files: Sequence[Assigned], quantity: str) -> list[Found]:
+    return [assignment.quantities[quantity] for _, assignment in files if quantity in assignment.quantities]
+
+
+def _said(parts: Sequence[Found]) -> str:
+    return ", ".join(f"{found.pattern or 'named columns'} ({len(found.columns)} columns)" for found in parts)
+
+
+def _line(files: Sequence[Assigned], quantity: str, pattern: str) -> str:
+    """The lines of [log.csv]: one that is stated switches the guessing off, so all are."""
+    known = {name: _parts(files, name) for name in ("position", "velocity", "effort")}
+    lines = {name: parts[0].pattern for name, parts in known.items() if parts and parts[0].pattern}
+    lines[quantity] = pattern
+    return "[log.csv] " + "; ".join(f'{name} = "{text}"' for name, text in lines.items())

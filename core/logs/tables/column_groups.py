@@ -1,0 +1,110 @@
+"""Numbered columns: which belong together, what they are, and which of several are the measured ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from collaudit.core.logs.tables.column_vocabulary import (
+    CONVERTED,
+    CURRENTS,
+    MARK,
+    QUANTITY_WORDS,
+    USABLE,
+    Meaning,
+    meaning_of,
+)
+
+_NUMBER = re.compile(r"\d+")
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Columns that differ in one number, which counts from 0 or 1.
+
+    Attributes:
+        pattern: the name with ``{i}`` or ``{i0}`` for the number.
+        columns: their indices, in the order of the number.
+        meaning: what they are.
+    """
+
+    pattern: str
+    columns: tuple[int, ...]
+    meaning: Meaning
+
+    @property
+    def said(self) -> str:
+        """The pattern with what speaks against it, or for it."""
+        unit = f" in {self.meaning.unit}" if self.meaning.unit not in CONVERTED else ""
+        return f"{self.pattern} ({self.meaning.role}{unit})"
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The group taken for a quantity, or those between which the names do not decide.
+
+    Attributes:
+        taken: None where there is none, or several.
+        passed: further groups of the quantity, not taken.
+        open: two or more groups that are equally likely; empty when decided.
+    """
+
+    taken: Group | None
+    passed: tuple[Group, ...]
+    open: tuple[Group, ...] = ()
+
+
+def numbered_groups(names: Sequence[str]) -> list[Group]:
+    """Groups of numbered columns that the vocabulary knows, measured or not.
+
+    Args:
+        names: column names without units in brackets; "" for columns that are taken.
+    """
+    stems: dict[str, list[tuple[int, int]]] = {}
+    for index, name in enumerate(names):
+        for hit in _NUMBER.finditer(name):
+            stems.setdefault(name[: hit.start()] + MARK + name[hit.end() :], []).append((int(hit.group()), index))
+    groups = []
+    for stem, hits in stems.items():
+        hits.sort()
+        numbers = [number for number, _ in hits]
+        if numbers[0] not in (0, 1) or numbers != list(range(numbers[0], numbers[0] + len(numbers))):
+            continue
+        meaning = meaning_of(stem)
+        if meaning is not None:
+            number = "{i0}" if numbers[0] == 0 else "{i}"
+            groups.append(Group(stem.replace(MARK, number), tuple(index for _, index in hits), meaning))
+    return groups
+
+
+def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) -> Choice:
+    """The measured columns among those of one quantity.
+
+    Args:
+        groups: of :func:`numbered_groups`.
+        quantity: which.
+        joints: how many columns the positions have; groups with as many are preferred.
+    """
+    own = [group for group in groups if group.meaning.quantity == quantity]
+    usable = [group for group in own if group.meaning.role in USABLE and group.meaning.unit in CONVERTED]
+    if joints is not None and any(len(group.columns) == joints for group in usable):
+        usable = [group for group in usable if len(group.columns) == joints]
+    if not usable:
+        return Choice(None, tuple(own))
+    rank = min(USABLE.index(group.meaning.role) for group in usable)
+    best = [group for group in usable if USABLE.index(group.meaning.role) == rank]
+    torques = [group for group in best if group.meaning.word not in CURRENTS]
+    best = torques or best
+    most = max(len(group.columns) for group in best)
+    best = [group for group in best if len(group.columns) == most]
+    first = min(best, key=lambda group: _order(group.meaning))
+    doubtful = [group for group in best if quantity == "effort" or group.meaning.word == first.meaning.word]
+    if len(doubtful) > 1:
+        return Choice(None, tuple(group for group in own if group not in doubtful), tuple(doubtful))
+    return Choice(first, tuple(group for group in own if group is not first))
+
+
+def _order(meaning: Meaning) -> int:
+    words = QUANTITY_WORDS[meaning.quantity]
+    return words.index(meaning.word) if meaning.word in words else -1

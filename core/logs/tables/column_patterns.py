@@ -1,0 +1,121 @@
+"""Patterns of column names: ``{joint}`` is a joint's name, ``{i}`` a number from 1, ``{i0}`` one from 0."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from collaudit.core.errors import LogError
+
+_UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Columns of one quantity.
+
+    Attributes:
+        joints: joint name of each column; "" where the configuration gives columns without names.
+        columns: their indices.
+        pattern: the pattern that found them, or "" for names and numbers.
+        unit: the unit that the names state, "" for none.
+    """
+
+    joints: tuple[str, ...]
+    columns: tuple[int, ...]
+    pattern: str
+    unit: str = ""
+
+
+def bare(name: str) -> str:
+    """A column name without a list mark in front and a unit behind."""
+    text = name.strip()
+    while text[:1] in ("-", "*", "/") and len(text) > 1:
+        text = text[1:].lstrip()
+    return _UNIT.sub("", text)
+
+
+def unit_of(name: str) -> str | None:
+    """The unit in a column name such as ``q1 [deg]``, or None."""
+    match = _UNIT.search(name.strip())
+    return match.group(1) if match and not match.group(1).isdigit() else None
+
+
+@lru_cache(maxsize=4096)
+def _regex(pattern: str) -> re.Pattern[str]:
+    parts = re.split(r"(\{joint\}|\{i\}|\{i0\})", pattern)
+    groups = {"{joint}": "(?P<joint>.+?)", "{i}": r"(?P<i>\d+)", "{i0}": r"(?P<i>\d+)"}
+    seen: set[str] = set()
+    out = ""
+    for part in parts:
+        if part in groups and groups[part] not in seen:
+            out += groups[part]
+            seen.add(groups[part])
+        else:
+            out += re.escape(part)
+    return re.compile(out, re.IGNORECASE)
+
+
+def match_pattern(names: Sequence[str], pattern: str) -> Found | None:
+    """Columns that match a pattern, in the order of their numbers or of the file.
+
+    Raises:
+        LogError: the pattern counts from 1 and the columns from 0.
+    """
+    regex = _regex(pattern)
+    first = 0 if "{i0}" in pattern else 1
+    numbered = "{i" in pattern
+    hits: list[tuple[int, str, int]] = []
+    for index, name in enumerate(names):
+        match = regex.fullmatch(name.strip()) or regex.fullmatch(bare(name))
+        if match is None:
+            continue
+        if numbered:
+            number = int(match.group("i"))
+            if number < first:
+                zero = pattern.replace("{i}", "{i0}")
+                raise LogError(
+                    f"the columns of {pattern!r} count from 0", found=name.strip(), hint=f"write it {zero!r}"
+                )
+            hits.append((number, f"joint{number - first + 1}", index))
+        else:
+            hits.append((index, bare(match.group("joint")) if "{joint}" in pattern else "", index))
+    if not hits:
+        return None
+    hits.sort()
+    order = [hit[0] for hit in hits]
+    if numbered and order != list(range(first, first + len(order))):
+        return None
+    return Found(tuple(hit[1] for hit in hits), tuple(hit[2] for hit in hits), pattern)
+
+
+def column_index(names: Sequence[str], key: str | int) -> int | None:
+    """Index of a column by its name (as written, or without list mark and unit) or by its number from 1."""
+    if isinstance(key, int):
+        return key - 1 if 1 <= key <= len(names) else None
+    unmarked = key.lstrip("#% ")  # a line of names may stand behind the mark of a comment
+    for form in (
+        lambda n: n.strip() == key,
+        lambda n: bare(n) == key,
+        lambda n: bare(n).lower() == key.lower(),
+        lambda n: n.strip() == unmarked,
+    ):
+        hits = [index for index, name in enumerate(names) if form(name)]
+        if len(hits) == 1:
+            return hits[0]
+    return None
+
+
+def without_unit(name: str) -> str:
+    """A column name without a list mark in front and a unit behind, with its path and a number in brackets."""
+    text = name.strip()
+    while text[:1] in ("-", "*") and len(text) > 1:
+        text = text[1:].lstrip()
+    return text if unit_of(text) is None else _UNIT.sub("", text)
+
+
+def counts_message(pattern: str) -> bool:
+    """Whether a pattern's numbers count the joints of a JointState, as exports of ROS messages do."""
+    return re.search(r"[/.](position|velocity|effort)[\[.]?\{i", pattern) is not None

@@ -1,0 +1,84 @@
+"""Which columns are which signal, by their names alone: numbered ones by the vocabulary, others by their joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups
+from collaudit.core.logs.tables.column_patterns import Found, match_pattern, without_unit
+from collaudit.core.logs.tables.column_vocabulary import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, words_of
+
+#: Words of columns that are named by their joints, the usual first.
+_WORDS = {
+    "position": ("position", "pos", "q", "angle", "theta", "jpos", "positions"),
+    "velocity": ("velocity", "vel", "dq", "qd", "speed", "qdot", "jvel", "omega", "velocities"),
+    "effort": ("effort", "eff", "tau", "torque", "current", "moment", "efforts"),
+    "temperature": ("temperature", "temp", "temperatures"),
+}
+_NAMED_FORMS = ("{joint}_{word}", "{word}_{joint}", "{joint}.{word}", "{word}.{joint}", "{joint}/{word}",
+                "{joint} {word}", "{word} {joint}", "{word}/{joint}")  # fmt: skip
+_QUALIFIED = ("actual_{word}", "measured_{word}", "{word}_actual", "{word}_measured", "actual/{word}", "{word}")
+#: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
+_NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error")
+                         for word in ROLE_WORDS[role] if len(word) > 1),
+                       "d", "act", "actual", "measured", "meas", "step", "index", "idx", "x", "y", "z", "roll", "pitch",
+                       "yaw", "rx", "ry", "rz", "norm", "rms", "mean", "std", "count",
+                       *UNIT_WORDS} - {"a", "id"})  # fmt: skip
+
+
+def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found], dict[str, Choice]]:
+    """Quantities by the names of their columns, and what the vocabulary says of the numbered ones."""
+    free = [without_unit(name) if index != time else "" for index, name in enumerate(names)]
+    groups = numbered_groups(free)
+    known = {column for group in groups for column in group.columns}
+    unnumbered = [name if index not in known and index != time else "" for index, name in enumerate(names)]
+    first = choose(groups, "position")
+    joints = len(first.taken.columns) if first.taken is not None else None
+    choices = {quantity: choose(groups, quantity, joints) for quantity in QUANTITY_WORDS}
+    found: dict[str, Found] = {}
+    for quantity, choice in choices.items():
+        named = _guess_named(unnumbered, quantity)
+        numbered = _of_group(choice.taken) if choice.taken is not None else None
+        if numbered is not None and (named is None or len(named.columns) <= len(numbered.columns)):
+            found[quantity] = numbered
+        elif named is not None and not choice.open:
+            found[quantity] = named
+            unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
+    return found, choices
+
+
+def _of_group(group: Group) -> Found:
+    joints = tuple(f"joint{number + 1}" for number in range(len(group.columns)))
+    return Found(joints, group.columns, group.pattern, group.meaning.unit)
+
+
+def _guess_named(names: Sequence[str], quantity: str) -> Found | None:
+    """Columns that are named by their joints; "" for columns that are taken."""
+    best: Found | None = None
+    text = "\n".join(names).lower()
+    for word in (form.format(word=word) for word in _WORDS[quantity] for form in _QUALIFIED if word in text):
+        for form in _NAMED_FORMS:
+            pattern = form.format(word=word, joint="{joint}")
+            found = match_pattern(names, pattern)
+            if found is not None:
+                found = _of_joints(names, found)
+            if found is not None and (best is None or len(found.columns) > len(best.columns)):
+                best = found
+    return best
+
+
+def _of_joints(names: Sequence[str], found: Found) -> Found | None:
+    """Without columns of no joint, and with what stands before all joints' names as part of the pattern."""
+    kept = [
+        (joint, column)
+        for joint, column in zip(found.joints, found.columns, strict=True)
+        if (words := words_of(joint)) and words[0] not in _NO_JOINT and words[-1] not in _NO_JOINT
+    ]
+    if not kept:
+        return None
+    paths = {joint.rpartition("/")[0] for joint, _ in kept}
+    if len(paths) == 1 and (path := paths.pop()):
+        found = replace(found, pattern=found.pattern.replace("{joint}", path + "/{joint}"))
+        kept = [(joint.rpartition("/")[2], column) for joint, column in kept]
+    return Found(tuple(joint for joint, _ in kept), tuple(column for _, column in kept), found.pattern)

@@ -1,0 +1,111 @@
+"""``init`` writes the right joints or asks; the folder's own collaudit.toml is found and said."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+NAMES = ["pan_joint", "lift_joint", "elbow_joint"]
+
+
+def urdf(path: Path, names: list[str]) -> Path:
+    """A serial arm of links of 1 kg."""
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    link = '<link name="l{}"><inertial><origin xyz="0.2 0 0"/><mass value="1"/>' + inertia + "</inertial></link>"
+    joint = (
+        '<joint name="{0}" type="revolute"><parent link="l{1}"/><child link="l{2}"/><origin xyz="0.3 0 0"/>'
+        '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="99" velocity="3"/></joint>'
+    )
+    parts = [link.format(k) for k in range(len(names) + 1)]
+    parts += [joint.format(name, k, k + 1) for k, name in enumerate(names)]
+    path.write_text(f'<robot name="r">{"".join(parts)}</robot>')
+    return path
+
+
+def log(path: Path, header: str) -> Path:
+    count = len(header.split(","))
+    time = np.arange(400) * 0.01
+    rows = np.column_stack([time, *(np.sin(time + k) for k in range(1, count))])
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.6f")
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An own working folder with a robot in it."""
+    monkeypatch.chdir(tmp_path)
+    urdf(Path("arm.urdf"), NAMES)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "header", ["t,q1,q2,q3,tau1,tau2,tau3", "t,q2,q0,q1,tau_J_d0,tau_J_d1,tau_J_d2,tau1,tau3,tau2"]
+)
+def test_numbered_columns_are_written_by_order(folder: Path, collaudit, header: str) -> None:
+    log(Path("x.csv"), header)
+    collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    written = tomllib.loads(Path("c.toml").read_text())
+    assert written["log"]["joint_names"] == {f"joint{k + 1}": name for k, name in enumerate(NAMES)}
+    assert written["robot"]["urdf"] == "arm.urdf"
+    assert written["log"]["csv"]["effort"] == "tau{i}"
+
+
+def test_another_count_is_a_question_in_the_file(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,q1,q2,tau1,tau2")
+    outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    assert outcome.code == 3
+    assert 'joint_names = { "joint1" = "pan_joint", "joint2" = "lift_joint" }' in outcome.err
+    text = Path("c.toml").read_text()
+    assert "QUESTION: the log has 2 joints and the robot 3" in text
+    assert '# joint_names = { joint1 = "pan_joint", joint2 = "lift_joint" }' in text
+    assert collaudit("detect", "x.csv", "-c", "c.toml").code == 3
+    stated = "log.joint_names={ joint1 = 'pan_joint', joint2 = 'lift_joint' }"
+    assert collaudit("inspect", "x.csv", "-c", "c.toml", "--set", stated).code == 0
+
+
+def test_columns_that_names_leave_open_are_choices(folder: Path, collaudit) -> None:
+    log(
+        Path("x.csv"),
+        "t,q1,q2,q3," + ",".join(f"{kind}_{k}" for kind in ("motor_torque", "sensor_torque") for k in (1, 2, 3)),
+    )
+    outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    text = Path("c.toml").read_text()
+    assert outcome.code == 3 and "measured effort" in outcome.err
+    assert '# effort = "motor_torque_{i}"' in text and '# effort = "sensor_torque_{i}"' in text
+    Path("c.toml").write_text(text.replace('# effort = "sensor_torque_{i}"', 'effort = "sensor_torque_{i}"'))
+    assert "open" not in collaudit("inspect", "x.csv", "-c", "c.toml").err
+
+
+def test_units_and_labels_of_column_names_are_written(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,q_deg_1,q_deg_2,q_deg_3,i_A_1,i_A_2,i_A_3,tau_model_nm_1,tau_model_nm_2,tau_model_nm_3,label")
+    outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    assert outcome.code == 3 and "torque_constant_nm_per_a" in outcome.err
+    text = Path("c.toml").read_text()
+    written = tomllib.loads(text)["log"]
+    assert written["units"]["position"] == "deg" and written["units"]["effort"] == "A"
+    assert '# labels = ["label"]' in text and "Passed over for effort: tau_model_nm_{i} (model)" in text
+
+
+def test_paths_stay_as_given(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,q1,q2,q3,tau1,tau2,tau3")
+    Path("other").mkdir()
+    collaudit("init", "x.csv", "--urdf", folder / "arm.urdf", "-o", "other/c.toml")
+    assert tomllib.loads(Path("other/c.toml").read_text())["robot"]["urdf"] == str(folder / "arm.urdf")
+    collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "other/d.toml")
+    assert tomllib.loads(Path("other/d.toml").read_text())["robot"]["urdf"] == "../arm.urdf"
+
+
+def test_the_folder_s_configuration_is_used_and_said(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,q1,q2,q3,tau1,tau2,tau3")
+    assert collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "collaudit.toml").code in (0, 3)
+    shown = collaudit("inspect", "x.csv")
+    assert shown.err.count("settings of collaudit.toml in this folder are used") == 1
+    assert "phases-unknown" in shown.out, "the robot of the file was read"
+    Path("mine.toml").write_text("")
+    assert "settings of" not in collaudit("inspect", "x.csv", "-c", "mine.toml").err
+    fresh = collaudit("init", "x.csv", "-o", "collaudit.toml", "--force")
+    assert "settings of" not in fresh.err, "a file that is replaced is not read"
+    assert "urdf" not in tomllib.loads(Path("collaudit.toml").read_text()).get("robot", {})

@@ -1,0 +1,157 @@
+"""Columns as robot software heads them: every vocabulary, joint count, base and column order against the truth."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.errors import LogError
+from collaudit.core.logs import guess_csv_columns, read_log
+from collaudit.core.logs.tables.column_groups import choose, numbered_groups
+
+FORCE = ("actual_TCP_force_#", "actual_TCP_pose_#", "joint_mode_#")
+#: Name to time column, (position, velocity, effort) stems and stems that hold something else; # is the number.
+VOCABULARIES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
+    "libfranka": ("time", ("q#", "dq#", "tau_J#"), ("q_d#", "dq_d#", "tau_J_d#", "tau_ext_hat_filtered#", "dtau_J#")),
+    "libfranka log": ("time", ("state.q[#]", "state.dq[#]", "state.tau_J[#]"), ("state.q_d[#]", "cmd.tau_J_d[#]",
+                      "state.theta[#]")),
+    "ur rtde": ("timestamp", ("actual_q_#", "actual_qd_#", "actual_current_#"), ("target_q_#", "target_current_#",
+                "target_moment_#", "target_qd_#", *FORCE)),
+    "ur realtime": ("time", ("q_actual_#", "qd_actual_#", "i_actual_#"), ("q_target_#", "i_target_#", "m_target_#")),
+    "kuka fri": ("t", ("measuredJointPosition#", "", "measuredTorque#"), ("commandedJointPosition#",
+                 "externalTorque#", "commandedTorque#", "ipoJointPosition#")),
+    "lbr fri": ("t", ("measured_joint_position_#", "", "measured_torque_#"), ("external_torque_#",
+                "commanded_joint_position_#", "commanded_torque_#")),
+    "kuka rsi": ("t", ("AIPos.A#", "", "MACur.A#"), ("ASPos.A#",)),
+    "abb egm": ("t", ("feedBack.joints.joints[#]", "", "motorCurrents[#]"), ("planned.joints.joints[#]",)),
+    "doosan": ("time", ("actual_joint_position_#", "actual_joint_velocity_#", "raw_joint_torque_#"),
+               ("target_joint_position_#", "external_joint_torque_#", "actual_motor_torque_#")),
+    "kinova": ("t", ("actuators[#].position", "actuators[#].velocity", "actuators[#].torque"),
+               ("actuators[#].current_motor", "actuators[#].voltage")),
+    "units": ("t_s", ("q_deg_#", "dq_degps_#", "i_A_#"), ("tau_model_nm_#",)),
+    "act and des": ("t", ("q_act_#", "dq_act_#", "tau_#"), ("q_des_#", "dq_des_#", "tau_cmd_#", "sensor_torque_#")),
+    "rostopic echo": ("%time", ("field.position#", "field.velocity#", "field.effort#"), ()),
+    "plotjuggler": ("__time", tuple(f"/joint_states/{q}[#]" for q in ("position", "velocity", "effort")), ()),
+    "controller state": ("__time", ("/c/actual/positions[#]", "/c/actual/velocities[#]", "/c/actual/effort[#]"),
+                         ("/c/desired/positions[#]", "/c/error/positions[#]", "/c/desired/effort[#]")),
+}  # fmt: skip
+RAW: dict[str, Any] = {"units": {"effort": "raw", "time": "s", "position": "rad", "velocity": "rad/s"}}
+
+
+def header(name: str, joints: int, base: int, seed: int) -> list[str]:
+    """Time first, the others in any order."""
+    time, wanted, others = VOCABULARIES[name]
+    numbers = range(base, base + joints)
+    columns = [stem.replace("#", str(k)) for stem in (*wanted, *others) if stem for k in numbers]
+    return [time, *random.Random(seed).sample(columns, len(columns))]
+
+
+@pytest.mark.parametrize("base", [0, 1])
+@pytest.mark.parametrize("joints", [1, 2, 6, 7])
+@pytest.mark.parametrize("name", VOCABULARIES)
+def test_measured_columns_are_found_in_the_order_of_their_numbers(
+    tmp_path: Path, name: str, joints: int, base: int
+) -> None:
+    robot = [f"axis_{letter}" for letter in "abcdefg"[:joints]]
+    wanted = VOCABULARIES[name][1]
+    for seed in range(3):
+        columns = header(name, joints, base, seed)
+        rows = [[0.01 * k, *(0.01 * n + 0.1 * k for n in range(1, len(columns)))] for k in range(5)]
+        path = tmp_path / f"{seed}.csv"
+        path.write_text("\n".join([",".join(columns), *(",".join(f"{x:.6f}" for x in row) for row in rows)]) + "\n")
+        log = read_log((path,), LogConfig.model_validate(RAW), robot_joints=robot)
+        assert log.joint_names == tuple(robot)
+        for stem, values in zip(wanted, (log.position_rad, log.velocity_rad_s, log.effort), strict=True):
+            truth = [columns.index(stem.replace("#", str(base + k))) for k in range(joints)] if stem else []
+            if not stem:
+                assert values is None
+            else:
+                assert values is not None
+                np.testing.assert_allclose(values, np.array(rows)[:, truth], atol=1e-6)
+        passed = " ".join(finding.text for finding in log.findings if finding.code == "log-columns-passed-over")
+        assert all(role in passed for role in ("desired",) if any("_d" in other for other in VOCABULARIES[name][2]))
+
+
+@pytest.mark.parametrize("joints", [5, 7])
+def test_another_count_is_refused_with_the_line_to_add(tmp_path: Path, joints: int) -> None:
+    robot = [f"axis_{letter}" for letter in "abcdef"]
+    for name in VOCABULARIES:
+        columns = header(name, joints, 1, 0)
+        path = tmp_path / "x.csv"
+        path.write_text(",".join(columns) + "\n" + "\n".join(",".join([str(k)] * len(columns)) for k in range(4)))
+        with pytest.raises(LogError) as caught:
+            read_log((path,), LogConfig.model_validate(RAW), robot_joints=robot)
+        assert '[log] joint_names = { "joint1" = "axis_a"' in caught.value.render()
+
+
+def _write(path: Path, text: str) -> Path:
+    columns = text.split(",")
+    rows = [",".join(f"{0.01 * k + n}" for n in range(len(columns))) for k in range(5)]
+    path.write_text("\n".join([text, *rows]) + "\n")
+    return path
+
+
+def test_what_names_leave_open_is_asked(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,q_1,q_2,torque_sensor_a_1,torque_sensor_a_2,motor_torque_1,motor_torque_2")
+    with pytest.raises(LogError, match="measured effort") as caught:
+        read_log((path,), LogConfig(), robot_joints=None)
+    hint = caught.value.hint or ""
+    assert 'position = "q_{i}"' in hint and 'effort = "torque_sensor_a_{i}"' in hint
+    guess = guess_csv_columns([path])
+    assert guess is not None and set(guess.open["effort"]) == {"torque_sensor_a_{i}", "motor_torque_{i}"}
+
+
+def test_counts_that_differ_between_quantities_are_refused(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,q0,q1,q2,tau1,tau2")
+    with pytest.raises(LogError, match="different joints"):
+        read_log((path,), LogConfig(), robot_joints=None)
+
+
+def test_bases_may_differ_between_quantities(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,q0,q1,tau2,tau1")
+    log = read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"])
+    assert log.effort is not None and log.effort[0].tolist() == [4.0, 3.0]
+
+
+def test_a_pattern_from_one_never_drops_column_zero(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,q0,q1,q2")
+    with pytest.raises(LogError, match="count from 0") as caught:
+        read_log((path,), LogConfig.model_validate({"csv": {"time": "t", "position": "q{i}"}}), robot_joints=None)
+    assert "q{i0}" in (caught.value.hint or "")
+
+
+def test_units_of_names_are_used(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,q_deg_1,q_deg_2,dq_degps_1,dq_degps_2")
+    log = read_log((path,), LogConfig(), robot_joints=None)
+    assert log.position_rad[0].tolist() == pytest.approx(np.deg2rad([1, 2]).tolist())
+    assert log.velocity_rad_s is not None
+    assert log.velocity_rad_s[0].tolist() == pytest.approx(np.deg2rad([3, 4]).tolist())
+
+
+def test_units_that_are_not_converted_are_passed_over() -> None:
+    groups = numbered_groups(["q_1", "q_2", "i_mA_1", "i_mA_2"])
+    choice = choose(groups, "effort")
+    assert choice.taken is None and [group.said for group in choice.passed] == ["i_mA_{i} (plain in mA)"]
+
+
+def test_single_columns_of_desired_and_actual_values_are_no_joints(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,step,q_des,q_act,dq_des,dq_act,torque")
+    with pytest.raises(LogError, match="no columns of joint positions"):
+        read_log((path,), LogConfig(), robot_joints=None)
+
+
+def test_joints_named_in_paths_and_labels(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "__time,/joint_states/lift/position,/joint_states/pan/position,label")
+    log = read_log((path,), LogConfig(), robot_joints=["pan", "lift"])
+    assert log.position_rad[0].tolist() == [2.0, 1.0]
+    offered = [finding.text for finding in log.findings if finding.code == "log-labels-offered"]
+    assert len(offered) == 1 and 'labels = ["label"]' in offered[0]
+    guess = guess_csv_columns([path])
+    assert guess is not None and guess.csv.position == "joint_states/{joint}/position"
+    again = read_log((path,), LogConfig(csv=guess.csv), robot_joints=["pan", "lift"])
+    assert again.joint_names == ("pan", "lift")

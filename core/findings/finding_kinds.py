@@ -388,7 +388,7 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "friction-any-motion": Kind(
-        "Friction was read off any motion, for want of constant-velocity sections.",
+        "Friction was estimated from arbitrary motion, for want of constant-velocity sections.",
         "Record strokes at constant speeds: collaudit simulate friction shows a motion that serves.",
         _INFO,
     ),

@@ -207,7 +207,8 @@ class Draft:
     def _units(self, topic: TopicInfo | None) -> None:
         units = self.sections["log.units"]
         if self.summary.csv_columns:
-            units.add("time", "auto", "by the size of its steps")
+            named = self._columns_found.units.get("time") if self._columns_found is not None else None
+            units.add("time", named or "auto", "by the name of its column" if named else "by the size of its numbers")
             self._column_units(units)
         elif topic is not None:
             units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)

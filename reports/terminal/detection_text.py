@@ -16,7 +16,7 @@ def detection_text(result: AuditResult, width: int | None = None) -> str:
     facts = result.detection
     if facts is None:
         return ""
-    mode = "causal" if facts.causal else "after the fact, zero phase"
+    mode = "causal" if facts.causal else "offline, zero phase"
     parts = [f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.\n"]
     parts += [_contacts(facts, width), _side_by_side(facts, width), _flags(facts, width)]
     return "".join(parts)

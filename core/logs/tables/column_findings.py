@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,25 @@ from collaudit.core.numeric.arrays import FloatArray
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
+
+
+#: Quantity to the units that are converted, and how column names spell them.
+UNITS = {
+    "position": {"rad": ("rad", "radian", "radians", "m"), "deg": ("deg", "degree", "degrees", "°", "grad")},
+    "velocity": {"rad/s": ("rad", "radian", "radians", "m"), "deg/s": ("deg", "degree", "degrees", "°", "grad")},
+    "effort": {
+        "Nm": ("nm", "n·m", "n*m", "n m", "n-m", "n.m", "n"),
+        "A": ("a", "ampere", "amperes", "amps", "amp", "current"),
+    },
+}
+_PER_SECOND = re.compile(r"\s*([/·* .]?\s*(s|sec|second)(\^?-1|⁻¹)?|ps)$")
+
+
+def standard_unit(quantity: str, named: str) -> str | None:
+    """The unit of the configuration that a column name states; None for one that is not converted."""
+    text = named.strip().lower()
+    bare = _PER_SECOND.sub("", text) if quantity == "velocity" else text
+    return next((unit for unit, spelt in UNITS.get(quantity, {}).items() if bare in spelt), None)
 
 
 def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from collaudit.cli.config_text import Section, document
 from collaudit.cli.given_keys import given_keys
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
+from collaudit.core.logs.tables.column_findings import standard_unit
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label
 
@@ -207,7 +208,8 @@ class Draft:
     def _units(self, topic: TopicInfo | None) -> None:
         units = self.sections["log.units"]
         if self.summary.csv_columns:
-            units.add("time", "auto", "by the size of its steps")
+            named = self._columns_found.units.get("time") if self._columns_found is not None else None
+            units.add("time", named or "auto", "by the name of its column" if named else "by the size of its numbers")
             self._column_units(units)
         elif topic is not None:
             units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
@@ -219,14 +221,19 @@ class Draft:
     def _column_units(self, units: Section) -> None:
         stated = self._columns_found.units if self._columns_found is not None else {}
         said = "by the names of the columns, or what their source documents"
-        position = stated.get("position")
         free = "or deg: what is stated is taken without a check"
-        units.add("position", position or "rad", said if position else free, active=position is not None)
-        if (velocity := stated.get("velocity")) is not None:
-            units.add("velocity", velocity, said)
+        for quantity, usual in (("position", "rad"), ("velocity", "rad/s")):
+            named = stated.get(quantity)
+            unit = standard_unit(quantity, named) if named else None
+            if named or quantity == "position":
+                why = said if unit else f"the columns are in {named}, which is not converted" if named else free
+                units.add(quantity, unit or usual, why, active=unit is not None)
         effort = stated.get("effort")
-        if effort in ("A", "current"):
+        unit = standard_unit("effort", effort) if effort else "Nm"
+        if unit == "A":
             units.add("effort", "A", f"{said}; needs torque_constant_nm_per_a, or write raw")
+        elif unit is None:
+            units.add("effort", "raw", f"the columns are in {effort}, which is not converted", active=False)
         else:
             why = said if effort else "CSV files state no unit; A needs torque constants"
             units.add("effort", "Nm", why, guess=not effort)

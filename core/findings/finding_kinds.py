@@ -197,6 +197,13 @@ KINDS: dict[str, Kind] = {
     "log-units-guessed": Kind(
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),
+    "log-time-unit-suspect": Kind(
+        "The steps of the time column are too long for seconds, and no unit is stated.",
+        'State the unit: [log.units] time = "s", "ms", "us" or "ns"; or the rate of a column that counts rows: '
+        "[log.csv] rate_hz.",
+        _UNIT,
+        setting="log.units",
+    ),
     "log-position-unit-suspect": Kind(
         "Positions look like degrees while radians were stated, or the reverse.",
         'State the unit of positions: [log.units] position = "deg" or "rad"; the statement is then taken.',

@@ -2,22 +2,51 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.logs.tables.column_assignment import CURRENT_WORDS
 from collaudit.core.logs.tables.column_patterns import unit_of
 from collaudit.core.logs.tables.file_quantities import AssignedTable
+from collaudit.core.logs.tables.table_stamps import is_doubtful, named_unit
+from collaudit.core.numeric.arrays import FloatArray
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
+
+
+#: Quantity to the units that are converted, and how column names spell them.
+UNITS = {
+    "position": {"rad": ("rad", "radian", "radians", "m"), "deg": ("deg", "degree", "degrees", "°", "grad")},
+    "velocity": {"rad/s": ("rad", "radian", "radians", "m"), "deg/s": ("deg", "degree", "degrees", "°", "grad")},
+    "effort": {
+        "Nm": ("nm", "n·m", "n*m", "n m", "n-m", "n.m", "n"),
+        "A": ("a", "ampere", "amperes", "amps", "amp", "current"),
+    },
+}
+_PER_SECOND = re.compile(r"\s*([/·* .]?\s*(s|sec|second)(\^?-1|⁻¹)?|ps)$")
+
+
+def standard_unit(quantity: str, named: str) -> str | None:
+    """The unit of the configuration that a column name states; None for one that is not converted."""
+    text = named.strip().lower()
+    bare = _PER_SECOND.sub("", text) if quantity == "velocity" else text
+    return next((unit for unit, spelt in UNITS.get(quantity, {}).items() if bare in spelt), None)
 
 
 def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
     """Quantity to the unit that its column names state."""
     out: dict[str, str] = {}
     for file in files:
+        if (
+            file.assignment.time is not None
+            and (unit := named_unit(file.reader.names[file.assignment.time])) is not None
+        ):
+            out.setdefault("time", unit)
         for quantity, found in file.assignment.quantities.items():
             stated = {unit_of(file.reader.names[column]) for column in found.columns}
             if len(stated) == 1 and (unit := stated.pop()) is not None:
@@ -29,12 +58,31 @@ def stated_units(files: Sequence[AssignedTable]) -> dict[str, str]:
     return out
 
 
-def time_findings(file: AssignedTable, unit: str, settings: LogConfig) -> list[Finding]:
-    """That the unit of time was guessed."""
-    if settings.units.time == "auto" and unit not in ("iso", "rows"):
-        text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
-        return [Finding("log-units-guessed", "info", text, where=file.reader.path.name)]
-    return []
+def time_findings(file: AssignedTable, unit: str, time_s: FloatArray, settings: LogConfig) -> list[Finding]:
+    """That the unit of time was guessed, or cannot be.
+
+    Args:
+        file: the table with the time column.
+        unit: what it was taken as.
+        time_s: (n,) its stamps in s by that unit.
+        settings: what is stated.
+    """
+    if settings.units.time != "auto" or unit in ("iso", "rows") or file.assignment.time is None:
+        return []
+    name, where = file.reader.names[file.assignment.time], file.reader.path.name
+    if named_unit(name) == unit:
+        text = f"The unit of the time column was taken as {unit}, by its name {name!r}."
+        return [Finding("log-units-guessed", "info", text, where=where)]
+    if unit == "s" and is_doubtful(time_s):
+        step = float(np.median(np.abs(np.diff(time_s[np.isfinite(time_s)]))))
+        text = (
+            f"The steps of the time column {name!r} are {step:.9g}, and its unit is stated nowhere: if these are no "
+            'seconds, say so in [log.units]: time = "ms", "us" or "ns"; if they are, time = "s". If the column counts '
+            "rows, state [log.csv] rate_hz instead."
+        )
+        return [Finding("log-time-unit-suspect", "error", text, where=where)]
+    text = f"The unit of the time column was taken as {unit}, by the size of its numbers."
+    return [Finding("log-units-guessed", "info", text, where=where)]
 
 
 def guess_findings(file: AssignedTable) -> list[Finding]:

@@ -21,7 +21,7 @@ from collaudit.core.logs.tables.column_findings import guess_findings, stated_un
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
-from collaudit.core.logs.tables.table_stamps import seconds_of
+from collaudit.core.logs.tables.table_stamps import named_unit, seconds_of
 from collaudit.core.numeric.arrays import FloatArray
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
         if time_s is None:
             time_s, start_ns = own_time, start
             findings += garbage_rows(own_time, file.reader.path.name)
-            findings += time_findings(file, unit, settings)
+            findings += time_findings(file, unit, own_time, settings)
         else:
             _check_same_time(files[0].reader.path, time_s, file.reader.path, own_time)
         wrench = values.pop("wrench", wrench)
@@ -172,7 +172,11 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
     if period_s is not None:
         return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns
-    time_s, start, unit = seconds_of(columns.stamps, settings.units.time)
+    said: str = settings.units.time
+    if said == "auto" and assignment.time is not None:
+        named = named_unit(file.reader.names[assignment.time])
+        said = named if named in ("ms", "us", "ns") else said
+    time_s, start, unit = seconds_of(columns.stamps, said)
     return time_s, start, unit, columns
 
 

@@ -16,17 +16,15 @@ from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES
+from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
 from collaudit.core.logs.tables.joined_tables import JointTable, annotation_columns, join_tables
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig, LogConfig, UnitsConfig
 
-_DEGREES = ("deg", "degree", "degrees", "°", "grad")
-_NEWTON_METRES = ("nm", "n·m", "n*m", "n m", "n-m", "n.m")
 #: What a cell says while an annotation does not hold, in lower case.
 _NO = frozenset({"", "0", "0.0", "false", "no", "off", "none", "nan", "null", "-"})
-_AMPERES = ("a", "ampere", "amps", "amp", "current")
 
 
 def read_table_log(
@@ -115,25 +113,39 @@ def _check_stated(table: JointTable, settings: CsvConfig, where: str) -> None:
 
 
 def _units(table: JointTable, stated: UnitsConfig, where: str) -> tuple[UnitsConfig, list[Finding]]:
-    """Units by the configuration, else by the column names, else the defaults, which is said."""
-    given = stated.model_fields_set
+    """Units by the configuration, else by the column names, else the defaults, which is said.
+
+    Raises:
+        LogError: the names state a unit that is not converted, and the configuration says nothing.
+        ConfigError: the names say that efforts are currents, and there are no torque constants.
+    """
     update: dict[str, object] = {}
     findings: list[Finding] = []
-    for quantity, per_second in (("position", ""), ("velocity", "/s")):
-        text = table.units.get(quantity, "").lower()
-        if quantity not in given and text:
-            update[quantity] = ("deg" if text.startswith(_DEGREES) else "rad") + per_second
-    effort = table.units.get("effort", "").lower()
-    if "effort" not in given and "effort" in table.columns:
-        if effort in _NEWTON_METRES:
-            update["effort"] = "Nm"
-        elif effort in _AMPERES:
-            stated = with_currents(stated, where)
-            update["effort"] = "A"
-        else:
+    for quantity in ("position", "velocity", "effort"):
+        named = table.units.get(quantity, "")
+        if quantity in stated.model_fields_set or quantity not in table.columns:
+            continue
+        if named:
+            update[quantity] = _converted(quantity, named, where)
+        elif quantity == "effort":
             text = "The unit of the effort columns is not stated; it was taken as N·m."
             findings.append(Finding("log-units-guessed", "warning", text, where=where))
+    if update.get("effort") == "A":
+        stated = with_currents(stated, where)
     return stated.model_copy(update=update), findings
+
+
+def _converted(quantity: str, named: str, where: str) -> str:
+    unit = standard_unit(quantity, named)
+    if unit is None:
+        raise LogError(
+            f"the {quantity} columns are in a unit that is not converted",
+            where=where,
+            found=f"{named} in their names",
+            expected=listed(tuple(UNITS[quantity])),
+            hint=f"convert the columns; or, if the name does not tell their unit, state it: [log.units] {quantity} = …",
+        )
+    return unit
 
 
 def _wrench(

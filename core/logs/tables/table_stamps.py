@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,21 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: Units of a stamp in a second.
 SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+
+#: Last words of a time column's name, and the unit they state.
+_NAMED = {
+    word: unit
+    for unit, words in {
+        "s": "s sec secs second seconds",
+        "ms": "ms msec msecs millis millisecond milliseconds",
+        "us": "us µs μs usec usecs micros microsecond microseconds",
+        "ns": "ns nsec nsecs nanos nanosecond nanoseconds",
+    }.items()
+    for word in words.split()
+}
+
+#: Longer steps are doubtful where nothing but the size of the numbers says seconds: no arm is recorded so slowly.
+_SLOW_S = 0.5
 
 #: Later stamps are no times since the epoch, but garbage.
 _MOST_NS = 9e18
@@ -44,6 +60,18 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
     if known.size < numbers.size:
         time_s = np.where(garbage, np.inf, np.where(np.isfinite(numbers), time_s, np.nan))
     return time_s, start, used
+
+
+def named_unit(name: str) -> str | None:
+    """The unit that the name of a time column ends in, such as ``time_ms`` or ``t [ns]``; None without."""
+    words = [word for word in re.split(r"[^a-zµμ]+", name.strip().lower()) if word]
+    return _NAMED.get(words[-1]) if len(words) > 1 else None
+
+
+def is_doubtful(time_s: FloatArray) -> bool:
+    """Whether stamps that were taken as seconds by their size alone are rather milliseconds, or count samples."""
+    known = time_s[np.isfinite(time_s)]
+    return known.size > 1 and float(np.median(np.abs(np.diff(known)))) >= _SLOW_S
 
 
 def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:

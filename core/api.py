@@ -64,7 +64,9 @@ def find_logs(arguments: Sequence[str], settings: LoadedConfig) -> list[LogFiles
 
 def log_name(files: LogFiles) -> str:
     """A log's name as reports show it."""
-    return "+".join(path.name for path in files)
+    from collaudit.core.logs.opening import log_name as joined_names
+
+    return joined_names(files)
 
 
 def describe(files: Files, settings: LoadedConfig | None = None) -> LogSummary:

@@ -113,8 +113,8 @@ class PhasesConfig(ConfigTable):
     contact_force_n: Positive = Field(3.0, description="Force that tells contact from free motion, N.")
     force_limit_n: Positive | None = Field(
         None,
-        description="Largest tool force that is meant, N; what exceeds it is judged. When absent: 1.5 times what 95 % "
-        "of the contact stays below, and 5 N more.",
+        description="Largest tool force that is commanded, N; what exceeds it is judged. When absent: 1.5 times what "
+        "95 % of the contact stays below, and 5 N more.",
     )
     contact_min_s: Positive = Field(0.5, description="Contacts and separations shorter than this are not phases, s.")
     approach: list[Interval] = Field([], description="No contact yet (t1).")

@@ -170,9 +170,10 @@ def _derivatives(values: FloatArray) -> dict[int, int]:
 
 def _unit(values: FloatArray) -> FloatArray:
     """Columns without their mean, of length 1; zero where they do not change."""
+    values = values / np.maximum(np.abs(values).max(axis=0), 1e-300)  # the square of a garbage value is no number
     centred = values - values.mean(axis=0)
     length = np.sqrt((centred**2).sum(axis=0))
-    out: FloatArray = centred / np.where(length > 1e-12 * (1 + np.abs(values).max(axis=0)), length, np.inf)
+    out: FloatArray = centred / np.where(length > 1e-12, length, np.inf)
     return out
 
 

@@ -36,7 +36,7 @@ demo: $(RUN)/.installed
 test: $(TEST)/.wheel
 	rm -f build/test-results.xml
 	cd tests && COLLAUDIT_TEST_WHEEL=$$(ls $(CURDIR)/build/wheel/collaudit-*.whl) \
-		../$(TEST)/bin/pytest -n $(JOBS) --junit-xml=../build/test-results.xml $(PYTEST_ARGS) .
+		../$(TEST)/bin/pytest -n $(JOBS) --dist worksteal --junit-xml=../build/test-results.xml $(PYTEST_ARGS) .
 
 check: lint types test
 

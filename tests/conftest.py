@@ -33,3 +33,8 @@ def data_dir() -> Path:
             pytest.fail(f"the real logs are required here and absent: {path}")
         pytest.skip(f"real logs absent: {path} (set COLLAUDIT_DATA to their folder)")
     return path
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest tests first: begun last, one of them would keep a single process busy while the others wait."""
+    items.sort(key=lambda item: "test_the_chain_of_every_seed" not in item.name)

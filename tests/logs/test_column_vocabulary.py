@@ -155,3 +155,12 @@ def test_joints_named_in_paths_and_labels(tmp_path: Path) -> None:
     assert guess is not None and guess.csv.position == "joint_states/{joint}/position"
     again = read_log((path,), LogConfig(csv=guess.csv), robot_joints=["pan", "lift"])
     assert again.joint_names == ("pan", "lift")
+
+
+@pytest.mark.parametrize("side", ["link", "load", "joint"])
+def test_the_joints_own_side_comes_before_the_motors(side: str) -> None:
+    names = ["time", *(f"motor_q{k}" for k in range(6)), *(f"{side}_q{k}" for k in range(6))]
+    for order in (names, names[:1] + names[:0:-1]):
+        taken = choose(numbered_groups(order), "position").taken
+        assert taken is not None
+        assert [order[column] for column in taken.columns] == [f"{side}_q{k}" for k in range(6)]

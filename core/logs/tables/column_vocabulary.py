@@ -46,7 +46,7 @@ ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for
 #: Words that say nothing but "of a joint".
 JOINT_WORDS = frozenset({"joint", "joints", "j", "axis", "axes", "jnt", "actuator", "actuators"})
 #: Words that carry nothing in front of a quantity.
-_FILLERS = frozenset({"raw", "robot", "state", "states", "field", "data"})
+_FILLERS = frozenset({"raw", "robot", "state", "states", "field", "data", "link", "load"})
 #: Words of other things than joints: no joint signal has them.
 _ELSEWHERE = frozenset({"tcp", "tool", "ee", "eef", "cartesian", "cart", "force", "wrench", "pose", "base", "imu"})
 #: Units inside names.

@@ -98,11 +98,12 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
     Raises:
         LogError: it cannot be read, or holds no joint states. ConfigError, RobotError: the settings do not fit.
     """
+    from collaudit.core.conditioning.motor_side import at_joints
     from collaudit.core.logs import read_log
     from collaudit.core.robot.robot_description import describe_robot
 
     description = describe_robot(settings.config.robot, settings.base_dir)
-    return read_log(
+    log = read_log(
         _paths(files),
         settings.config.log,
         robot_joints=description.movable if description else None,
@@ -110,6 +111,7 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
         progress=progress,
         cache=settings.cache,
     )
+    return at_joints(log, settings.config.robot, description.movable if description else ())
 
 
 def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:

@@ -78,6 +78,18 @@ class RobotConfig(ConfigTable):
         None,
         description="Reflected rotor inertia per judged joint (list in the order of `joints`, or by name), kg·m².",
     )
+    reduction: list[float] | list[list[float]] | dict[str, float] | None = Field(
+        None,
+        description="For logs of the motors' side: motor angle per joint angle, in the order of `joints` or by name; "
+        "or a matrix R with q_motor = R q where motors turn several joints. Torques follow as Rᵀ tau_motor.",
+    )
+    joint_offset_rad: list[float] | dict[str, float] | None = Field(
+        None,
+        description="Added to the log's joint angle (after `reduction`): the description's zero, rad (m if prismatic).",
+    )
+    motor_side: list[Literal["position", "velocity", "effort"]] = Field(
+        ["position", "velocity", "effort"], description="Which signals of the log `reduction` is for."
+    )
     tool: ToolConfig = Field(ToolConfig(), description="What the arm carries.")
 
     @model_validator(mode="after")

@@ -210,6 +210,12 @@ KINDS: dict[str, Kind] = {
         _UNIT,
         setting="log.units",
     ),
+    "log-motor-side": Kind(
+        "The log is of the motors' side; the stated reduction brought it to the joints.",
+        "Nothing, if the reduction is right: [robot] reduction, joint_offset_rad and motor_side.",
+        _INFO,
+        setting="robot.reduction",
+    ),
     "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),
     "log-position-break": Kind(
         "A joint's position jumps as no joint moves; the log is cut there.",

@@ -1,0 +1,190 @@
+"""Logs of the motors' side brought to the joints: q_motor = R q, tau_joint = R^T tau_motor, and the zero of the joints.
+
+What a drive measures is a motor's angle and torque. With R the reduction (a matrix where the motors of a wrist turn
+several joints), virtual work gives dq_motor = R dq and tau_joint = R^T tau_motor (Siciliano et al., Robotics, 2009,
+section 5.1). The robot description may count its angles from another zero than the log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.conditioning.wrapped_angles import continued_angles
+from collaudit.core.config.schema import RobotConfig
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, frozen
+
+_WORST_CONDITION = 1e6
+
+
+def at_joints(log: JointLog, config: RobotConfig, movable: Sequence[str]) -> JointLog:
+    """The log with joint angles, velocities and torques in the description's zero; itself where nothing is stated.
+
+    Args:
+        log: as recorded, in SI units, under the robot's joint names.
+        config: reduction and offsets.
+        movable: the robot's joints in model order; empty without a description.
+
+    Raises:
+        ConfigError: reduction or offsets do not fit the joints of the log, or couple efforts of unknown units.
+    """
+    if config.reduction is None and config.joint_offset_rad is None:
+        return log
+    if config.reduction is not None:
+        log = _reduced(log, reduction_matrix(config, log.joint_names, movable), config)
+    if config.joint_offset_rad is None:
+        return log
+    offset = _by_joint(config.joint_offset_rad, "joint_offset_rad", config, log.joint_names, movable, 0.0)
+    return replace(log, position_rad=frozen(np.asfortranarray(log.position_rad + offset)))
+
+
+def reduction_matrix(config: RobotConfig, joints: Sequence[str], movable: Sequence[str]) -> FloatArray:
+    """R (j, j) of the joints of a log; q_motor = R q.
+
+    Args:
+        config: with a reduction.
+        joints: of the log, in its order.
+        movable: the robot's joints in model order; empty without a description.
+
+    Raises:
+        ConfigError: it does not fit the joints, a motor does not turn its own joint, or it cannot be inverted.
+    """
+    given = config.reduction
+    assert given is not None
+    rows = [row for row in given if isinstance(row, list)]
+    if not rows:
+        ratios: dict[str, float] | list[float]
+        ratios = given if isinstance(given, dict) else [row for row in given if not isinstance(row, list)]
+        matrix = np.diag(_by_joint(ratios, "reduction", config, joints, movable, None))
+    else:
+        order = _order(len(rows), "reduction", config, joints, movable)
+        if any(len(row) != len(rows) for row in rows):
+            raise ConfigError(
+                "the reduction matrix is not square",
+                where="[robot] reduction",
+                found=f"{len(rows)} rows of {', '.join(str(len(row)) for row in rows)} numbers",
+                expected=f"{len(rows)} numbers in each row",
+            )
+        whole = np.array(rows, dtype=np.float64)
+        pick = _picked(joints, order, whole)
+        matrix = whole[np.ix_(pick, pick)]
+    if np.any(np.diag(matrix) == 0.0):
+        at = joints[int(np.flatnonzero(np.diag(matrix) == 0.0)[0])]
+        raise ConfigError(f"the motor of joint '{at}' does not turn it: its reduction is 0", where="[robot] reduction")
+    if not np.linalg.cond(matrix / np.abs(np.diag(matrix))[:, None]) < _WORST_CONDITION:
+        raise ConfigError("the reduction matrix cannot be inverted", where="[robot] reduction")
+    return np.asarray(matrix)
+
+
+def _picked(joints: Sequence[str], order: Sequence[str], whole: FloatArray) -> list[int]:
+    """Rows of the log's joints; a motor that also turns a joint which the log lacks tells nothing."""
+    pick = [order.index(joint) for joint in joints if joint in order]
+    if len(pick) < len(joints):
+        raise ConfigError(
+            "the reduction lacks joints of the log",
+            where="[robot] reduction",
+            found=", ".join(joint for joint in joints if joint not in order),
+            expected=f"a row for each, in the order of [robot] joints ({', '.join(order)})",
+        )
+    others = [k for k in range(len(order)) if k not in pick]
+    if np.any(whole[np.ix_(pick, others)]) or np.any(whole[np.ix_(others, pick)]):
+        raise ConfigError(
+            "the reduction couples joints that the log lacks",
+            where="[robot] reduction",
+            found=", ".join(order[k] for k in others),
+            hint="record all motors of the coupled joints",
+        )
+    return pick
+
+
+def _order(count: int, key: str, config: RobotConfig, joints: Sequence[str], movable: Sequence[str]) -> Sequence[str]:
+    """The joints that a list of values is for."""
+    orders = [config.joints] if config.joints else [movable, joints]
+    for order in orders:
+        if len(order) == count:
+            return order
+    expected = orders[0] or orders[-1]
+    raise ConfigError(
+        "the list does not fit the joints",
+        where=f"[robot] {key}",
+        found=f"{count} values",
+        expected=f"{len(expected)}, in the order {', '.join(expected)}",
+        hint=f"a table by joint name is safer: {key} = {{ {expected[0]} = … }}",
+    )
+
+
+def _by_joint(
+    given: Sequence[float] | Mapping[str, float],
+    key: str,
+    config: RobotConfig,
+    joints: Sequence[str],
+    movable: Sequence[str],
+    default: float | None,
+) -> FloatArray:
+    """(j,) values of the log's joints; ``default`` for a joint that a table leaves out, None to refuse that."""
+    if not isinstance(given, Mapping):
+        given = dict(zip(_order(len(given), key, config, joints, movable), given, strict=True))
+    unknown = [name for name in given if name not in joints and name not in movable]
+    missing = [name for name in joints if name not in given] if default is None else []
+    if unknown or missing:
+        raise ConfigError(
+            f"{key} names joints that nobody has" if unknown else f"{key} lacks joints of the log",
+            where=f"[robot] {key}",
+            found=", ".join(unknown or missing),
+            expected=f"a value for each of {', '.join(joints)}",
+        )
+    return np.array([given.get(name, default) for name in joints], dtype=np.float64)
+
+
+def _reduced(log: JointLog, matrix: FloatArray, config: RobotConfig) -> JointLog:
+    """Position, velocity and effort at the joints, as far as they are the motors'."""
+    coupled = bool(np.any(matrix - np.diag(np.diag(matrix))))
+    side = set(config.motor_side)
+    if coupled and log.effort_unit == "raw" and log.effort is not None and "effort" in side:
+        raise ConfigError(
+            "the reduction couples motors whose efforts are in an unknown unit: they cannot be added",
+            where="[robot] reduction",
+            hint='state the unit: [log.units] effort = "Nm", or "A" with torque_constant_nm_per_a of the motors',
+        )
+    inverse = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+    inverse[np.abs(inverse) < 1e-12 * np.abs(np.diag(inverse))[:, None]] = 0.0
+    findings = list(log.findings)
+    position, velocity, effort = log.position_rad, log.velocity_rad_s, log.effort
+    if "position" in side:
+        whole = continued_angles(log)  # a motor's angle wraps many times a turn of its joint
+        findings += [f for f in whole.findings if whole.position_rad is not position and f.severity == "info"]
+        position = _times(whole.position_rad, inverse)
+    if velocity is not None and "velocity" in side:
+        velocity = _times(velocity, inverse)
+    if effort is not None and "effort" in side:
+        effort = _times(effort, matrix.T)
+    findings.append(Finding("log-motor-side", "info", _words(log.joint_names, matrix, config), where=log.source.name))
+    return replace(log, position_rad=position, velocity_rad_s=velocity, effort=effort, findings=tuple(findings))
+
+
+def _times(values: FloatArray, matrix: FloatArray) -> FloatArray:
+    """(n, j) rows times the matrix's transpose; a missing value stays with the joints that it belongs to."""
+    out = np.empty(values.shape, order="F")
+    for j, row in enumerate(matrix):
+        parts = np.flatnonzero(row)
+        np.multiply(values[:, parts[0]], row[parts[0]], out=out[:, j])
+        for k in parts[1:]:
+            out[:, j] += row[k] * values[:, k]
+    return frozen(out)
+
+
+def _words(names: Sequence[str], matrix: FloatArray, config: RobotConfig) -> str:
+    ratios = ", ".join(f"{ratio:g}" for ratio in np.diag(matrix))
+    text = f"{_and(config.motor_side)} of the motors were brought to the joints by the stated reduction ({ratios})."
+    for i, j in zip(*np.nonzero(matrix - np.diag(np.diag(matrix))), strict=True):
+        text += f" The motor of '{names[i]}' also turns with '{names[j]}' ({matrix[i, j]:g})."
+    return text[0].upper() + text[1:]
+
+
+def _and(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.conditioning.effort_signal import effort_signal_findings, saturation
 from collaudit.core.conditioning.stalled_logger import without_stalls
+from collaudit.core.conditioning.stuck_signals import without_stuck
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.conditioning.wrapped_angles import continued_angles
@@ -35,7 +36,8 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     Raises:
         NotJudgedError: no stretch without a gap is long enough.
     """
-    log = without_stalls(log)
+    recorded = without_stalls(log)
+    log = without_stuck(recorded)
     angles = continued_angles(log, prismatic)
     base = make_timebase(log.time_s, angles.position_rad, config.gap_factor, angles.breaks)
     segments, period = base.grid, base.period_s
@@ -47,8 +49,8 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
     saturated = np.zeros(position.shape, dtype=bool, order="F") if effort is None else saturation(effort, period)
     findings = [*log.findings, *angles.findings, *base.findings, *motion.findings]
-    findings += _missing_findings(log, base)
-    findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, period)
+    findings += _missing_findings(recorded, base)
+    findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None
     if log.wrench is not None:
         wrench, more = _wrench_on_grid(log.wrench, base.time_s, segments_mask(base))

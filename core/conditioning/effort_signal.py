@@ -48,7 +48,7 @@ def _at_extreme(x: FloatArray, least: int) -> list[tuple[int, int]]:
 
 
 def effort_signal_findings(
-    log: JointLog, effort: FloatArray | None, velocity: FloatArray, saturated: BoolArray, period_s: float
+    log: JointLog, effort: FloatArray | None, velocity: FloatArray, saturated: BoolArray, time_s: FloatArray
 ) -> list[Finding]:
     """Efforts that are missing, constant while the joint moves, or saturated.
 
@@ -57,7 +57,7 @@ def effort_signal_findings(
         effort: (n, j) on the uniform grid, or None.
         velocity: (n, j) rad/s.
         saturated: (n, j) of :func:`saturation`.
-        period_s: sample period, s.
+        time_s: (n,) of the grid, s.
     """
     if effort is None:
         return [Finding("log-effort-missing", "error", "The log has no effort: nothing can be fitted or judged.")]
@@ -67,11 +67,18 @@ def effort_signal_findings(
         x, v = effort[:, j], velocity[:, j]
         findings += _constant(x, v, joint)
         if pinned[j]:
-            text = f"The effort of joint '{joint}' rests at its extreme for {pinned[j] * period_s:.3g} s: "
-            findings.append(
-                Finding("log-effort-saturated", "warning", text + "saturated, not judged there.", joint=joint)
+            rows = np.flatnonzero(saturated[:, j])
+            first, last = float(time_s[rows[0]]), float(time_s[rows[-1]])
+            text = (
+                f"The effort of joint '{joint}' rests at its extreme for {pinned[j] * _period(time_s):.3g} s between "
+                f"{first:.4g} and {last:.4g} s: saturated, not judged there."
             )
+            findings.append(Finding("log-effort-saturated", "warning", text, joint=joint, start_s=first, end_s=last))
     return findings
+
+
+def _period(time_s: FloatArray) -> float:
+    return float(time_s[1] - time_s[0]) if time_s.size > 1 else 0.0
 
 
 def _constant(effort: FloatArray, velocity: FloatArray, joint: str) -> list[Finding]:

@@ -163,8 +163,18 @@ KINDS: dict[str, Kind] = {
     ),
     "log-effort-saturated": Kind(
         "The effort stays at one extreme value, as a saturated drive does.",
-        "Look at the drive's limit. Saturated time counts as not judged.",
-        _WARNING,
+        "Look at the drive's limit. Saturated time counts as not judged: a contact may hide there.",
+        _SPAN,
+    ),
+    "sensor-stuck": Kind(
+        "The effort repeats one value while the arm moves, for far longer than the drive's own updates.",
+        "Look at the sensor, the drive's bus or the logger. The stretch is not judged: a contact may hide there.",
+        _SPAN,
+    ),
+    "position-frozen": Kind(
+        "A joint's position repeats one value while the joint moves.",
+        "Look at the encoder or the logger. No joint's torque is known then; the stretch counts as not judged.",
+        _SPAN,
     ),
     "log-nan": Kind(
         "Some values are not numbers; these samples are not judged.",

@@ -73,7 +73,6 @@ class Draft:
                     self.sections[dotted].give(name, target)
             else:
                 self.sections[table].give(key, value)
-        self.sections = {name: section for name, section in self.sections.items() if section.lines or section.remarks}
 
     def text(self) -> str:
         """The file."""
@@ -82,7 +81,8 @@ class Draft:
             "Lines marked GUESS were stated nowhere: check each of them. Lines behind # are examples.",
             "Every key is explained in docs/config.md.",
         ]
-        return document(head, self.sections)
+        filled = {name: section for name, section in self.sections.items() if section.lines or section.remarks}
+        return document(head, filled)
 
     def remark(self, findings: Sequence[Finding]) -> None:
         """Put findings that concern a setting beside that setting."""

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from collaudit.cli.console import note, print_findings
 from collaudit.cli.group import example_command
-from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, given_paths, load_settings, robot_options
-from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError
-
-if TYPE_CHECKING:
-    from collaudit.core.api import LogFiles
-    from collaudit.core.config import LoadedConfig
-    from collaudit.core.findings import Finding
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 
 @example_command(
@@ -36,14 +28,18 @@ if TYPE_CHECKING:
 def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     """Write a commented configuration for a log: topic, joint names, units, robot, rule.
 
-    What was stated nowhere is a guess and marked GUESS. With a robot, the log is read with the new
-    configuration, and what shows (an inverted effort, a wrong unit) is printed and written beside the
-    setting that would mend it; nothing is changed silently.
+    What was stated nowhere is a guess and marked GUESS. The log, or of a long one the stretch with the most
+    motion, is audited with the new configuration; what it measures (clock, steps, noise, delays, sign and kind
+    of the effort) is written beside the settings. A question that the log does not answer stands in the file
+    as commented choices; nothing is changed silently.
 
-    Exit code 3 when the log cannot be judged with it as it stands.
+    Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
     from collaudit.cli.draft import Draft
+    from collaudit.cli.draft_evidence import add_channel_facts, add_measurements
     from collaudit.cli.log_arguments import one_log
+    from collaudit.cli.trial import try_again, try_log
+    from collaudit.cli.trial_words import came_of_it, missing, next_step
     from collaudit.core.config import parse_config
     from collaudit.core.logs import describe, guess_csv_columns
     from collaudit.core.robot.robot_description import describe_robot
@@ -66,10 +62,16 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
         [joint.name for joint in robot.joints if joint.kind == "prismatic"] if robot else (),
         given_paths(),
     )
-    obstacle, findings = _check(files, parse_config(draft.text(), output or Path("collaudit.toml")))
-    if obstacle is not None and not summary.csv_columns and not draft.problems:
-        raise obstacle  # no line of a configuration would mend this; naming columns or joints may
-    draft.remark(findings)
+    place = output or Path("collaudit.toml")
+    trial = try_log(files, parse_config(draft.text(), place))
+    if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
+        raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may
+    add_measurements(draft.sections, trial)
+    if trial.prepared is not None:
+        delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)
+        if delays:
+            trial = try_again(trial, parse_config(draft.text(), place))
+    draft.remark(trial.findings)
     text = draft.text()
     parse_config(text, output)
     if output is None:
@@ -77,25 +79,13 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     else:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
-    print_findings(findings, err=True)
-    reasons = _missing(draft.problems, obstacle, findings)
+    print_findings([finding for finding in trial.findings if finding.severity != "info"], err=True)
+    if trial.result is not None:
+        note(came_of_it(trial))
+    reasons = missing(trial, draft.problems, robot=robot is not None)
     if not reasons:
+        note(next_step(trial, " ".join(logs), output, fitted=loaded.friction_path is not None))
         return EXIT_PASS
-    note("the log cannot be judged with this configuration yet:\n" + "\n".join(reasons))
+    listed = "\n".join(f"- {each}" for each in reasons)
+    note(f"the log cannot be judged with this configuration yet; missing:\n{listed}")
     return EXIT_NOT_JUDGED
-
-
-def _missing(problems: Sequence[str], obstacle: CollauditError | None, findings: Sequence[Finding]) -> list[str]:
-    """What keeps the log from being judged with the configuration."""
-    if obstacle is not None:
-        return [obstacle.render()]
-    forbids = forbidding(findings)
-    return [*(f"to be answered in the file: {problem}" for problem in problems), *([forbids] if forbids else [])]
-
-
-def _check(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
-    """What reading the log with the new configuration shows: why it cannot be judged, or findings."""
-    try:
-        return None, read_findings(files, loaded)
-    except CollauditError as error:
-        return error, ()

@@ -309,6 +309,7 @@ KINDS: dict[str, Kind] = {
         "What the effort looks like (torque, current, inverted, doubled), from all joints together.",
         "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign.",
         _EITHER,
+        setting="log.units",
     ),
     "effort-quantised": Kind(
         "The effort comes in steps that are coarse against its own noise.",

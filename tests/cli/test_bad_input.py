@@ -172,5 +172,5 @@ def test_init_replaces_only_when_asked(arm, collaudit: Run, tmp_path: Path) -> N
     target = _write(tmp_path / "collaudit.toml", b"# mine\n")
     _refused(collaudit("init", arm.clean, "-o", target), 2, "--force")
     assert target.read_bytes() == b"# mine\n"
-    assert collaudit("init", arm.clean, "-o", target, "--force").code == 0
+    assert collaudit("init", arm.clean, "-c", arm.config, "-o", target, "--force").code == 0
     assert target.read_bytes() != b"# mine\n"

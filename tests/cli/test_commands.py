@@ -271,7 +271,8 @@ def test_an_error_of_a_joint_that_nobody_asked_for_forbids_nothing(arm, collaudi
 
 def test_init_writes_what_loads_and_works(arm, collaudit, tmp_path: Path) -> None:
     outcome = collaudit("init", arm.clean, "-o", tmp_path / "c.toml")
-    assert outcome.code == 0, outcome.err
+    assert outcome.code == 3, "without a robot nothing is judged"
+    assert '[robot] urdf = "arm.urdf"' in outcome.err
     loaded = load_config(tmp_path / "c.toml")
     assert loaded.config.log.csv.position == "q{i}"
     assert "GUESS" in (tmp_path / "c.toml").read_text()

@@ -1,0 +1,145 @@
+"""What a trial measured, written into the draft beside the settings it speaks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.reports.values.words import visible
+
+if TYPE_CHECKING:
+    from collaudit.cli.config_text import Section
+    from collaudit.cli.trial import Trial
+    from collaudit.core.conditioning.channel_scale import ChannelScale, JointScale
+    from collaudit.core.config.schema import Config
+    from collaudit.core.data.identification_result import Bounds, ChannelFacts
+    from collaudit.core.data.joint_log import JointLog
+    from collaudit.core.prepare.prepared import Prepared
+
+_EFFORT_UNIT = {"Nm": "N·m", "raw": "raw"}
+
+
+def add_measurements(sections: Mapping[str, Section], trial: Trial) -> None:
+    """Clock, steps and noise of the log as remarks of ``[log]``; the delay of its velocity in ``[conditioning]``.
+
+    Args:
+        sections: of the draft, by name.
+        trial: whose log is measured.
+    """
+    from collaudit.core.conditioning.channel_scale import measure_channels
+
+    if trial.log is None or trial.log.time_s.size < 2:
+        return
+    unit = _EFFORT_UNIT.get(trial.log.effort_unit, trial.log.effort_unit)
+    remarks = [_clock_words(trial.log, trial.tried_s)]
+    remarks.append("Step between neighbouring values / noise from sample to sample (standard deviation, its 95 %):")
+    remarks += _table(measure_channels(trial.log), unit)
+    sections["log"].remarks += remarks
+    series = trial.prepared.series if trial.prepared is not None else None
+    if series is not None and series.velocity_lag_s is not None and series.velocity_lag_s > 0:
+        late = f"The logged velocity is {1e3 * series.velocity_lag_s:.1f} ms behind the positions"
+        sections["conditioning"].remarks.append(
+            f'{late} (median of the joints; see log-velocity-late of inspect). velocity = "auto" takes that into '
+            "account."
+        )
+
+
+def add_channel_facts(sections: Mapping[str, Section], prepared: Prepared, config: Config) -> dict[str, float]:
+    """Delays and kind of the effort, by the audit of channels that ``collaudit fit`` makes.
+
+    A delay counts where its interval excludes zero and the channel is late; one that is early is only shown, since
+    no sensor is, and a filtered position looks like that.
+
+    Args:
+        sections: of the draft.
+        prepared: the log with its model.
+        config: it was prepared with.
+
+    Returns:
+        Dotted key to the delay that counts from now on, ms.
+    """
+    from collaudit.core.identification.channel_audit import audit_channels
+
+    if prepared.rigid_nm is None or prepared.series.effort is None:
+        return {}
+    facts, findings = audit_channels(prepared, config)
+    sections["log.units"].remarks += [f.text for f in findings if f.kind.setting == "log.units"]
+    if not config.log.units.effort_sign:
+        _add_sign_choice(sections["log.units"], prepared)
+    return _add_delays(sections["log"], prepared, config, facts)
+
+
+def _add_delays(log: Section, prepared: Prepared, config: Config, facts: ChannelFacts) -> dict[str, float]:
+    from collaudit.core.identification.channel_delays import is_significant
+    from collaudit.core.prepare.channel_shift import Delay
+
+    counts: dict[str, float] = {}
+    channels: tuple[tuple[str, str, float | None, Bounds | None], ...] = (
+        ("effort", "effort_delay_ms", facts.effort_delay_ms, facts.effort_delay_ci95_ms),
+        ("wrench", "wrench_delay_ms", facts.wrench_delay_ms, facts.wrench_delay_ci95_ms),
+    )
+    for channel, key, delay, bounds in channels:
+        low, high = bounds or (None, None)
+        if delay is None or low is None or high is None or key in config.log.model_fields_set:
+            continue
+        span = f"{low:.1f} to {high:.1f} ms, 95 %"
+        if not is_significant(Delay(1e-3 * delay, (1e-3 * low, 1e-3 * high)), prepared.series.period_s):
+            text = f"Delay of the {channel} against the motion: {delay:.1f} ms ({span}); not shown to differ from 0."
+            log.remarks.append(text)
+            continue
+        late = delay > 0
+        why = f"measured: {span}; taken off" if late else f"measured: {span}; ahead of the motion, so check it first"
+        log.add(key, round(delay, 1), why, active=late)
+        if late:
+            counts[f"log.{key}"] = round(delay, 1)
+    return counts
+
+
+def _add_sign_choice(units: Section, prepared: Prepared) -> None:
+    """The signs that the data do not decide: only the joints that show an inverted one, or the whole drive alike."""
+    inverted = [g for g in prepared.gains if g.inverted]
+    if prepared.sign_delay is not None or not inverted:
+        return
+    upright = [g for g in prepared.gains if g.known and not g.inverted]
+    silent = [name for name in prepared.judged if all(name != g.joint for g in (*inverted, *upright))]
+    if len(inverted) < 2 or upright or not silent:
+        return
+    shown = "; ".join(f"{g.joint} {g.gain:.2f} ({g.ci95[0]:.2f} to {g.ci95[1]:.2f})" for g in inverted)
+    units.remarks.append(
+        f"QUESTION: which efforts are inverted? Per N·m of model torque: {shown}, so these are, or the model is wrong "
+        f"in the same way. {', '.join(silent)}: the motion does not show it; that every joint which shows its sign is "
+        "inverted speaks for one convention of the whole robot. Take the # away from one line:"
+    )
+    every = dict.fromkeys(prepared.judged, -1)
+    units.add("effort_sign", every, "all joints alike", active=False)
+
+
+def _clock_words(log: JointLog, tried_s: float) -> str:
+    steps = np.diff(log.time_s[np.isfinite(log.time_s)])
+    low, middle, high = (1e3 * float(x) for x in np.percentile(steps, [5, 50, 95]))
+    rate = f" ({1e3 / middle:.5g} Hz)" if middle > 0 else ""
+    return (
+        f"Measured on {tried_s:.4g} s: a sample each {middle:.5g} ms{rate}, 5-95 % of the steps {low:.4g} to "
+        f"{high:.4g} ms, longest {1e3 * float(steps.max()):.4g} ms."
+    )
+
+
+def _table(joints: Sequence[JointScale], unit: str) -> list[str]:
+    """One row a joint; a channel that the log does not have is left out."""
+    heads = ["position", "velocity", f"effort [{unit}]"]
+    rows = [[visible(each.joint), _cell(each.position), _cell(each.velocity), _cell(each.effort)] for each in joints]
+    wide = [max(len(row[k]) for row in [["joint", *heads], *rows]) for k in range(4)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, wide, strict=True)).rstrip()
+            for row in [["joint", *heads], *rows]]  # fmt: skip
+
+
+def _cell(scale: ChannelScale | None) -> str:
+    if scale is None:
+        return ""
+    step = "-" if scale.step is None else f"{scale.step:.2g}"
+    if scale.noise is None or scale.noise_ci95 is None:
+        return f"{step} / below" if scale.step is not None else "constant"
+    low, high = scale.noise_ci95
+    return f"{step} / {scale.noise:.2g} ±{100 * max(high / scale.noise - 1, 1 - low / scale.noise):.0f}%"

@@ -1,0 +1,147 @@
+"""The trial of a drafted configuration: its own log is audited with it, or what stands in the way is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collaudit.cli.console import progress
+from collaudit.core.data.joint_log import Annotation, JointLog
+from collaudit.core.errors import CollauditError
+from collaudit.core.numeric.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from collaudit.core.api import LogFiles
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.data.audit_result import AuditResult
+    from collaudit.core.findings import Finding
+    from collaudit.core.prepare.prepared import Prepared
+
+#: Longer logs are tried on a stretch of so many values of one channel (rows times joints): a few seconds of work.
+MOST_VALUES = 1_500_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """What came of it.
+
+    Attributes:
+        log: what was read, or the stretch of it that was tried; None where it cannot be read.
+        whole_s: duration of the whole log.
+        prepared: the log with its model; None where that failed.
+        result: of the audit; None where it could not be made.
+        findings: of reading and preparing, as ``inspect`` shows them.
+        obstacle: the error that ended the trial.
+    """
+
+    log: JointLog | None = None
+    whole_s: float = 0.0
+    prepared: Prepared | None = None
+    result: AuditResult | None = None
+    findings: tuple[Finding, ...] = ()
+    obstacle: CollauditError | None = None
+
+    @property
+    def tried_s(self) -> float:
+        """Duration of what was tried."""
+        return _duration(self.log) if self.log is not None else 0.0
+
+
+def try_log(files: LogFiles, loaded: LoadedConfig) -> Trial:
+    """Read a log with a configuration and audit it, or a stretch of it."""
+    from collaudit.core.api import open_log
+
+    try:
+        with progress("reading") as report:
+            log = open_log(files, loaded, report)
+    except CollauditError as error:
+        return Trial(obstacle=error)
+    phases = loaded.config.phases
+    whole = phases.approach or phases.contact or phases.retreat  # they count from the beginning of the log
+    return try_again(Trial(stretch_of(log, MOST_VALUES, moving=not whole), _duration(log)), loaded)
+
+
+def try_again(trial: Trial, loaded: LoadedConfig) -> Trial:
+    """Audit what an earlier trial read with other settings, which must read the log alike."""
+    from collaudit.core.api import load_robot
+    from collaudit.core.audit import audit_log
+    from collaudit.core.prepare.calibration import Calibration
+    from collaudit.core.prepare.prepared import prepare
+    from collaudit.core.provenance import make_provenance
+    from collaudit.core.verdict.asked_findings import asked_findings
+    from collaudit.reports.files.run_files import read_friction
+
+    log, config = trial.log, loaded.config
+    if log is None:
+        return trial
+    trial = Trial(log, trial.whole_s)
+    try:
+        friction = read_friction(loaded.friction_path) if loaded.friction_path else None
+        robot = load_robot(loaded, log.joint_names)
+        known = None if friction is None else Calibration.of(friction, config)
+        prepared = prepare(log, robot, config, known)
+        trial = replace(trial, prepared=prepared, findings=tuple(asked_findings(prepared, config)))
+        audit = audit_log(prepared, config, friction, make_provenance(loaded, None, robot.sha256))
+    except CollauditError as error:
+        return replace(trial, obstacle=error)
+    return replace(trial, result=audit.result)
+
+
+def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:
+    """The log, or of a longer one the stretch with the most motion.
+
+    Args:
+        log: as recorded.
+        most: values of one channel to keep, rows times joints.
+        moving: look for motion; otherwise the stretch is the beginning.
+    """
+    rows = max(1, most // max(1, len(log.joint_names)))
+    if log.time_s.shape[0] <= rows:
+        return log
+    start = _liveliest(log.position_rad, rows) if moving else 0
+    part = slice(start, start + rows)
+    origin, end = float(log.time_s[start]), float(log.time_s[start + rows - 1])
+
+    def cut(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[part]
+
+    wrench = log.wrench
+    if wrench is not None:
+        within = (wrench.time_s >= origin) & (wrench.time_s <= end)
+        wrench = replace(wrench, time_s=wrench.time_s[within] - origin, wrench=wrench.wrench[within])
+    return replace(
+        log,
+        time_s=log.time_s[part] - origin,
+        position_rad=log.position_rad[part],
+        velocity_rad_s=cut(log.velocity_rad_s),
+        effort=cut(log.effort),
+        temperature_c=cut(log.temperature_c),
+        wrench=wrench,
+        annotations=_within(log.annotations, origin, end),
+        phases=_within(log.phases, origin, end),
+    )
+
+
+def _liveliest(position: FloatArray, rows: int) -> int:
+    """First row of the stretch in which joints move in the most samples; the first of equal ones."""
+    steps = np.abs(np.diff(position, axis=0, prepend=position[:1]))
+    usual = np.nanmax(np.nan_to_num(steps), axis=0) * 1e-3
+    moves = np.cumsum(np.concatenate([[0], (steps > usual).sum(axis=1)]))
+    return int(np.argmax(moves[rows:] - moves[:-rows]))
+
+
+def _within(marks: Sequence[Annotation], start: float, end: float) -> tuple[Annotation, ...]:
+    kept = []
+    for mark in marks:
+        spans = tuple((a - start, b - start) for a, b in mark.intervals_s if b >= start and a <= end)
+        if spans:
+            kept.append(replace(mark, intervals_s=spans))
+    return tuple(kept)
+
+
+def _duration(log: JointLog) -> float:
+    finite = log.time_s[np.isfinite(log.time_s)]
+    return float(finite.max() - finite.min()) if finite.size else 0.0

@@ -1,0 +1,118 @@
+"""What a trial showed, as the few lines that ``init`` ends with: what came of it, what is missing, what is next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from collaudit.cli.obstacles import forbidding
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from collaudit.cli.trial import Trial
+    from collaudit.core.data.audit_result import AuditResult
+
+_SHOWN = 6
+_FEW = 3
+_NO_ROBOT = (
+    'a model of the robot: give --urdf arm.urdf, or write [robot] urdf = "arm.urdf" into the file (or dh_convention '
+    "and [[robot.dh]] rows with masses)"
+)
+
+
+def came_of_it(trial: Trial) -> str:
+    """One line: what was tried, the verdict, the joints judged, and why others were not."""
+    result = trial.result
+    if result is None:
+        return ""
+    from collaudit.reports.values.words import VERDICT_WORD
+
+    part = "" if trial.tried_s >= trial.whole_s else f"{trial.tried_s:.4g} s of the {trial.whole_s:.4g} s of "
+    cover = result.coverage.joints
+    judged = [name for name, each in cover.items() if each.judged_s > 0]
+    causes: dict[str, list[str]] = {}
+    for name in cover:
+        if name not in judged:
+            causes.setdefault(_why(result, name), []).append(name)
+    others = [f"{_named(names)}: {why}" for why, names in causes.items()]
+    silent = f" ({'; '.join(others)})" if others else ""
+    found = f"; {_events(result)}" if judged else ""
+    return (
+        f"tried on {part}this log: {VERDICT_WORD[result.verdict]}, {len(judged)} of {len(cover)} joints judged"
+        f"{silent}{found}"
+    )
+
+
+def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:
+    """What keeps the log from being judged with the drafted file; empty when it was judged.
+
+    Args:
+        trial: of the draft.
+        questions: that stand open in the file.
+        robot: whether a robot is stated.
+    """
+    if trial.obstacle is not None:
+        return [trial.obstacle.render()]
+    out = [f"to be answered in the file: {question}" for question in questions]
+    if not robot:
+        return [*out, _NO_ROBOT]
+    if (forbids := forbidding(trial.findings)) is not None:
+        return [*out, forbids]
+    result = trial.result
+    if result is not None and result.verdict == "not_judged":
+        out += list(result.reasons[:_SHOWN])
+        if len(result.reasons) > _SHOWN:
+            out.append(f"… and {len(result.reasons) - _SHOWN} more reasons, which collaudit detect lists")
+        if result.friction and all(fit.model is None for fit in result.friction.values()):
+            out.append(
+                "friction, which this log is too short or too still to show: fit it on a run in which the joints move, "
+                "collaudit fit RUN -c FILE -o friction.json, and add --friction friction.json"
+            )
+    elif result is not None and not any(each.judged_s > 0 for each in result.coverage.joints.values()):
+        out.append("no joint could be judged")
+    return out
+
+
+def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> str:
+    """The command that comes next once the log is judged.
+
+    Args:
+        trial: of the draft.
+        log: as it was given.
+        config: the file written; None when it went to stdout.
+        fitted: whether the file names a friction file.
+    """
+    result = trial.result
+    file = str(config) if config is not None else "collaudit.toml"
+    if fitted or result is None:
+        return f"next: collaudit detect {log} -c {file} -o run"
+    return (
+        f"next: collaudit fit RUN -c {file} -o friction.json, with a run free of contact (here friction was fitted on "
+        "this very log, which hides a lasting contact)"
+    )
+
+
+def _named(joints: Sequence[str]) -> str:
+    return ", ".join(joints) if len(joints) <= _FEW else f"{len(joints)} joints"
+
+
+def _events(result: AuditResult) -> str:
+    contacts = len(result.detection.incidents) if result.detection is not None else len(result.collisions)
+    word = "contact" if contacts == 1 else "contacts"
+    return f"{contacts} {word} at the guessed threshold"
+
+
+def _why(result: AuditResult, joint: str) -> str:
+    """Why a joint was not judged: a finding on it, else what most of its time was."""
+    from collaudit.reports.values.words import reason_text
+
+    cover = result.coverage.joints[joint]
+    if not cover.watched:
+        return cover.why
+    for finding in result.findings:
+        if finding.joint == joint and finding.effect == "not-judged-joint":
+            return finding.code
+    if not cover.not_judged_s:
+        return "at rest"
+    return reason_text(max(cover.not_judged_s, key=lambda reason: cover.not_judged_s[reason]))

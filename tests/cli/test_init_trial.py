@@ -1,0 +1,97 @@
+"""``init`` audits the log with its own draft: what is judged exits 0, what is missing is said and exits 3."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.cli import trial as trials
+
+
+def _moved(arm, path: Path, rows: int) -> Path:
+    """The clean log with its efforts some rows late (early where negative)."""
+    header, *lines = arm.clean.read_text().splitlines()
+    values = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    values[:, 5:] = np.roll(values[:, 5:], rows, axis=0)
+    np.savetxt(path, values[20:-20], delimiter=",", header=header, comments="", fmt="%.9g")
+    return path
+
+
+def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
+    outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
+    assert outcome.code == 0, outcome.err
+    assert "tried on this log: PASS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "next: collaudit fit RUN -c" in outcome.err
+    assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 0, "the file runs as it stands"
+
+
+def test_a_contact_is_no_reason_against_the_file(arm, collaudit, tmp_path: Path) -> None:
+    given = ("-c", arm.config, "--set", f"friction.file='{arm.friction}'")
+    outcome = collaudit("init", arm.pushed, *given, "-o", tmp_path / "c.toml")
+    assert outcome.code == 0, outcome.err
+    assert "FAIL, 2 of 2 joints judged; 1 contact" in outcome.err
+    assert f"next: collaudit detect {arm.pushed} -c" in outcome.err
+
+
+def test_a_missing_robot_is_said_with_its_line(arm, collaudit, tmp_path: Path) -> None:
+    outcome = collaudit("init", arm.clean, "-o", tmp_path / "c.toml")
+    assert outcome.code == 3
+    assert '[robot] urdf = "arm.urdf"' in outcome.err and "next:" not in outcome.err
+    assert "joint1, joint2: no model torque" in outcome.err
+
+
+def test_a_log_too_still_for_friction_asks_for_another_run(arm, collaudit, tmp_path: Path) -> None:
+    header, *rows = arm.clean.read_text().splitlines()
+    still = [",".join([f"{k / 250:.3f}", *rows[0].split(",")[1:3], "0", "0", *row.split(",")[5:]])
+             for k, row in enumerate(rows[:50] * 20)]  # fmt: skip
+    log = tmp_path / "still.csv"
+    log.write_text("\n".join([header, *still]) + "\n")
+    outcome = collaudit("init", log, "-c", arm.config, "-o", tmp_path / "c.toml")
+    assert outcome.code == 3
+    assert "collaudit fit RUN" in outcome.err
+
+
+def test_a_late_effort_is_measured_and_written(arm, collaudit, tmp_path: Path) -> None:
+    log = _moved(arm, tmp_path / "late.csv", 10)
+    outcome = collaudit("init", log, "-c", arm.config, "-o", tmp_path / "c.toml")
+    text = (tmp_path / "c.toml").read_text()
+    line = re.search(r"^effort_delay_ms = (\S+)  # measured: (\S+) to (\S+) ms", text, re.MULTILINE)
+    assert line is not None, text
+    assert float(line[2]) <= 40.0 <= float(line[3])
+    assert tomllib.loads(text)["log"]["effort_delay_ms"] == pytest.approx(40, abs=4)
+    assert "effort-delay" not in outcome.err, "the last trial has it taken off"
+    again = collaudit("init", log, "-c", tmp_path / "c.toml", "-o", tmp_path / "d.toml")
+    assert again.code == outcome.code and "as given" in (tmp_path / "d.toml").read_text()
+
+
+def test_no_delay_is_written_where_none_is_shown(arm, collaudit, tmp_path: Path) -> None:
+    collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
+    text = (tmp_path / "c.toml").read_text()
+    assert "effort_delay_ms" not in tomllib.loads(text)["log"]
+
+
+def test_an_early_effort_is_shown_and_does_not_count(arm, collaudit, tmp_path: Path) -> None:
+    log = _moved(arm, tmp_path / "early.csv", -10)
+    collaudit("init", log, "-c", arm.config, "-o", tmp_path / "c.toml")
+    text = (tmp_path / "c.toml").read_text()
+    assert "effort_delay_ms" not in tomllib.loads(text)["log"]
+    assert re.search(r"^# effort_delay_ms = -\S+  # measured: .* ahead of the motion", text, re.MULTILINE), text
+
+
+def test_clock_steps_and_noise_stand_in_the_file(arm, collaudit, tmp_path: Path) -> None:
+    collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
+    text = (tmp_path / "c.toml").read_text()
+    assert "a sample each 4 ms (250 Hz)" in text
+    row = re.search(r"^# joint1 .* / (\S+) ±(\d+)%$", text, re.MULTILINE)
+    assert row is not None, text
+    assert float(row[1]) == pytest.approx(0.05, rel=0.1), "the noise of the simulated effort"
+
+
+def test_a_long_log_is_tried_on_a_stretch_and_said(arm, collaudit, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(trials, "MOST_VALUES", 2 * 250 * 20)
+    outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
+    assert re.search(r"tried on 20 s of the \d+(\.\d+)? s of this log", outcome.err), outcome.err

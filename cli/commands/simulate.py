@@ -10,7 +10,7 @@ import click
 from collaudit.cli.console import note, progress
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS
-from collaudit.fixtures.scenarios import FORMATS, ROBOTS, SCENARIOS, format_of_suffix
+from collaudit.fixtures.scenarios import FORMATS, IMPERFECTIONS, ROBOTS, SCENARIOS, format_of_suffix
 
 SIMULATED_SCHEMA = "collaudit/simulated/1"
 
@@ -40,6 +40,13 @@ def _listed(title: str, names: dict[str, str]) -> str:
     metavar="PERCENT",
     help="Largest error of each inertial property in the robot file.",
 )
+@click.option(
+    "--with",
+    "imperfections",
+    multiple=True,
+    metavar="NAME",
+    help="Imperfection of the recording, from the list below; may be given several times.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the written files as JSON.")
 @click.option("--duration", type=float, metavar="S", help="Length of free motion and stop-go, s.")
 def command(
@@ -49,6 +56,7 @@ def command(
     seed: int,
     fmt: str | None,
     mismatch: float,
+    imperfections: tuple[str, ...],
     as_json: bool,
     duration: float | None,
 ) -> int:
@@ -69,6 +77,7 @@ def command(
             output,
             mismatch_percent=mismatch,
             duration_s=duration,
+            imperfections=imperfections,
             progress=report,
         )
     if as_json:
@@ -84,6 +93,7 @@ command.help = "\n\n".join(
     [
         cleandoc(command.help or ""),
         _listed("Scenarios:", SCENARIOS),
+        _listed("Imperfections:", IMPERFECTIONS),
         _listed("Robots:", ROBOTS),
         _listed("Formats:", {name: form.summary for name, form in FORMATS.items()}),
     ]

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
 
 from collaudit.core.conditioning.effort_signal import effort_signal_findings, saturation
+from collaudit.core.conditioning.lost_samples import filled, picked_rows
 from collaudit.core.conditioning.stalled_logger import without_stalls
 from collaudit.core.conditioning.stuck_signals import without_stuck
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.conditioning.wrapped_angles import continued_angles
+from collaudit.core.conditioning.wrench_grid import wrench_on_grid
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.filters import default_bandwidth_hz
-from collaudit.core.numeric.parallel import ordered_map
+
+#: A wrench with this share of its stamps from the joint states was stamped with them.
+_SHARED = 0.9
 
 
 def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[str] = ()) -> UniformSeries:
@@ -39,10 +44,17 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     recorded = without_stalls(log)
     log = without_stuck(recorded)
     angles = continued_angles(log, prismatic)
-    base = make_timebase(log.time_s, angles.position_rad, config.gap_factor, angles.breaks)
+    base = make_timebase(
+        log.time_s,
+        angles.position_rad,
+        config.gap_factor,
+        angles.breaks,
+        log.velocity_rad_s,
+        (lambda period: _bandwidth_hz(config, period)) if config.bridge_lost else None,
+    )
     segments, period = base.grid, base.period_s
-    bandwidth = min(config.bandwidth_hz or default_bandwidth_hz(period), 0.4 / period)
-    position = _to_grid(angles.position_rad, base)
+    bandwidth = _bandwidth_hz(config, period)
+    position = _to_grid(angles.position_rad, base, smooth=True)
     heat = None if log.temperature_c is None else _to_grid(log.temperature_c, base)
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
@@ -53,13 +65,13 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None
     if log.wrench is not None:
-        wrench, more = _wrench_on_grid(log.wrench, base.time_s, segments_mask(base))
+        wrench, more = wrench_on_grid(_on_clock(log.wrench, log, base), base.time_s, segments_mask(base), bandwidth)
         findings += more
     edge = np.ones(base.n, dtype=bool)
     margin = ceil(0.5 / (bandwidth * period))
     for span in segments:
         edge[span.start + margin : max(span.stop - margin, span.start + margin)] = False
-    edge.flags.writeable = False
+    edge.flags.writeable = base.bridged.flags.writeable = False
     saturated.flags.writeable = False
     return UniformSeries(
         time_s=frozen(base.time_s),
@@ -82,7 +94,13 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
         temperature_c=None if heat is None else frozen(heat),
         annotations=log.annotations,
         phases=log.phases,
+        bridged=base.bridged,
     )
+
+
+def _bandwidth_hz(config: ConditioningConfig, period_s: float) -> float:
+    """Of the filters: as configured, 20 Hz, or less where the sample rate allows no more."""
+    return min(config.bandwidth_hz or default_bandwidth_hz(period_s), 0.4 / period_s)
 
 
 def segments_mask(base: Timebase) -> BoolArray:
@@ -93,30 +111,42 @@ def segments_mask(base: Timebase) -> BoolArray:
     return mask
 
 
-def _to_grid(values: FloatArray, base: Timebase) -> FloatArray:
-    """Bring (m, j) recorded values onto the (n, j) grid; NaN in gaps. Values that lie on it already are not copied."""
+def _to_grid(values: FloatArray, base: Timebase, smooth: bool = False) -> FloatArray:
+    """Bring (m, j) recorded values onto the (n, j) grid; NaN in gaps. Values that lie on it already are not copied.
+
+    ``smooth`` values are differentiated later: what was lost of them is bridged by cubics.
+    """
     count = values.shape[0]
     if base.n == count and len(base.raw) == 1 and base.snap[0]:
-        whole = _picked(base.order)
+        whole = picked_rows(base.order)
         if isinstance(whole, slice) and whole == slice(0, count):
             return values
     out = np.full((base.n, values.shape[1]), np.nan, order="F")
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
-        rows = values[_picked(base.order[raw.slice])]
-        if snap:
+        rows = values[picked_rows(base.order[raw.slice])]
+        if snap and len(raw) == len(grid):
             out[grid.slice] = rows
+        elif snap:
+            out[grid.slice] = filled(rows, base.places[raw.slice], len(grid), smooth)
         elif len(grid):
             for j in range(values.shape[1]):
                 out[grid.slice, j] = np.interp(times[grid.slice], base.stamps_s[raw.slice], rows[:, j])
     return out
 
 
-def _picked(order: IntArray) -> IntArray | slice:
-    """Indices of consecutive samples as a slice, which copies nothing."""
-    first = int(order[0]) if order.size else 0
-    whole = order.size and int(order[-1]) == first + order.size - 1 and bool((np.diff(order) == 1).all())
-    return slice(first, first + order.size) if whole else order
+def _on_clock(wrench: WrenchSeries, log: JointLog, base: Timebase) -> WrenchSeries:
+    """The wrench on the rebuilt clock, where it came with the stamps of the joint states."""
+    recorded = log.time_s[base.order]
+    if np.array_equal(recorded, base.stamps_s) or not wrench.time_s.size:
+        return wrench
+    at = np.minimum(np.searchsorted(recorded, wrench.time_s), recorded.size - 1)
+    shared = recorded[at] == wrench.time_s
+    return (
+        replace(wrench, time_s=base.stamps_s[at][shared], wrench=wrench.wrench[shared])
+        if shared.mean() > _SHARED
+        else wrench
+    )
 
 
 def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
@@ -137,57 +167,3 @@ def _missing_findings(log: JointLog, base: Timebase) -> list[Finding]:
                     )
                 )
     return findings
-
-
-def _wrench_on_grid(wrench: WrenchSeries, time_s: FloatArray, recorded: BoolArray) -> tuple[FloatArray, list[Finding]]:
-    """Interpolate a wrench to the grid, never across a step longer than 2.5 of its own periods."""
-    stamps, rows = _ascending(wrench)
-    out = np.empty((time_s.size, 6), order="F")
-    picked = _within(stamps, time_s, recorded)
-    whole = isinstance(picked, slice) and picked == slice(0, time_s.size)
-
-    def one(c: int) -> bool:
-        if not whole:
-            out[:, c] = np.nan
-        if stamps.size >= 2:
-            out[picked, c] = np.interp(time_s[picked], stamps, rows[:, c])
-        return bool(np.isfinite(out[:, c].sum()))
-
-    known = list(ordered_map(one, range(6)))
-    lost = 0 if all(known) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
-    findings = []
-    if lost:
-        findings.append(
-            Finding(
-                "log-wrench-partial",
-                "warning",
-                f"The wrench is missing in {lost} of {np.count_nonzero(recorded)} samples; they are not judged.",
-                where=wrench.topic,
-            )
-        )
-    return out, findings
-
-
-def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray) -> IntArray | slice:
-    """Recorded samples between stamps (m,) that are no further apart than 2.5 of their periods."""
-    if stamps.size < 2:
-        return slice(0, 0)
-    steps = np.diff(stamps)
-    period = float(np.median(steps))
-    first, last = stamps[0] - 0.5 * period, stamps[-1] + 0.5 * period
-    if steps.max() <= 2.5 * period and recorded.all():
-        return slice(int(np.searchsorted(time_s, first, "left")), int(np.searchsorted(time_s, last, "right")))
-    right = np.clip(np.searchsorted(stamps, time_s), 1, stamps.size - 1)
-    inside = (time_s >= first) & (time_s <= last)
-    return _picked(np.flatnonzero(inside & (steps[right - 1] <= 2.5 * period) & recorded))
-
-
-def _ascending(wrench: WrenchSeries) -> tuple[FloatArray, FloatArray]:
-    """Stamps (m,) in ascending order, each once and finite, and their rows (m, 6)."""
-    if bool((np.diff(wrench.time_s) > 0).all()) and np.isfinite(wrench.time_s.sum()):
-        return wrench.time_s, wrench.wrench
-    keep = np.isfinite(wrench.time_s)
-    order = np.flatnonzero(keep)[np.argsort(wrench.time_s[keep], kind="stable")]
-    stamps = wrench.time_s[order]
-    fresh = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, dtype=bool)
-    return stamps[fresh], wrench.wrench[order[fresh]]

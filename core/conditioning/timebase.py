@@ -1,12 +1,16 @@
-"""From recorded stamps to a uniform time base: order, duplicates, gaps, and what jitter means."""
+"""From recorded stamps to a uniform time base: stretches without gaps, and where they lie on the grid."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from collaudit.core.conditioning.lost_samples import bridged_findings, bridged_steps
+from collaudit.core.conditioning.stamp_jitter import jitter_finding, snaps
+from collaudit.core.conditioning.stamp_order import clocked
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
@@ -15,7 +19,6 @@ from collaudit.core.numeric.stats import robust_sd
 MIN_SEGMENT_SAMPLES = 12
 #: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.
 MAX_VOID_S = 60.0
-_PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +27,15 @@ class Timebase:
 
     Attributes:
         order: (m,) indices of the recorded samples that are used, in time order.
-        stamps_s: (m,) their stamps.
+        stamps_s: (m,) their stamps; rebuilt where the motion tells the clock better (``motion_clock.py``).
         period_s: grid spacing in s.
         n: grid length in samples.
         raw: gap-free stretches of recorded samples (ranges into ``order``).
         grid: the same stretches on the grid.
-        snap: per stretch, True when sample k *is* grid sample k (stamps jitter, sampling does not);
+        snap: per stretch, True when its samples *are* grid samples (stamps jitter, sampling does not);
             False when values have to be interpolated to the grid.
+        places: (m,) place of each sample in its stretch; they count up by one but where samples were lost.
+        bridged: (n,) grid samples that stand for lost ones.
         skipped_s: per stretch, the seconds of gaps before it that do not stand on the grid.
         findings: what was found on the way.
     """
@@ -42,6 +47,8 @@ class Timebase:
     raw: tuple[Span, ...]
     grid: tuple[Span, ...]
     snap: tuple[bool, ...]
+    places: IntArray
+    bridged: BoolArray
     skipped_s: tuple[float, ...]
     findings: tuple[Finding, ...]
 
@@ -58,21 +65,27 @@ class Timebase:
 
 
 def make_timebase(
-    time_s: FloatArray, position: FloatArray, gap_factor: float, breaks: IntArray | None = None
+    time_s: FloatArray,
+    position: FloatArray,
+    gap_factor: float,
+    breaks: IntArray | None = None,
+    velocity: FloatArray | None = None,
+    bandwidth_of: Callable[[float], float] | None = None,
 ) -> Timebase:
     """Find the uniform grid behind recorded stamps.
 
     Args:
         time_s: (n,) stamps as recorded, s.
         position: (n, j) positions, used only to tell stamp jitter from sampling jitter.
-        gap_factor: a step longer than this many periods is a gap.
+        gap_factor: a step longer than this many periods lost samples.
         breaks: samples before which the recording is cut too; they are left out, so that a gap stands there.
+        velocity: (n, j) as logged; with the positions it tells the clock behind stamps that scatter.
+        bandwidth_of: of the filters, Hz, by the period, s; holes short against it are bridged; none when absent.
 
     Raises:
         NotJudgedError: there are too few samples for any stretch.
     """
-    order, findings = usable_order(time_s)
-    stamps = time_s[order]
+    order, stamps, weak, findings = clocked(time_s, position, velocity)
     if stamps.size < MIN_SEGMENT_SAMPLES:
         raise NotJudgedError(
             "too few samples to judge anything",
@@ -82,7 +95,9 @@ def make_timebase(
     steps = np.diff(stamps)
     period = float(np.median(steps))
     limit = _gap_limit(steps, period, gap_factor)
-    gaps = np.flatnonzero(steps > limit) + 1
+    none = np.zeros(steps.size, dtype=bool)
+    bridged = none if bandwidth_of is None else bridged_steps(steps, period, limit, bandwidth_of(period))
+    gaps = np.flatnonzero((steps > limit) & ~bridged) + 1
     all_raw = _stretches(gaps, order, breaks)
     raw = [s for s in all_raw if len(s) >= MIN_SEGMENT_SAMPLES]
     if not raw:
@@ -92,49 +107,54 @@ def make_timebase(
             expected=f"at least one stretch of {MIN_SEGMENT_SAMPLES} samples without a gap",
         )
     findings += _gap_findings(stamps, gaps, all_raw, limit)
-    period = _pooled_period(stamps, raw, period)
-    snap = tuple(_snaps(stamps[s.slice], position, order[s.slice], period) for s in raw)
-    grid, skipped = _grid_spans(stamps, raw, snap, period)
-    findings += _jitter_finding(stamps, raw, snap, period)
-    return Timebase(order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, skipped, tuple(findings))
+    counts = np.where(bridged, np.maximum(np.round(steps / period), 2.0), 1.0).astype(np.int64)
+    places = _places(counts, raw, order.size)
+    period = _pooled_period(stamps, places, raw, period)
+    snap = tuple(snaps(stamps[s.slice], places[s.slice], position, order[s.slice], period) for s in raw)
+    grid, skipped = _grid_spans(stamps, places, raw, snap, period)
+    filled = _bridged(stamps, places, bridged, raw, grid, snap, period)
+    inside = np.flatnonzero(bridged & (np.diff(places) > 0))
+    longest = float(steps[inside].max(initial=0.0))
+    findings += bridged_findings(int(counts[inside].sum()) - inside.size, inside.size, grid[-1].stop, longest)
+    findings += jitter_finding(stamps, places, raw, snap, period, weak)
+    return Timebase(
+        order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, places, filled, skipped, tuple(findings)
+    )
 
 
-def usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
-    """Indices of samples with finite, distinct stamps, in time order."""
-    findings: list[Finding] = []
-    finite = np.flatnonzero(np.isfinite(time_s))
-    if finite.size < time_s.size:
-        findings.append(
-            Finding(
-                "time-not-finite",
-                "warning",
-                f"{time_s.size - finite.size} stamps are not numbers and were left out.",
-            )
-        )
-    stamps = time_s[finite]
-    backwards = int(np.count_nonzero(np.diff(stamps) < 0))
-    order = finite
-    if backwards:
-        order = finite[np.argsort(stamps, kind="stable")]
-        stamps = time_s[order]
-        findings.append(
-            Finding(
-                "time-out-of-order",
-                "warning",
-                f"Stamps ran backwards {backwards} times; samples were sorted.",
-            )
-        )
-    fresh: BoolArray = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, bool)
-    repeated = int(stamps.size - np.count_nonzero(fresh))
-    if repeated:
-        findings.append(
-            Finding(
-                "time-duplicate",
-                "warning",
-                f"{repeated} samples have the stamp of the sample before and were left out (the first was kept).",
-            )
-        )
-    return order[fresh].astype(np.int64), findings
+def _places(counts: IntArray, raw: list[Span], size: int) -> IntArray:
+    """(m,) place of each sample in its stretch, from the periods that each step takes."""
+    out = np.zeros(size, dtype=np.int64)
+    for span in raw:
+        out[span.start + 1 : span.stop] = np.cumsum(counts[span.start : span.stop - 1])
+    return out
+
+
+def _bridged(
+    stamps: FloatArray,
+    places: IntArray,
+    bridged: BoolArray,
+    raw: list[Span],
+    grid: list[Span],
+    snap: tuple[bool, ...],
+    period: float,
+) -> BoolArray:
+    """(n,) grid samples inside the steps that were bridged."""
+    out = np.zeros(grid[-1].stop, dtype=bool)
+    for span, place, snapped in zip(raw, grid, snap, strict=True):
+        after = span.start + 1 + np.flatnonzero(bridged[span.start : span.stop - 1])
+        if not after.size:
+            continue
+        if snapped:
+            recorded = np.zeros(len(place), dtype=bool)
+            recorded[places[span.slice]] = True
+            out[place.slice] = ~recorded
+            continue
+        first = float(stamps[span.start])
+        for a, b in zip(stamps[after - 1], stamps[after], strict=True):
+            low, high = (round((x - first) / period) for x in (float(a), float(b)))
+            out[place.start + low + 1 : min(place.start + high, place.stop)] = True
+    return out
 
 
 def _gap_limit(steps: FloatArray, period: float, gap_factor: float) -> float:
@@ -182,59 +202,19 @@ def _gap_findings(stamps: FloatArray, gaps: IntArray, spans: list[Span], limit: 
     return findings
 
 
-def _pooled_period(stamps: FloatArray, spans: list[Span], fallback: float) -> float:
-    """Common least-squares slope of stamp against sample number over all stretches."""
+def _pooled_period(stamps: FloatArray, places: IntArray, spans: list[Span], fallback: float) -> float:
+    """Common least-squares slope of stamp against place over all stretches."""
     top = bottom = 0.0
     for span in spans:
-        k = np.arange(len(span)) - (len(span) - 1) / 2
+        k = places[span.slice] - np.mean(places[span.slice])
         top += float(k @ stamps[span.slice])
         bottom += float(k @ k)
     period = top / bottom
     return period if abs(period - fallback) < 0.2 * fallback else fallback
 
 
-def _comb_error(stamps: FloatArray, period: float) -> FloatArray:
-    """Deviation of stamps from the best comb of this period, s."""
-    off = stamps - period * np.arange(stamps.size)
-    return np.asarray(off - np.median(off))
-
-
-def _snaps(stamps: FloatArray, position: FloatArray, order: IntArray, period: float) -> bool:
-    """Whether samples were taken evenly, whatever their stamps say.
-
-    Judged by which time axis predicts each position better from its four neighbours (a cubic through
-    them): an arm has inertia, so the true axis is the one on which it moves smoothly.
-    """
-    error = float(np.max(np.abs(_comb_error(stamps, period))))
-    if error < _PERIODIC_SHARE * period:
-        return True
-    if error > 0.5 * period:
-        return False
-    even: FloatArray = np.asarray(period * np.arange(stamps.size), dtype=np.float64)
-    own = position[order]
-    return _roughness(even, own) <= _roughness(stamps, own)
-
-
-def _roughness(t: FloatArray, position: FloatArray) -> float:
-    """RMS error of predicting each position from its neighbours at t[k±1], t[k±2]."""
-    if t.size < 5:
-        return 0.0
-    offsets = (-2, -1, 1, 2)
-    centre = t[2:-2]
-    nodes = [t[2 + o : t.size - 2 + o] - centre for o in offsets]
-    guess = np.zeros_like(position[2:-2])
-    for a, node in enumerate(nodes):
-        weight = np.ones_like(centre)
-        for b, other in enumerate(nodes):
-            if b != a:
-                weight = weight * (-other) / (node - other)
-        guess = guess + weight[:, None] * position[2 + offsets[a] : t.size - 2 + offsets[a]]
-    error = np.asarray(guess - position[2:-2])
-    return float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else 0.0
-
-
 def _grid_spans(
-    stamps: FloatArray, raw: list[Span], snap: tuple[bool, ...], period: float
+    stamps: FloatArray, places: IntArray, raw: list[Span], snap: tuple[bool, ...], period: float
 ) -> tuple[list[Span], tuple[float, ...]]:
     """Where each stretch lies on the common grid, and the seconds of gaps left out before it.
 
@@ -253,29 +233,7 @@ def _grid_spans(
         start = round((first - origin) / period) if snapped else int(np.ceil((first - origin) / period - 1e-9))
         if spans:
             start = max(start, spans[-1].stop + 1)
-        stop = start + len(span) if snapped else int(np.floor((last - origin) / period + 1e-9)) + 1
+        stop = start + int(places[span.stop - 1]) + 1 if snapped else int(np.floor((last - origin) / period + 1e-9)) + 1
         spans.append(Span(start, max(stop, start)))
         skipped.append(left_out * period)
     return spans, tuple(skipped)
-
-
-def _jitter_finding(stamps: FloatArray, raw: list[Span], snap: tuple[bool, ...], period: float) -> list[Finding]:
-    worst = max(float(np.max(np.abs(_comb_error(stamps[s.slice], period)))) for s in raw)
-    if worst < 0.02 * period:
-        return []
-    snapped = sum(len(s) for s, yes in zip(raw, snap, strict=True) if yes)
-    total = sum(len(s) for s in raw)
-    how = (
-        "positions move more smoothly on an even time base, so samples were taken as evenly spaced"
-        if snapped == total
-        else "values were interpolated to an even time base"
-        if snapped == 0
-        else f"{snapped} of {total} samples were taken as evenly spaced, the others interpolated"
-    )
-    return [
-        Finding(
-            "time-jitter",
-            "info",
-            f"Stamps deviate up to {worst * 1e3:.3g} ms from a period of {period * 1e3:.6g} ms; {how}.",
-        )
-    ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.conditioning.timebase import usable_order
+from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -116,7 +116,12 @@ class ConditioningConfig(ConfigTable):
         "said; position: always derived.",
     )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
-        1.8, description="A step longer than this many sample periods is a gap."
+        1.8, description="A step longer than this many sample periods lost samples: a gap, unless it is bridged."
+    )
+    bridge_lost: bool = Field(
+        True,
+        description="Whether lost samples are interpolated where the hole is short against the filter: one sample up "
+        "to 0.4, several up to 0.25 of the period of `bandwidth_hz` (20 and 12.5 ms at 20 Hz).",
     )
 
 

@@ -35,6 +35,7 @@ class UniformSeries:
         velocity_lag_s: how late the logged velocity is against the positions, s; None where that is not told.
         annotations, phases: those of the log.
         temperature_c: (n, j), or None.
+        bridged: (n,) samples that were lost and interpolated; None where that is not told.
     """
 
     time_s: FloatArray
@@ -57,6 +58,7 @@ class UniformSeries:
     annotations: tuple[Annotation, ...] = ()
     phases: tuple[Annotation, ...] = ()
     temperature_c: FloatArray | None = None
+    bridged: BoolArray | None = None
 
     def column(self, joint: str) -> int:
         """Index of a joint's column."""

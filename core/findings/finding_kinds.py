@@ -272,6 +272,16 @@ KINDS: dict[str, Kind] = {
         "Look for lost samples at the recorder. Gaps count against [policy] min_coverage.",
         _WARNING,
     ),
+    "time-recovered": Kind(
+        "Stamps scatter; the times were rebuilt from the steady clock that positions and velocities show.",
+        "Nothing; to log the controller's own time is better still.",
+        _INFO,
+    ),
+    "time-bridged": Kind(
+        "Single lost samples were interpolated, short against the filter.",
+        "Look for lost samples at the recorder; [conditioning] bridge_lost = false makes gaps of them.",
+        _EITHER,
+    ),
     "time-jitter": Kind(
         "Stamps are unevenly spaced; how the uniform time base was made.",
         "Nothing; stamps taken at the drive are steadier than those of arrival.",

@@ -1,0 +1,90 @@
+"""Stamps that are not evenly spaced: whether the stamps or the samples are uneven, and how much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
+from collaudit.core.numeric.stats import robust_sd
+
+_PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
+
+
+def _comb_error(stamps: FloatArray, places: IntArray, period: float) -> FloatArray:
+    """Deviation of stamps from the best comb of this period, s."""
+    off = stamps - period * places
+    return np.asarray(off - np.median(off))
+
+
+def snaps(stamps: FloatArray, places: IntArray, position: FloatArray, order: IntArray, period: float) -> bool:
+    """Whether samples were taken evenly, whatever their stamps say.
+
+    Judged by which time axis predicts each position better from its four neighbours (a cubic through
+    them): an arm has inertia, so the true axis is the one on which it moves smoothly.
+    """
+    error = float(np.max(np.abs(_comb_error(stamps, places, period))))
+    if error < _PERIODIC_SHARE * period:
+        return True
+    if error > 0.5 * period:
+        return False
+    even: FloatArray = np.asarray(period * places, dtype=np.float64)
+    own = position[order]
+    return _roughness(even, own) <= _roughness(stamps, own)
+
+
+def _roughness(t: FloatArray, position: FloatArray) -> float:
+    """RMS error of predicting each position from its neighbours at t[k±1], t[k±2]."""
+    if t.size < 5:
+        return 0.0
+    offsets = (-2, -1, 1, 2)
+    centre = t[2:-2]
+    nodes = [t[2 + o : t.size - 2 + o] - centre for o in offsets]
+    guess = np.zeros_like(position[2:-2])
+    for a, node in enumerate(nodes):
+        weight = np.ones_like(centre)
+        for b, other in enumerate(nodes):
+            if b != a:
+                weight = weight * (-other) / (node - other)
+        guess = guess + weight[:, None] * position[2 + offsets[a] : t.size - 2 + offsets[a]]
+    error = np.asarray(guess - position[2:-2])
+    return float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else 0.0
+
+
+def jitter_finding(
+    stamps: FloatArray, places: IntArray, raw: Sequence[Span], snap: tuple[bool, ...], period: float, weak: str
+) -> list[Finding]:
+    """How far stamps scatter about the period, and how the even time base was made.
+
+    Args:
+        stamps: (m,) s; places: (m,) of each in its stretch.
+        raw: the stretches; snap: which of them count as evenly sampled.
+        period: s.
+        weak: why the motion does not show a steady clock, where that was looked for.
+    """
+    errors = [_comb_error(stamps[s.slice], places[s.slice], period) for s in raw]
+    worst = max(float(np.max(np.abs(error))) for error in errors)
+    if worst < 0.02 * period:
+        return []
+    # of neighbours: a clock that drifts against another for minutes does not jitter
+    apart = np.concatenate([np.diff(error) for error in errors])
+    spread = robust_sd(apart) / np.sqrt(2.0)
+    snapped = sum(len(s) for s, yes in zip(raw, snap, strict=True) if yes)
+    total = sum(len(s) for s in raw)
+    how = (
+        "positions move more smoothly on an even time base, so samples were taken as evenly spaced"
+        if snapped == total
+        else "values were interpolated to an even time base"
+        if snapped == 0
+        else f"{snapped} of {total} samples were taken as evenly spaced, the others interpolated"
+    )
+    if weak and snapped < total:
+        how += f"; the motion does not show a steady clock behind the stamps: {weak}"
+    text = (
+        f"Stamps scatter by {spread * 1e3:.2g} ms about a period of {period * 1e3:.6g} ms (robust standard deviation; "
+        f"95 % of the steps are within {np.percentile(np.abs(apart), 95) * 1e3:.2g} ms of it, the farthest stamp is "
+        f"{worst * 1e3:.3g} ms off an even clock); {how}."
+    )
+    return [Finding("time-jitter", "info", text)]

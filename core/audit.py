@@ -35,6 +35,7 @@ from collaudit.core.detection.detector_run import (
     judged_signals,
     run_detector,
 )
+from collaudit.core.detection.rest_rule import with_rest_thresholds
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.watch import control_modes
@@ -51,6 +52,7 @@ from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.clean_evidence import clean_residual, recommend_rules
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
+from collaudit.core.residual.rest_changes import change_findings
 from collaudit.core.scoring.known_events import score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
@@ -120,6 +122,7 @@ def audit_log(
     series = prepared.judged_series
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
+    config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     judged = _detect(prepared, applied, config)
     contacts = find_contacts(prepared, judged.run, config)
     alarms = compare_controller_alarms(controller_alarms_s(series, config.detect), contacts)
@@ -171,7 +174,9 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
     rule, watch, found = make_rule(series, prepared.phases, config)
-    inputs = DetectionInputs(applied.laws, joints_not_judged(prepared.findings, prepared.judged), rule, watch)
+    found += change_findings(prepared, applied.quiet, rule.gamma_nm)
+    forbidden = joints_not_judged(prepared.findings, prepared.judged)
+    inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)
     signals = judged_signals(series, run, rule.gamma_nm)
     times = run.detected.collision_times

@@ -110,6 +110,11 @@ class LogConfig(ConfigTable):
         description="Zero offset of the sensor (N, N·m); `estimate`: the median before contact; or `calibrated`: "
         "offset, tool weight and centre that the friction file holds, from poses at rest.",
     )
+    effort_source: Literal["auto", "motor", "joint"] = Field(
+        "auto",
+        description="motor: torque or current of the drives, gear friction included; joint: torque sensors behind "
+        "the gears, so that little friction hides external torque at rest; auto: joint for arms known to have them.",
+    )
     effort_delay_ms: float = Field(0.0, description="How much later than the motion the effort is stamped; taken off.")
     wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; taken off.")
     time: Literal["auto", "header", "log"] = Field("auto", description="Which stamp is the time of a sample.")

@@ -321,6 +321,23 @@ KINDS: dict[str, Kind] = {
         _EITHER,
         setting="log.units",
     ),
+    "effort-source": Kind(
+        "Where the effort is measured was told from the arm's name: by torque sensors behind the gears.",
+        'Check it; [log] effort_source = "motor" or "joint" states it.',
+        _INFO,
+        setting="log.effort_source",
+    ),
+    "judged-for-changes": Kind(
+        "An arm that never moves, without a friction file, was judged for changes of its torque only.",
+        "Fit friction on a log in which the arm moves, and judge with it: constant loads are judged then, too.",
+        _SPAN,
+    ),
+    "change-threshold": Kind(
+        "The threshold of a still joint lies within what its torque does by itself.",
+        'Raise it, or leave it to the log: [detect] gamma_nm = "auto".',
+        _DOUBTS,
+        setting="detect.gamma_nm",
+    ),
     "effort-quantised": Kind(
         "The effort comes in steps that are coarse against its own noise.",
         "Record the effort with finer steps. A threshold of few steps is not reliable.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from collaudit.core.config.schema import Config
@@ -12,6 +13,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,11 +24,13 @@ class AppliedFriction:
         fits: by joint, as in the friction file or as fitted here.
         laws: those that can be used on this log, at its joints' temperatures.
         findings: where the friction came from and what is missing.
+        quiet: level of still joints without a law: these are judged for changes of their torque.
     """
 
     fits: dict[str, FrictionFit]
     laws: dict[str, FrictionModel]
     findings: tuple[Finding, ...]
+    quiet: Mapping[str, QuietLevel]
 
 
 def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: Config) -> AppliedFriction:
@@ -48,7 +52,12 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     if friction is not None:
         laws, more = laws_at_temperature(laws, friction.trends, series)
         missing += more
-    return AppliedFriction(fits, laws, (*findings, *friction_findings(fits), *missing))
+    quiet = {joint: level for joint, level in quiet_levels(prepared).items() if joint not in laws}
+    if quiet and not laws:
+        findings = []
+    fitted = {joint: fit for joint, fit in fits.items() if joint not in quiet}
+    missing = [finding for finding in missing if finding.joint not in quiet]
+    return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted), *missing), quiet)
 
 
 def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:

@@ -25,6 +25,7 @@ from collaudit.core.prepare.channel_shift import Delay
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, model_torques, tool_force
 from collaudit.core.prepare.effort_delay import effort_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
+from collaudit.core.prepare.effort_source import EffortSource, effort_source
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -40,6 +41,7 @@ class ConditionedLog:
         judged: names of the joints to judge.
         phases: (n,) phase labels (``core/prepare/phases.py``).
         findings: of the log, the description, positions and phases.
+        effort_source: on which side of the gears the effort is measured.
     """
 
     series: UniformSeries
@@ -47,6 +49,7 @@ class ConditionedLog:
     judged: tuple[str, ...]
     phases: NDArray[np.int8]
     findings: tuple[Finding, ...]
+    effort_source: EffortSource = "motor"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +92,11 @@ class Prepared:
         """(n, j) torque of the commanded tool force, or None without a wrench."""
         return self.commanded.torque_nm
 
+    @property
+    def effort_source(self) -> EffortSource:
+        """On which side of the gears the effort is measured."""
+        return self.start.effort_source
+
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]
@@ -121,7 +129,8 @@ def prepare(
     units = config.log.units
     findings += position_findings(series, robot, units.position, "position" in units.model_fields_set)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
-    start = ConditionedLog(series, robot, judged, labels, tuple(findings))
+    source, about_source = effort_source(config.log, robot.joint_names)
+    start = ConditionedLog(series, robot, judged, labels, (*findings, *about_source), source)
     return _modelled(start, calibration or Calibration(), config, None)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,12 @@ from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.friction_bounds import FrictionBounds, friction_bounds
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.residual.isolation import EachJoint, Isolation
+from collaudit.core.residual.rest_changes import fill_changes
 
 #: Friction is trusted this far beyond the fastest speed it was measured at.
 _BEYOND_RANGE = 1.05
@@ -35,10 +37,12 @@ class ResidualInputs:
     Attributes:
         laws: fitted friction by joint.
         not_judged: joints that a finding forbids judging.
+        quiet: level of still joints, which are judged for changes where they have no law.
     """
 
     laws: Mapping[str, FrictionModel]
     not_judged: frozenset[str]
+    quiet: Mapping[str, QuietLevel] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,10 +107,12 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         return _fill_joint(series, j, balance, inputs.laws[names[j]], config, columns)
 
     levels = {names[j]: level for j, level in zip(known, ordered_map(fill_joint, known), strict=True)}
+    if usable:
+        fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
     for joint in inputs.not_judged & set(names):
         state[:, names.index(joint)] = State.UNUSABLE
     _mark(state, torque, series, balance)
-    effort = series.effort if known else None
+    effort = series.effort if known or inputs.quiet else None
     return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names))
 
 

@@ -1,0 +1,134 @@
+"""The torque of an arm that never moves while nobody touches it: what changes of torque are judged against.
+
+A touch is never as even as rest. Quiet samples are those about which the torque of every joint varies hardly more than
+where it varies least; their median is the level, their spread about it what the torque does by itself: noise, and what
+gears and control keep of the touch before. More than half of the time may be touched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare.prepared import Prepared
+
+#: A joint that stays within this never moves, rad (m of a prismatic joint).
+STILL_TRAVEL = 0.01
+#: Evenness is told over this time; quiet is up to so many times the evenness of the most even fifth.
+_WINDOW_S, _EVEN_SHARE, _EVEN_TIMES = 0.25, 0.2, 3.0
+#: The level follows drift from one stretch of this length to the next, s.
+DRIFT_S = 120.0
+#: Less quiet time than this, or than this share, tells no level.
+_LEAST_S, _LEAST_SHARE = 1.0, 0.05
+#: Standard deviation of a normal distribution over its median absolute deviation.
+_SD_PER_MAD = 1.4826
+#: Changes count from this many spreads on, and from this share of the joint's rated torque: sensors are no better.
+_SPREADS, _RATED_SHARE = 6.0, 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class QuietLevel:
+    """What one still joint's torque does by itself.
+
+    Attributes:
+        level_nm: (n,) measured less rigid-body torque while nothing touches the arm.
+        spread_nm: standard deviation about it, robust.
+        gamma_nm: threshold of changes that follows from it.
+        quiet_s: time it rests on.
+        stretch_s: a load that is constant for as long as this is part of the level.
+    """
+
+    level_nm: FloatArray
+    spread_nm: float
+    gamma_nm: float
+    quiet_s: float
+    stretch_s: float
+
+
+def never_moves(prepared: Prepared) -> bool:
+    """Whether no joint of the log ever leaves its place: gravity's torque is then constant."""
+    position = prepared.series.position_rad
+    known = position[np.isfinite(position).all(axis=1)]
+    return bool(known.shape[0]) and bool((np.ptp(known, axis=0) < STILL_TRAVEL).all())
+
+
+def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
+    """The level of every judged joint of an arm that never moves; empty where it moves, or where it is never quiet."""
+    series = prepared.series
+    if series.effort is None or series.effort_unit != "Nm" or prepared.rigid_nm is None or not never_moves(prepared):
+        return {}
+    torque = series.effort - np.nanmedian(prepared.rigid_nm, axis=0)
+    quiet, noise = _quiet(prepared, torque)
+    count, recorded = int(np.count_nonzero(quiet)), sum(len(segment) for segment in series.segments)
+    if count * series.period_s < _LEAST_S or count < _LEAST_SHARE * recorded:
+        return {}
+    stretch = min(DRIFT_S, float(series.time_s[-1] - series.time_s[0]))
+    out = {}
+    for joint in prepared.judged:
+        j = series.column(joint)
+        level = _level(torque[:, j], quiet, series.time_s)
+        spread = _SD_PER_MAD * float(np.median(np.abs(torque[quiet, j] - level[quiet])))
+        spread = max(spread, float(noise[j]), _step(torque[quiet, j]))
+        rated = float(prepared.robot.effort_limit_nm[j])
+        floor = _RATED_SHARE * rated if np.isfinite(rated) else 0.0
+        gamma = max(_SPREADS * spread, floor)
+        rigid = prepared.rigid_nm[:, j] - np.nanmedian(prepared.rigid_nm[:, j])
+        out[joint] = QuietLevel(level - rigid, spread, gamma, count * series.period_s, stretch)
+    return out
+
+
+def _quiet(prepared: Prepared, torque: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """(n,) samples about which no joint's torque varies by more than rest does, and (j,) how much that is, N·m."""
+    series = prepared.series
+    width = max(4, ceil(_WINDOW_S / series.period_s))
+    spread = np.full(torque.shape, np.nan)
+    for segment in series.segments:
+        if len(segment) > width:
+            half = segment.start + width // 2
+            spread[half : half + len(segment) - width + 1] = _moving_sd(torque[segment.slice], width)
+    known = np.isfinite(spread).all(axis=1)
+    if not known.any():
+        return known, np.zeros(torque.shape[1])
+    noise = np.quantile(spread[known], _EVEN_SHARE, axis=0)
+    floor = np.array([_step(torque[known, j]) for j in range(torque.shape[1])])
+    noise = np.maximum(noise, floor)
+    with np.errstate(invalid="ignore"):
+        quiet = known & (spread <= _EVEN_TIMES * np.maximum(noise, 1e-12)).all(axis=1)
+    return np.asarray(quiet), noise
+
+
+def _moving_sd(x: FloatArray, width: int) -> FloatArray:
+    """(m - width + 1, j) standard deviation over each window of so many rows; NaN where a value is missing."""
+    centred = x - np.nanmedian(x, axis=0)
+    sums = np.cumsum(np.concatenate((np.zeros((1, x.shape[1])), np.nan_to_num(centred))), axis=0)
+    squares = np.cumsum(np.concatenate((np.zeros((1, x.shape[1])), np.nan_to_num(centred) ** 2)), axis=0)
+    missing = np.cumsum(np.concatenate((np.zeros((1, x.shape[1])), ~np.isfinite(x))), axis=0)
+    mean = (sums[width:] - sums[:-width]) / width
+    variance = np.maximum((squares[width:] - squares[:-width]) / width - mean**2, 0.0)
+    return np.asarray(np.where(missing[width:] > missing[:-width], np.nan, np.sqrt(variance)))
+
+
+def _level(torque: FloatArray, quiet: BoolArray, time_s: FloatArray) -> FloatArray:
+    """(n,) median of the quiet samples, stretch by stretch, straight between the stretches' middles."""
+    length = float(time_s[-1] - time_s[0])
+    count = max(1, round(length / DRIFT_S))
+    edges = time_s[0] + length / count * np.arange(count + 1)
+    at, value = [], []
+    for k in range(count):
+        inside = quiet & (time_s >= edges[k]) & (time_s <= edges[k + 1])
+        if inside.any():
+            at.append(0.5 * (edges[k] + edges[k + 1]))
+            value.append(float(np.median(torque[inside])))
+    return np.asarray(np.interp(time_s, at, value))
+
+
+def _step(torque: FloatArray) -> float:
+    """The smallest step that the values are written in, N·m."""
+    values = np.unique(torque[np.isfinite(torque)])
+    gaps = np.diff(values)
+    gaps = gaps[gaps > 1e-9]
+    return float(np.quantile(gaps, 0.05)) if gaps.size else 0.0

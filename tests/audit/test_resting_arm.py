@@ -1,0 +1,103 @@
+"""An arm that never moves, without a friction file, is judged for changes of its torque, and never passes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from arms import LEVEL, dh_robot, dh_row
+from origins import NOBODY
+from synthetic import PERIOD, make_log
+
+from collaudit.core.audit import Audit, audit_log, prepare
+from collaudit.core.config.schema import Config
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.signals import State
+from collaudit.core.prepare.quiet_level import quiet_levels
+from collaudit.core.robot import load_robot
+
+LOAD_NM = 6.0 * 9.80665 * 0.4 * np.cos(0.3)
+
+
+def config(source: str, **detect: Any) -> Config:
+    robot = dh_robot([dh_row(6.0, (0, 0, 0), (0, 0, 0.05), a=0.4)], **LEVEL)
+    return Config.model_validate({"robot": robot, "log": {"effort_source": source}, "detect": detect})
+
+
+def resting(seconds: float = 20.0, *, every_s: float = 0.0, lasting_s: float = 0.5, push_nm: float = 3.0) -> JointLog:
+    """A standing pendulum; a touch of uneven force begins every so many seconds."""
+    rng = np.random.default_rng(3)
+    t = PERIOD * np.arange(round(seconds / PERIOD))
+    q = 0.3 + 1e-5 * rng.integers(-1, 2, t.size)
+    v = rng.normal(0, 1e-3, t.size)
+    effort = LOAD_NM + 0.4 + 0.05 * np.round(rng.normal(0, 1.0, t.size))
+    if every_s:
+        since = np.mod(t, every_s) - 1.0
+        touched = (since >= 0) & (since < lasting_s)
+        effort += push_nm * touched * np.sin(np.pi * np.clip(since / lasting_s, 0, 1)) ** 0.5
+        effort += 0.3 * touched * np.sin(40 * t)
+    return make_log(t, q[:, None], v[:, None], effort[:, None])
+
+
+def audit(log: JointLog, source: str = "joint", **detect: Any) -> Audit:
+    cfg = config(source, **detect)
+    return audit_log(prepare(log, load_robot(cfg.robot, Path(), log.joint_names), cfg), cfg, None, NOBODY)
+
+
+def codes(found: Audit) -> set[str]:
+    return {finding.code for finding in found.result.findings}
+
+
+@pytest.mark.parametrize("lasting_s", [0.3, 1.3])
+def test_every_touch_is_one_alarm_even_where_touches_fill_most_of_the_time(lasting_s: float) -> None:
+    found = audit(resting(every_s=2.0, lasting_s=lasting_s))
+    onsets = [alarm.onset_s for alarm in found.result.collisions]
+    assert onsets == pytest.approx([2.0 * k + 1.0 for k in range(10)], abs=0.03)
+    assert (found.signals.state == State.JUDGED).mean() > 0.9
+
+
+def test_nothing_happens_and_it_is_no_pass() -> None:
+    found = audit(resting())
+    assert not found.result.collisions
+    assert found.result.verdict == "not_judged"
+    assert "judged-for-changes" in codes(found)
+    assert "friction-missing" not in codes(found)
+
+
+def test_a_load_that_is_always_there_is_part_of_the_level_and_said() -> None:
+    found = audit(resting(every_s=1000.0))
+    (finding,) = [f for f in found.result.findings if f.code == "judged-for-changes"]
+    assert "cannot be seen" in finding.text
+    assert "joint1 0.399" in finding.text
+    assert finding.forbids_pass
+
+
+def test_at_the_motor_a_change_is_evidence_and_none_proves_nothing() -> None:
+    found = audit(resting(every_s=2.0), source="motor")
+    assert len(found.result.collisions) == 10
+    assert not (found.signals.state == State.JUDGED).any()
+    assert (found.signals.state == State.FRICTION_INTERVAL).mean() > 0.9
+    (finding,) = [f for f in found.result.findings if f.code == "judged-for-changes"]
+    assert "friction" in finding.text
+
+
+def test_the_level_follows_slow_drift() -> None:
+    log = resting(600.0, every_s=20.0)
+    t = log.time_s
+    drifted = make_log(t, log.position_rad, log.velocity_rad_s, log.effort + 2.0 * (t / 600.0)[:, None])  # type: ignore[operator]
+    found = audit(drifted)
+    assert len(found.result.collisions) == 30
+
+
+def test_what_is_stated_wins_and_a_threshold_inside_the_spread_is_said() -> None:
+    assert audit(resting(every_s=2.0), gamma_nm=5.0).result.collisions == ()
+    assert "change-threshold" in codes(audit(resting(every_s=2.0), gamma_nm=0.1))
+
+
+def test_an_arm_that_moves_has_no_quiet_level() -> None:
+    log = resting()
+    moved = make_log(log.time_s, log.position_rad + 0.02 * np.sin(log.time_s)[:, None], None, log.effort)
+    cfg = config("joint")
+    assert not quiet_levels(prepare(moved, load_robot(cfg.robot, Path(), log.joint_names), cfg))

@@ -201,7 +201,8 @@ class Draft:
     def _guess(self, topic: TopicInfo) -> JointGuess:
         guessed = self._csv_guess.position if self._csv_guess is not None else None
         pattern = self._given.get("log.csv.position", guessed or "")
-        columns = bool(self.summary.csv_columns) and (not isinstance(pattern, str) or "{i" in pattern)
+        counted = tuple(topic.joints) == tuple(f"joint{k + 1}" for k in range(len(topic.joints)))
+        columns = bool(self.summary.csv_columns) and counted and (not isinstance(pattern, str) or "{i" in pattern)
         ordered = columns and isinstance(pattern, str) and counts_message(pattern)
         return guess_joints(topic.joints, self._robot_names, self._prismatic, numbered=columns, message_order=ordered)
 

@@ -14,6 +14,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
 from pyarrow import feather
+from same_audit import alike
 from scipy.io import savemat
 
 
@@ -54,22 +55,6 @@ def audit(collaudit: Any, log: Path, out: str) -> Any:
     told.pop("provenance")
     told["code"] = code
     return json.loads(json.dumps(told).replace(log.name, "LOG"))
-
-
-def alike(found: Any, expected: Any) -> None:
-    """Equal but for the last digits: a CSV's stamps are decimals, exact beyond what a float64 holds."""
-    if isinstance(expected, float):
-        assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
-    elif isinstance(expected, dict):
-        assert list(found) == list(expected)
-        for key, value in expected.items():
-            alike(found[key], value)
-    elif isinstance(expected, list):
-        assert len(found) == len(expected)
-        for one, other in zip(found, expected, strict=True):
-            alike(one, other)
-    else:
-        assert found == expected
 
 
 def test_every_table_gives_the_same_audit(collaudit: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

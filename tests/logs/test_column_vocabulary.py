@@ -2,53 +2,20 @@
 
 from __future__ import annotations
 
-import random
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from vocabularies import VOCABULARIES, header
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs import guess_csv_columns, read_log
 from collaudit.core.logs.tables.column_groups import choose, numbered_groups
 
-FORCE = ("actual_TCP_force_#", "actual_TCP_pose_#", "joint_mode_#")
-#: Name to time column, (position, velocity, effort) stems and stems that hold something else; # is the number.
-VOCABULARIES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
-    "libfranka": ("time", ("q#", "dq#", "tau_J#"), ("q_d#", "dq_d#", "tau_J_d#", "tau_ext_hat_filtered#", "dtau_J#")),
-    "libfranka log": ("time", ("state.q[#]", "state.dq[#]", "state.tau_J[#]"), ("state.q_d[#]", "cmd.tau_J_d[#]",
-                      "state.theta[#]")),
-    "ur rtde": ("timestamp", ("actual_q_#", "actual_qd_#", "actual_current_#"), ("target_q_#", "target_current_#",
-                "target_moment_#", "target_qd_#", *FORCE)),
-    "ur realtime": ("time", ("q_actual_#", "qd_actual_#", "i_actual_#"), ("q_target_#", "i_target_#", "m_target_#")),
-    "kuka fri": ("t", ("measuredJointPosition#", "", "measuredTorque#"), ("commandedJointPosition#",
-                 "externalTorque#", "commandedTorque#", "ipoJointPosition#")),
-    "lbr fri": ("t", ("measured_joint_position_#", "", "measured_torque_#"), ("external_torque_#",
-                "commanded_joint_position_#", "commanded_torque_#")),
-    "kuka rsi": ("t", ("AIPos.A#", "", "MACur.A#"), ("ASPos.A#",)),
-    "abb egm": ("t", ("feedBack.joints.joints[#]", "", "motorCurrents[#]"), ("planned.joints.joints[#]",)),
-    "doosan": ("time", ("actual_joint_position_#", "actual_joint_velocity_#", "raw_joint_torque_#"),
-               ("target_joint_position_#", "external_joint_torque_#", "actual_motor_torque_#")),
-    "kinova": ("t", ("actuators[#].position", "actuators[#].velocity", "actuators[#].torque"),
-               ("actuators[#].current_motor", "actuators[#].voltage")),
-    "units": ("t_s", ("q_deg_#", "dq_degps_#", "i_A_#"), ("tau_model_nm_#",)),
-    "act and des": ("t", ("q_act_#", "dq_act_#", "tau_#"), ("q_des_#", "dq_des_#", "tau_cmd_#", "sensor_torque_#")),
-    "rostopic echo": ("%time", ("field.position#", "field.velocity#", "field.effort#"), ()),
-    "plotjuggler": ("__time", tuple(f"/joint_states/{q}[#]" for q in ("position", "velocity", "effort")), ()),
-    "controller state": ("__time", ("/c/actual/positions[#]", "/c/actual/velocities[#]", "/c/actual/effort[#]"),
-                         ("/c/desired/positions[#]", "/c/error/positions[#]", "/c/desired/effort[#]")),
-}  # fmt: skip
 RAW: dict[str, Any] = {"units": {"effort": "raw", "time": "s", "position": "rad", "velocity": "rad/s"}}
-
-
-def header(name: str, joints: int, base: int, seed: int) -> list[str]:
-    """Time first, the others in any order."""
-    time, wanted, others = VOCABULARIES[name]
-    numbers = range(base, base + joints)
-    columns = [stem.replace("#", str(k)) for stem in (*wanted, *others) if stem for k in numbers]
-    return [time, *random.Random(seed).sample(columns, len(columns))]
 
 
 @pytest.mark.parametrize("base", [0, 1])
@@ -164,3 +131,35 @@ def test_the_joints_own_side_comes_before_the_motors(side: str) -> None:
         taken = choose(numbered_groups(order), "position").taken
         assert taken is not None
         assert [order[column] for column in taken.columns] == [f"{side}_q{k}" for k in range(6)]
+
+
+def _echo(path: Path, names: Sequence[Sequence[str]]) -> Path:
+    """As ``rostopic echo -p`` writes joint states: the names in columns of their own."""
+    columns = ["%time", *(f"field.{q}{k}" for q in ("name", "position", "effort") for k in range(len(names[0])))]
+    rows = [[str(10**9 * n), *own, *(str(0.1 * n + k) for k in range(2 * len(own)))] for n, own in enumerate(names)]
+    path.write_text("\n".join(",".join(row) for row in [columns, *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("stated", [{}, {"csv": {"position": "field.position{i0}", "effort": "field.effort{i0}"}}])
+def test_names_beside_a_message_s_columns_settle_their_order(tmp_path: Path, stated: dict[str, Any]) -> None:
+    robot = ["shoulder_pan", "shoulder_lift", "elbow"]
+    path = _echo(tmp_path / "x.csv", [sorted(robot)] * 9)
+    log = read_log((path,), LogConfig.model_validate({**RAW, **stated}), robot_joints=robot)
+    assert log.joint_names == tuple(robot)
+    assert log.position_rad[0].tolist() == [2.0, 1.0, 0.0]
+    guess = guess_csv_columns([path])
+    assert guess is not None and guess.joints == tuple(sorted(robot))
+
+
+def test_names_that_take_turns_are_no_columns_of_joints(tmp_path: Path) -> None:
+    path = _echo(tmp_path / "x.csv", [["a", "b"], ["b", "a"]] * 5)
+    with pytest.raises(LogError, match="several publishers take turns"):
+        read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"])
+
+
+def test_matlab_s_names_of_a_message_s_columns(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "x__time,x_joint_states_position_0_,x_joint_states_position_1_")
+    assert read_log((path,), LogConfig(), robot_joints=["a", "b"]).position_rad[0].tolist() == [1.0, 2.0]
+    with pytest.raises(LogError, match="by the alphabet"):
+        read_log((path,), LogConfig(), robot_joints=["b", "a"])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.config.schema import LogConfig
+from collaudit.core.errors import LogError
 from collaudit.core.logs import guess_csv_columns, read_log
 from collaudit.core.logs.tables.table_stamps import SCALES
 
@@ -53,3 +54,49 @@ def test_steps_too_long_for_seconds_are_asked_about(step: int, tmp_path: Path) -
 
 def test_seconds_are_taken_as_before(tmp_path: Path) -> None:
     assert "log-time-unit-suspect" not in read(write(tmp_path, "t", TIME_S))[1]
+
+
+@pytest.mark.parametrize("name", ["t_{}", "x_time_{}", "field.header.stamp_{}", "state.time.{}", "ros_time_{}"])
+@pytest.mark.parametrize("unit", SCALES)
+def test_a_word_for_time_may_stand_behind_others_and_before_its_unit(name: str, unit: str, tmp_path: Path) -> None:
+    log, _ = read(write(tmp_path, name.format(unit), TIME_S * SCALES[unit]))
+    np.testing.assert_allclose(log.time_s, TIME_S, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["x_time", "x__time", "field.time", "robot.timestamp"])
+def test_names_as_exports_change_them(name: str, tmp_path: Path) -> None:
+    assert read(write(tmp_path, name, TIME_S))[0].time_s[1] == TIME_S[1]
+
+
+@pytest.mark.parametrize("name", ["dt", "time_constant", "delay_ms", "q_time", "t1", "lifetime", "nanosec"])
+def test_other_words_are_no_time(name: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="no time column"):
+        read(write(tmp_path, name, TIME_S))
+
+
+SPLIT = [("header.stamp.sec", "header.stamp.nanosec"), ("field.header.stamp.secs", "field.header.stamp.nsecs"),
+         ("/js/header/stamp/sec", "/js/header/stamp/nanosec"), ("secs", "nsecs"), ("t_sec", "t_nsec")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("whole", "rest"), SPLIT)
+@pytest.mark.parametrize("stated", [False, True])
+def test_split_stamps_are_put_together(whole: str, rest: str, stated: bool, tmp_path: Path) -> None:
+    start = 1_700_000_000_999_000_000
+    stamps = start + np.round(TIME_S * 1e9).astype(np.int64)
+    path = write(tmp_path, f"{whole},{rest}", [f"{ns // 10**9},{ns % 10**9}" for ns in stamps.tolist()])
+    settings = {"csv": {"time": whole, "position": "q{i}"}} if stated else {}
+    log = read_log((path,), LogConfig.model_validate({"units": {"effort": "Nm"}, **settings}), robot_joints=None)
+    np.testing.assert_array_equal(log.time_s, np.round(TIME_S * 1e9) / 1e9)
+    assert log.source.start_ns == start
+
+
+def test_two_whole_stamps_are_no_split_one(tmp_path: Path) -> None:
+    path = write(tmp_path, "time_s,time_ns", [f"{t:.9g},{t * 1e9:.0f}" for t in TIME_S])
+    np.testing.assert_allclose(read(path)[0].time_s, TIME_S, atol=1e-12)
+
+
+@pytest.mark.parametrize("rate_hz", [2500, 5000, 20000])
+def test_milliseconds_of_a_fast_arm_are_asked_about(rate_hz: float, tmp_path: Path) -> None:
+    path = write(tmp_path, "t", np.arange(ROWS) * 1e3 / rate_hz)
+    assert read(path)[1]["log-time-unit-suspect"] == "error"
+    assert read(path, time="ms")[0].time_s[1] == pytest.approx(1 / rate_hz)

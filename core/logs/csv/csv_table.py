@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,9 +44,12 @@ class CsvTable:
 
     def first_cells(self, column: int) -> tuple[str, ...]:
         """The cells of a column in the first rows, stripped."""
+        return tuple(row[column].strip() for row in self._first_rows if column < len(row))
+
+    @cached_property
+    def _first_rows(self) -> list[list[str]]:
         lines = read_head(self.path).decode(self.dialect.encoding, errors="replace").splitlines()
-        rows = (split(line, self.dialect.delimiter) for line in lines[self.dialect.skip :][:_FIRST_ROWS])
-        return tuple(row[column].strip() for row in rows if column < len(row))
+        return [split(line, self.dialect.delimiter) for line in lines[self.dialect.skip :][:_FIRST_ROWS]]
 
     def read(self, groups: Mapping[str, Sequence[int]], time: int | None, texts: Sequence[int] = ()) -> TableColumns:
         """Read columns as numbers, and some as text.

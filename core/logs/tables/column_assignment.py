@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_groups import Choice
-from collaudit.core.logs.tables.column_patterns import Found, bare, column_index, match_pattern
+from collaudit.core.logs.tables.column_patterns import Found, column_index, match_pattern
 from collaudit.core.logs.tables.column_recognition import recognise
 from collaudit.core.logs.tables.column_vocabulary import MARK, UNIT_WORDS, is_label, meaning_of, words_of
+from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern
@@ -23,12 +24,6 @@ CURRENT_WORDS = ("current", "i_act")
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature")
 
-#: Common names of the time column, compared without case, blanks and units.
-TIME_NAMES = ("t", "time", "timestamp", "time_s", "t_s", "stamp", "time_sec", "secs", "seconds", "time_stamp",
-              "timestamp_s", "rosbagtimestamp", "%time", "time_ms", "time_us", "time_ns", "timestamp_ns",
-              "timestamp_ms", "timestamp_us", "sim_time", "elapsed", "elapsed_s", "datetime", "__time", "state.time",
-              "field.header.stamp", "header.stamp")  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
@@ -36,6 +31,7 @@ class Assignment:
 
     Attributes:
         time: index of the time column, or None.
+        fraction: index of the column of nanoseconds where ``time`` holds whole seconds, or None.
         quantities: quantity to its columns.
         wrench: six column indices, or empty.
         guessed: quantities (and ``time``) recognised by their names.
@@ -51,6 +47,7 @@ class Assignment:
     passed_over: dict[str, tuple[str, ...]] = field(default_factory=dict)
     open: dict[str, tuple[str, ...]] = field(default_factory=dict)
     labels: tuple[str, ...] = field(default=())
+    fraction: int | None = None
 
 
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
@@ -77,15 +74,6 @@ def _unit_in(pattern: str) -> str:
     words = words_of(re.sub(r"\{\w+\}", MARK, pattern))
     meaning = meaning_of(re.sub(r"\{\w+\}", MARK, pattern)) if any(word in UNIT_WORDS for word in words) else None
     return meaning.unit if meaning is not None and meaning.unit in UNIT_WORDS.values() else ""
-
-
-def guess_time(names: Sequence[str]) -> int | None:
-    """Index of the column that is named like a time, or None."""
-    for wanted in TIME_NAMES:
-        for index, name in enumerate(names):
-            if bare(name).lower().replace(" ", "_") == wanted:
-                return index
-    return None
 
 
 def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assignment:
@@ -128,4 +116,5 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
         passed,
         undecided,
         tuple(name for name in names if header and is_label(name)),
+        fraction_of(names, time) if time is not None and header else None,
     )

@@ -11,6 +11,9 @@ from collaudit.core.errors import LogError
 
 _UNIT = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
+#: A quantity of a message with a number: as paths, or as MATLAB and R rename them.
+_OF_MESSAGE = re.compile(r"([/.]|\b(x_)?(field|joint_states?)_)(position|velocity|effort)[\[._]?\{i", re.IGNORECASE)
+
 
 @dataclass(frozen=True, slots=True)
 class Found:
@@ -118,4 +121,9 @@ def without_unit(name: str) -> str:
 
 def counts_message(pattern: str) -> bool:
     """Whether a pattern's numbers count the joints of a JointState, as exports of ROS messages do."""
-    return re.search(r"[/.](position|velocity|effort)[\[.]?\{i", pattern) is not None
+    return _OF_MESSAGE.search(pattern) is not None
+
+
+def is_numbered(found: Found) -> bool:
+    """Whether the joints are the numbers of columns, and no names."""
+    return found.joints == tuple(f"joint{k + 1}" for k in range(len(found.joints)))

@@ -116,8 +116,12 @@ def is_label(name: str) -> bool:
 
 
 def words_of(text: str) -> list[str]:
-    """Words of a name in lower case; the number's mark stays with the word it touches."""
-    return [word for word in re.split(rf"[^A-Za-z0-9{MARK}]+", _CAMEL.sub("_", text).lower()) if word]
+    """Words of a name in lower case; the number's mark stays with the word it touches.
+
+    An ``x`` in front of a path is no word: MATLAB puts it before names that begin with no letter.
+    """
+    words = [word for word in re.split(rf"[^A-Za-z0-9{MARK}]+", _CAMEL.sub("_", text).lower()) if word]
+    return words[1:] if words[:2] == ["x", "joint"] else words
 
 
 def meaning_of(stem: str) -> Meaning | None:

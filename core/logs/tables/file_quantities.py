@@ -12,6 +12,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment, assign
 from collaudit.core.logs.tables.column_patterns import Found, match_pattern
+from collaudit.core.logs.tables.joint_name_columns import with_named_joints
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern
@@ -54,7 +55,7 @@ def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[
 
 def _assigned(reader: TableReader, settings: CsvConfig) -> Assignment:
     own = settings.model_copy(update=_of_this_file(reader, settings))
-    assignment = assign(reader.names, own, header=reader.named)
+    assignment = with_named_joints(reader, assign(reader.names, own, header=reader.named))
     if assignment.quantities or not reader.named or any(getattr(settings, key) is not None for key in QUANTITIES):
         return assignment
     found = by_file_name(reader, assignment)

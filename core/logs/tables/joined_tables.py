@@ -18,10 +18,11 @@ from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables.column_assignment import MOTION, QUANTITIES
 from collaudit.core.logs.tables.column_checks import check_columns, column_findings
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
-from collaudit.core.logs.tables.column_patterns import counts_message
+from collaudit.core.logs.tables.column_patterns import counts_message, is_numbered
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.table_stamps import named_unit, seconds_of
+from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps
 from collaudit.core.numeric.arrays import FloatArray
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     findings += run_findings
     names, columns = _aligned(blocks, time_s.shape[0])
     motion = [f for file in files for quantity, f in file.assignment.quantities.items() if quantity in MOTION]
-    numbered = all("{i" in found.pattern or not found.pattern for found in motion)
+    numbered = all(("{i" in found.pattern or not found.pattern) and is_numbered(found) for found in motion)
     counted = any(counts_message(found.pattern) for found in motion)
     units = stated_units(files)
     return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts)
@@ -159,6 +160,8 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``, or ``run``)."""
     assignment, period_s = file.assignment, settings.csv.row_period_s
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
+    if assignment.fraction is not None and period_s is None:
+        groups[FRACTION] = (assignment.fraction,)
     if assignment.wrench:
         groups["wrench"] = assignment.wrench
     run = run_column(file, settings.csv)
@@ -172,6 +175,11 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
     if period_s is not None:
         return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns
+    if assignment.fraction is not None:
+        joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION))
+        if joined is not None:
+            time_s, start, _ = seconds_of(joined, "ns")
+            return time_s, start, "s", columns
     said: str = settings.units.time
     if said == "auto" and assignment.time is not None:
         named = named_unit(file.reader.names[assignment.time])

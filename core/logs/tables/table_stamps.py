@@ -15,7 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 #: Last words of a time column's name, and the unit they state.
-_NAMED = {
+UNIT_OF_WORD = {
     word: unit
     for unit, words in {
         "s": "s sec secs second seconds",
@@ -26,8 +26,9 @@ _NAMED = {
     for word in words.split()
 }
 
-#: Longer steps are doubtful where nothing but the size of the numbers says seconds: no arm is recorded so slowly.
-_SLOW_S = 0.5
+#: Longer steps are doubtful where nothing but the size of the numbers says seconds: few arms are recorded so slowly,
+#: and milliseconds at 20 kHz step by as much.
+_SLOW_S = 0.04
 
 #: Later stamps are no times since the epoch, but garbage.
 _MOST_NS = 9e18
@@ -65,7 +66,7 @@ def seconds_of(stamps: Any, unit: str) -> tuple[FloatArray, int | None, str]:
 def named_unit(name: str) -> str | None:
     """The unit that the name of a time column ends in, such as ``time_ms`` or ``t [ns]``; None without."""
     words = [word for word in re.split(r"[^a-zµμ]+", name.strip().lower()) if word]
-    return _NAMED.get(words[-1]) if len(words) > 1 else None
+    return UNIT_OF_WORD.get(words[-1]) if len(words) > 1 else None
 
 
 def is_doubtful(time_s: FloatArray) -> bool:

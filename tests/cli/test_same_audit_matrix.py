@@ -1,0 +1,208 @@
+"""One simulated arm in every vocabulary and format: what init writes reads the same log, and the audit is the same."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import json
+import lzma
+import re
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from pyarrow import csv, feather
+from same_audit import alike
+from scipy.io import savemat
+from vocabularies import CURRENTS, TORQUE_CONSTANT, VOCABULARIES, table_of
+
+from collaudit.cli import main as entry
+
+Columns = dict[str, Any]
+CONSTANTS = f"log.units.torque_constant_nm_per_a={{ joint1 = {TORQUE_CONSTANT}, joint2 = {TORQUE_CONSTANT} }}"
+#: Findings of reading differ with the names of columns; those of everything behind it do not.
+OF_READING = ("log-columns", "log-units", "log-labels", "log-joint")
+
+
+def text(path: Path, columns: Columns, delimiter: str = ",", decimal: str = ".") -> None:
+    """Shortest decimals that give the same float64."""
+    options = csv.WriteOptions(delimiter=delimiter, quoting_style="none")
+    stream = pa.BufferOutputStream()
+    csv.write_csv(pa.table({f"c{k}": values for k, values in enumerate(columns.values())}), stream, options)
+    body = stream.getvalue().to_pybytes().partition(b"\n")[2].replace(b".", decimal.encode())
+    path.write_bytes(delimiter.join(columns).encode() + b"\n" + body)
+
+
+def packed(pack: Callable[[bytes], bytes], write: Callable[[Path, Columns], None] = text) -> Any:
+    def write_packed(path: Path, columns: Columns) -> None:
+        inner = path.with_name("inner")
+        write(inner, columns)
+        path.write_bytes(pack(inner.read_bytes()))
+
+    return write_packed
+
+
+def zipped(path: Path, columns: Columns) -> None:
+    text(path.with_name("inner"), columns)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(path.with_name("inner"), "run.csv")
+
+
+def npz(path: Path, columns: Columns) -> None:
+    with path.open("wb") as stream:
+        np.savez(stream, **columns)
+
+
+def matlab_name(name: str) -> str:
+    """As ``readtable`` of MATLAB renames a column: letters, digits and underscores."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return plain if plain[0].isalpha() else "x" + plain
+
+
+def mat(path: Path, columns: Columns) -> None:
+    named = {matlab_name(name): values for name, values in columns.items()}
+    savemat(path, named, appendmat=False, long_field_names=True)
+
+
+def mat_73(path: Path, columns: Columns) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in columns.items():
+            file.create_dataset(matlab_name(name), data=values[None, :])
+    head = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM"
+    with path.open("r+b") as stream:
+        stream.write(head)
+
+
+def parquet(path: Path, columns: Columns) -> None:
+    pq.write_table(pa.table(columns), path)
+
+
+FORMATS: dict[str, Callable[[Path, Columns], None]] = {
+    "run.csv": text,
+    "semicolon.csv": lambda path, columns: text(path, columns, ";", ","),
+    "blanks.csv": lambda path, columns: text(path, columns, " "),
+    "run.csv.gz": packed(gzip.compress),
+    "run.csv.bz2": packed(bz2.compress),
+    "run.csv.xz": packed(lambda data: lzma.compress(data, preset=0)),
+    "run.csv.zst": packed(lambda data: pa.Codec("zstd").compress(data, asbytes=True)),
+    "run.zip": zipped,
+    "run.parquet": parquet,
+    "run.parquet.gz": packed(lambda data: gzip.compress(data, 1), parquet),
+    "run.feather": lambda path, columns: feather.write_feather(pa.table(columns), path),
+    "run.npz": npz,
+    "run.mat": mat,
+    "run73.mat": mat_73,
+}
+
+
+#: MATLAB's names of a controller's columns lose what tells its name from a role: these are asked about.
+ASKED = [("controller state", "run.mat"), ("controller state", "run73.mat")]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The arm's two logs, without and with a push, as time and (position, velocity, effort).
+
+    Attributes:
+        robot: configuration that names the robot and the rule only.
+        expected: whether velocities are logged to the audit of the plain table.
+    """
+
+    clean: tuple[Any, tuple[Any, ...]]
+    pushed: tuple[Any, tuple[Any, ...]]
+    robot: Path
+    friction: Path
+    expected: dict[bool, Any]
+
+
+def told(folder: Path) -> Any:
+    """What audit.json says of everything but the file and the names of its columns."""
+    result = json.loads((folder / "audit.json").read_text(encoding="utf-8"))
+    for key in ("name", "sha256", "format", "topic"):
+        result["log"].pop(key)
+    result.pop("provenance")
+    kept = [one for one in result["findings"] if not one["code"].startswith(OF_READING)]
+    result["findings"] = [{key: one.get(key) for key in ("code", "severity", "joint")} for one in kept]
+    return result
+
+
+@pytest.fixture(scope="module")
+def runs(arm: Any, tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    folder = tmp_path_factory.mktemp("matrix")
+    made = []
+    for log in (arm.clean, arm.pushed):
+        rows = np.loadtxt(log, delimiter=",", skiprows=1)[:: 3 if log == arm.pushed else 2]
+        rows = rows[(rows[:, 0] > 60) & (rows[:, 0] < 130)] if log == arm.pushed else rows
+        # Without noise samples lie on the bounds of speeds, and the last digit of a unit's conversion decides.
+        rows[:, 1:5] += np.random.default_rng(2).normal(0, [1e-6, 1e-6, 1e-5, 1e-5], (len(rows), 4))
+        made.append((rows[:, 0], (rows[:, 1:3], rows[:, 3:5], rows[:, 5:7])))
+    whole = arm.config.read_text(encoding="utf-8")
+    robot = folder / "robot.toml"
+    robot.write_text(whole.partition("[log.csv]")[0] + "[detect]" + whole.partition("[detect]")[2], encoding="utf-8")
+    expected = {}
+    for logged in (True, False):
+        config = folder / f"plain-{logged}.toml"
+        config.write_text(whole if logged else whole.replace('velocity = "dq{i}"\n', ""), encoding="utf-8")
+        for name, (time_s, (q, dq, tau)) in zip(("clean", "pushed"), made, strict=True):
+            columns = {"t": time_s, "q1": q[:, 0], "q2": q[:, 1], "tau1": tau[:, 0], "tau2": tau[:, 1]}
+            text(folder / f"{name}-{logged}.csv", columns | ({"dq1": dq[:, 0], "dq2": dq[:, 1]} if logged else {}))
+        friction = folder / f"friction-{logged}.json"
+        assert run("fit", folder / f"clean-{logged}.csv", "-c", config, "-o", friction) == 0
+        out = folder / f"out-{logged}"
+        assert run("detect", folder / f"pushed-{logged}.csv", "-c", config, "--friction", friction, "-o", out) == 1
+        expected[logged] = told(out)
+        assert [one["joint"] for one in expected[logged]["collisions"]] == ["joint1"]
+    return Runs(made[0], made[1], robot, folder / "friction-{}.json", expected)
+
+
+def run(*args: object) -> int:
+    return entry.run([str(arg) for arg in args])
+
+
+def drafted(runs: Runs, log: Path, vocabulary: str) -> Path:
+    """What init writes for a log, told nothing but the robot and, where efforts are currents, the constants."""
+    config = log.with_name("written.toml")
+    stated = ("--set", CONSTANTS) if vocabulary in CURRENTS else ()
+    run("init", log, "-c", runs.robot, *stated, "-o", config, "--force")
+    return config
+
+
+@pytest.mark.parametrize(("vocabulary", "form"), [(v, f) for v in VOCABULARIES for f in FORMATS if (v, f) not in ASKED])
+def test_every_vocabulary_in_every_format_gives_the_same_audit(
+    runs: Runs, vocabulary: str, form: str, tmp_path: Path
+) -> None:
+    logged = bool(VOCABULARIES[vocabulary][1][1])
+    base = (list(VOCABULARIES).index(vocabulary) + list(FORMATS).index(form)) % 2
+    log = tmp_path / form
+    FORMATS[form](log, table_of(vocabulary, base, *runs.pushed))
+    config = drafted(runs, log, vocabulary)
+    friction = Path(str(runs.friction).format(logged))
+    assert run("detect", log, "-c", config, "--friction", friction, "-o", tmp_path / "out") == 1
+    alike(told(tmp_path / "out"), runs.expected[logged])
+
+
+@pytest.mark.parametrize(("vocabulary", "form"), ASKED)
+def test_what_is_not_recognised_names_the_line(
+    runs: Runs, vocabulary: str, form: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    FORMATS[form](tmp_path / form, table_of(vocabulary, 0, *runs.pushed))
+    assert run("init", tmp_path / form, "-c", runs.robot) == 3
+    assert '[log.csv] time = "…", position = "q{i}"' in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("vocabulary", VOCABULARIES)
+def test_friction_fitted_with_what_init_writes(runs: Runs, vocabulary: str, tmp_path: Path) -> None:
+    logged = bool(VOCABULARIES[vocabulary][1][1])
+    form = list(FORMATS)[list(VOCABULARIES).index(vocabulary) % len(FORMATS)]
+    log, friction = tmp_path / form, tmp_path / "friction.json"
+    FORMATS[form](log, table_of(vocabulary, 1, *runs.clean))
+    assert run("fit", log, "-c", drafted(runs, log, vocabulary), "-o", friction) == 0
+    expected = json.loads(Path(str(runs.friction).format(logged)).read_text(encoding="utf-8"))["joints"]
+    alike(json.loads(friction.read_text(encoding="utf-8"))["joints"], expected)

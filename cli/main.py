@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Sequence
 
 import click
 
 from collaudit.cli.group import CommandEntry, LazyGroup
-from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_USAGE, CollauditError
+from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
 from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_linear_algebra
 
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
@@ -62,10 +63,20 @@ collaudit.examples = (
 )
 
 
+class _Terminated(BaseException):
+    """SIGTERM, as an exception: temporary files and worker processes end with the command."""
+
+
+def _terminate(_number: int, _frame: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one would interrupt the clearing up
+    raise _Terminated
+
+
 def main(args: Sequence[str] | None = None) -> None:
     """Run the command line and exit with the contracted code."""
     one_thread_of_linear_algebra()
     keep_freed_memory()
+    signal.signal(signal.SIGTERM, _terminate)
     arguments = list(sys.argv[1:] if args is None else args)
     sys.exit(run(arguments))
 
@@ -73,6 +84,8 @@ def main(args: Sequence[str] | None = None) -> None:
 def run(args: list[str]) -> int:
     """Run one command and return its exit code; every exception ends here."""
     debug = args[:1] == ["--debug"] or os.environ.get("COLLAUDIT_DEBUG", "") not in ("", "0")
+    if debug:
+        os.environ["COLLAUDIT_DEBUG"] = "1"  # what worker processes see
     color = False if os.environ.get("NO_COLOR") else None
     try:
         code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
@@ -80,6 +93,9 @@ def run(args: list[str]) -> int:
     except (KeyboardInterrupt, click.Abort):
         click.echo("interrupted", err=True)
         return EXIT_INTERRUPTED
+    except _Terminated:
+        click.echo("terminated", err=True)
+        return EXIT_TERMINATED
     except click.ClickException as error:
         error.show()
         return EXIT_USAGE

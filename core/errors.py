@@ -11,6 +11,7 @@ EXIT_FAIL = 1
 EXIT_USAGE = 2
 EXIT_NOT_JUDGED = 3
 EXIT_INTERRUPTED = 130
+EXIT_TERMINATED = 143
 
 
 class CollauditError(Exception):

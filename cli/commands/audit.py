@@ -15,7 +15,7 @@ from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from collaudit.cli.audit_one import Outcome
+    from collaudit.cli.batch.audit_one import Outcome
 
 
 @example_command(
@@ -35,20 +35,43 @@ if TYPE_CHECKING:
     metavar="LIST",
     help=f"Also write these for all logs: {', '.join(formats_of_many())}, separated by commas.",
 )
+@click.option(
+    "--timeout", type=click.FloatRange(min=0, min_open=True), metavar="S", help="Longest time for one log, s."
+)
+@click.option(
+    "--memory-limit",
+    type=click.FloatRange(min=0.5),
+    metavar="GB",
+    help="Most memory for one log, GB; a log that needs more is not judged.",
+)
+@click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @config_option
 @robot_options
 @rule_options
-def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None, as_json: bool) -> int:
+def command(
+    logs: tuple[str, ...],
+    output: Path,
+    jobs: int,
+    formats: str | None,
+    timeout: float | None,
+    memory_limit: float | None,
+    force: bool,
+    as_json: bool,
+) -> int:
     """Judge one log or thousands; write a run folder and a report for each, and an index page.
 
     OUT holds index.html, summary.json and, per log, audit.json, signals.parquet, friction.json and
     report.html. Without a friction file, friction is fitted on each log itself, and its result says so. A log
-    that cannot be judged is listed with its reason and stops no other.
+    that cannot be judged is listed with its reason and stops no other: also one that takes too long, or whose
+    process dies. Results of an earlier audit in OUT are removed first; until the new ones stand,
+    AUDIT-UNDER-WAY.txt does.
 
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
-    from collaudit.cli.batch import audit_logs
+    from collaudit.cli.batch.audit_folder import audit_under_way
+    from collaudit.cli.batch.log_jobs import Limits, log_jobs
+    from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.formats import parse_formats
     from collaudit.core.api import find_logs
@@ -62,11 +85,13 @@ def command(logs: tuple[str, ...], output: Path, jobs: int, formats: str | None,
     if friction is not None:
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     found = find_logs(logs, loaded)
-    with progress(f"auditing {len(found)} log{'s' if len(found) > 1 else ''}") as report:
-        outcomes = audit_logs(found, loaded, output, jobs, report, _say_error)
-    entries = [outcome.entry for outcome in outcomes]
-    write_index(output, entries)
-    _write_extra(output, extra, outcomes)
+    work = log_jobs(found)
+    with audit_under_way(output, [job.folder for job in work], force):
+        with progress(f"auditing {len(found)} log{'s' if len(found) > 1 else ''}") as report:
+            outcomes = audit_logs(work, loaded, output, Limits(jobs, timeout, memory_limit), report, _say_error)
+        entries = [outcome.entry for outcome in outcomes]
+        write_index(output, entries)
+        _write_extra(output, extra, outcomes)
     click.echo(summary_json(entries) if as_json else summary_table(entries, terminal_width()), nl=False)
     note(f"index page: {output / 'index.html'}")
     return exit_code([entry.verdict for entry in entries])

@@ -27,7 +27,7 @@ def staged(path: Path) -> Iterator[Path]:
     target = path.resolve()
     temporary = target.with_name(f".{target.name[:80]}.{secrets.token_hex(6)}.part")
     try:
-        _check_target(target)
+        _check_target(path, target)
         target.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         temporary.replace(target)
@@ -67,7 +67,15 @@ def write_synced(path: Path, content: bytes) -> None:
         os.fsync(file.fileno())
 
 
-def _check_target(target: Path) -> None:
+def _check_target(path: Path, target: Path) -> None:
+    if path.is_symlink():
+        raise CollauditError(
+            "cannot write the file",
+            where=str(path),
+            found=f"a symbolic link to {target}",
+            expected="a file; nothing is written through a link",
+            hint="remove the link, or name the file it points to",
+        )
     if target.is_dir():
         raise CollauditError(
             "cannot write the file",

@@ -220,12 +220,13 @@ def test_new_files_follow_the_umask(tmp_path: Path) -> None:
     assert (tmp_path / "a").stat().st_mode == (tmp_path / "b").stat().st_mode
 
 
-def test_a_link_keeps_pointing(tmp_path: Path) -> None:
+def test_nothing_is_written_through_a_link(tmp_path: Path) -> None:
     (tmp_path / "real").write_text("old")
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    atomic_write(tmp_path / "link", "new")
+    with pytest.raises(CollauditError, match="symbolic link"):
+        atomic_write(tmp_path / "link", "new")
     assert (tmp_path / "link").is_symlink()
-    assert (tmp_path / "real").read_text() == "new"
+    assert (tmp_path / "real").read_text() == "old"
 
 
 def test_friction_files_come_back(tmp_path: Path) -> None:

@@ -1,0 +1,110 @@
+"""The folder of an audit: whose it is, and that no verdict of an earlier night stands in it."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from collaudit.cli.batch.audit_one import remove_run
+from collaudit.core.errors import CollauditError
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.formats.registry import FORMATS, formats_of_many
+
+MARKER = "AUDIT-UNDER-WAY.txt"
+_SCHEMA = "collaudit/summary/"
+
+
+@contextmanager
+def audit_under_way(out: Path, folders: Sequence[str], force: bool) -> Iterator[None]:
+    """Make ``out`` ready for an audit; while it runs, and where it never ends, a marker stands in place of a verdict.
+
+    Index, summaries and the runs of these logs from an earlier audit are removed before the first log is
+    judged. The marker goes when the block ends well, which is after the new summaries were written.
+
+    Args:
+        out: folder of the audit, made when missing.
+        folders: names of the run folders.
+        force: take a folder that holds something else than an audit.
+
+    Raises:
+        CollauditError: the folder is not ours, another audit writes into it, or it cannot be written.
+    """
+    _check_owner(out, force)
+    marker = out / MARKER
+    atomic_write(marker, _marker_text())
+    for name in _summaries():
+        _remove(out / name)
+    for folder in folders:
+        remove_run(out / folder)
+    yield
+    marker.unlink(missing_ok=True)
+
+
+def _summaries() -> list[str]:
+    return ["index.html", "summary.json", *(f"summary{FORMATS[name].suffix}" for name in formats_of_many())]
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or a link, never what a link points to."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise CollauditError(
+            "an earlier result cannot be removed", where=str(path), found=error.strerror or str(error)
+        ) from error
+
+
+def _marker_text() -> str:
+    owner = {"host": socket.gethostname(), "process": os.getpid()}
+    return (
+        f"{json.dumps(owner)}\nAn audit is under way here, or was ended before it finished. There is no verdict yet.\n"
+    )
+
+
+def _check_owner(out: Path, force: bool) -> None:
+    try:
+        content = sorted(entry.name for entry in out.iterdir()) if out.exists() else []
+    except OSError as error:
+        raise CollauditError(
+            "not a folder that can be written", where=str(out), found=error.strerror or str(error)
+        ) from error
+    if MARKER in content:
+        _check_idle(out / MARKER)
+    elif content and not _is_audit(out / "summary.json") and not force:
+        raise CollauditError(
+            "the output folder holds something else than an audit",
+            where=str(out),
+            found=", ".join(content[:3]) + (f" and {len(content) - 3} more" if len(content) > 3 else ""),
+            expected="a new or empty folder, or one that collaudit audit wrote",
+            hint="name another folder, or add --force to write beside these files",
+        )
+
+
+def _check_idle(marker: Path) -> None:
+    """Refuse where the marker's process still lives; a marker that tells nothing was left by a killed one."""
+    try:
+        owner = json.loads(marker.read_text(encoding="utf-8").splitlines()[0])
+        host, process = str(owner["host"]), int(owner["process"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return
+    if host == socket.gethostname() and process != os.getpid() and Path(f"/proc/{process}").exists():
+        raise CollauditError(
+            "another audit is writing into this folder",
+            where=str(marker.parent),
+            found=f"process {process}",
+            hint="wait for it, or name another folder",
+        )
+
+
+def _is_audit(summary: Path) -> bool:
+    if summary.is_symlink():
+        return False
+    try:
+        content = json.loads(summary.read_bytes())
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and str(content.get("schema", "")).startswith(_SCHEMA)

@@ -1,0 +1,119 @@
+"""One log of an audit of many: judged, written, and summed up; never an exception."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.core.errors import CollauditError, NotJudgedError
+
+if TYPE_CHECKING:
+    from collaudit.core.api import LogFiles, Progress
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.data.audit_result import AuditResult
+    from collaudit.reports.values.entries import IndexEntry
+
+_RUN_FILES = ("audit.json", "signals.parquet", "friction.json", "report.html")
+_TRACEBACK = "traceback.txt"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one log: its line in the index, and its result unless it could not be judged."""
+
+    entry: IndexEntry
+    result: AuditResult | None
+
+
+def audit_one(
+    files: LogFiles, name: str, folder: str, loaded: LoadedConfig, out: Path, progress: Progress | None
+) -> Outcome:
+    """Judge one log and write its run and report into ``out / folder``.
+
+    Whatever happens to one log is that log's "not judged", with its one message: a bug that its content brings
+    to light must not end a night's audit. With COLLAUDIT_DEBUG the traceback stands in ``traceback.txt``.
+
+    Args:
+        files: of the log.
+        name: what the index calls it.
+        folder: its run folder.
+        loaded: effective configuration.
+        out: folder of the whole audit.
+        progress: of reading.
+    """
+    from collaudit.reports.values.entries import entry_of_error
+
+    run = out / folder
+    try:
+        return _judged(files, name, folder, loaded, out, progress)
+    except CollauditError as error:
+        reason = error
+    except MemoryError:
+        reason = NotJudgedError("not enough memory for this log", where=name)
+    except Exception as error:  # noqa: BLE001 - one log's bug is that log's, said as such
+        reason = _bug(error, files, name)
+        remove_run(run)
+        _keep_traceback(run)
+        return Outcome(entry_of_error(name, reason), None)
+    remove_run(run)
+    return Outcome(entry_of_error(name, reason), None)
+
+
+def _judged(
+    files: LogFiles, name: str, folder: str, loaded: LoadedConfig, out: Path, progress: Progress | None
+) -> Outcome:
+    from dataclasses import replace
+
+    from collaudit.cli.log_arguments import audit_files
+    from collaudit.reports.files.run_files import write_run
+    from collaudit.reports.page.html import write_html
+    from collaudit.reports.values.entries import entry_of
+
+    run = out / folder
+    if run.is_symlink():
+        raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
+    audit, friction = audit_files(files, loaded, progress)
+    write_run(run, audit, friction)
+    write_html(run / "report.html", [audit])
+    return Outcome(replace(entry_of(audit.result, f"{folder}/report.html"), name=name), audit.result)
+
+
+def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:
+    command = shlex.join(["collaudit", "--debug", "detect", *map(str, files)])
+    return NotJudgedError(
+        "an unexpected error: this log was not judged",
+        where=name,
+        found=f"{type(error).__name__}: {error}",
+        hint=f"this is a bug; please report it with the output of: {command} -c CONFIG",
+    )
+
+
+def _keep_traceback(run: Path) -> None:
+    if os.environ.get("COLLAUDIT_DEBUG", "") in ("", "0"):
+        return
+    import traceback
+
+    from collaudit.reports.files.atomic import atomic_write
+
+    with suppress(CollauditError):
+        atomic_write(run / _TRACEBACK, traceback.format_exc())
+
+
+def remove_run(run: Path) -> None:
+    """Take away a run's files: they would stand for a log that was not judged now.
+
+    Args:
+        run: the run folder; where it is a link, or absent, nothing is touched.
+    """
+    if run.is_symlink() or not run.is_dir():
+        return
+    for name in (*_RUN_FILES, _TRACEBACK):
+        (run / name).unlink(missing_ok=True)
+        for part in run.glob(f".{name}.*.part"):  # left by a process that was killed while it wrote
+            part.unlink(missing_ok=True)
+    with suppress(OSError):  # other files in it are not ours
+        run.rmdir()

@@ -1,0 +1,200 @@
+"""A night's audit survives what single logs, workers and signals do to it, and leaves no verdict but its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+# Runs collaudit with logs that do what their names say. Spawned workers import it too, and so behave the same.
+SCRIPT = """
+import os, signal, sys, time
+import numpy as np
+from collaudit.cli import log_arguments
+from collaudit.cli.main import main
+
+judge = log_arguments.audit_files
+
+def audit_files(files, *rest):
+    name = files[0].name
+    if "killed" in name:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if "hanging" in name:
+        time.sleep(90)
+    if "hungry" in name:
+        np.ones(2 * 10**9)
+    if "bug" in name:
+        raise np.linalg.LinAlgError("singular")
+    return judge(files, *rest)
+
+log_arguments.audit_files = audit_files
+if __name__ == "__main__":
+    main()
+"""
+
+
+def _night(folder: Path, arm, *kinds: str) -> tuple[list[str], Path]:
+    """A folder of logs of these kinds, the command that audits them, and its OUT."""
+    logs = folder / "logs"
+    logs.mkdir()
+    for number, kind in enumerate(kinds):
+        shutil.copyfile(arm.pushed if kind == "pushed" else arm.clean, logs / f"{number}-{kind}.csv")
+    script = folder / "night.py"
+    script.write_text(SCRIPT)
+    command = [sys.executable, str(script), "audit", str(logs), "-c", str(arm.config), "--friction", str(arm.friction)]
+    return [*command, "-o", str(folder / "out")], folder / "out"
+
+
+def _verdicts(out: Path) -> dict[str, str]:
+    return {entry["name"]: entry["verdict"] for entry in json.loads((out / "summary.json").read_text())["logs"]}
+
+
+def _reason(out: Path, name: str) -> str:
+    logs = json.loads((out / "summary.json").read_text())["logs"]
+    return next(entry["reasons"][0] for entry in logs if entry["name"] == name)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_bug_in_one_log_is_that_logs(jobs: int, arm, tmp_path: Path) -> None:
+    command, out = _night(tmp_path, arm, "clean", "bug", "clean")
+    run = subprocess.run([*command, "-j", str(jobs), "--format", "junit"], capture_output=True, text=True)
+    assert run.returncode == 3, run.stderr
+    assert _verdicts(out) == {"0-clean.csv": "pass", "1-bug.csv": "not_judged", "2-clean.csv": "pass"}
+    assert "unexpected error" in run.stderr and "LinAlgError: singular" in run.stderr and "report" in run.stderr
+    assert "Traceback" not in run.stderr
+    assert (out / "summary.xml").exists() and (out / "index.html").exists()
+    assert not (out / "1-bug").exists()
+
+
+def test_debug_keeps_the_traceback_beside_the_log(arm, tmp_path: Path) -> None:
+    command, out = _night(tmp_path, arm, "bug")
+    run = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "COLLAUDIT_DEBUG": "1"})
+    assert run.returncode == 3, run.stderr
+    assert "in audit_files" in (out / "0-bug" / "traceback.txt").read_text()
+
+
+def test_a_dead_or_hanging_worker_costs_its_log_only(arm, tmp_path: Path) -> None:
+    command, out = _night(tmp_path, arm, "killed", "clean", "hanging", "pushed", "killed")
+    run = subprocess.run([*command, "-j", "2", "--timeout", "25"], capture_output=True, text=True)
+    assert run.returncode == 1, run.stderr
+    assert _verdicts(out) == {
+        "0-killed.csv": "not_judged",
+        "1-clean.csv": "pass",
+        "2-hanging.csv": "not_judged",
+        "3-pushed.csv": "fail",
+        "4-killed.csv": "not_judged",
+    }
+    assert "SIGKILL" in _reason(out, "0-killed.csv")
+    assert "25 s" in _reason(out, "2-hanging.csv")
+
+
+def test_a_log_that_needs_too_much_memory(arm, tmp_path: Path) -> None:
+    command, out = _night(tmp_path, arm, "hungry", "clean")
+    run = subprocess.run([*command, "--memory-limit", "4"], capture_output=True, text=True)
+    assert run.returncode == 3, run.stderr
+    assert _verdicts(out) == {"0-hungry.csv": "not_judged", "1-clean.csv": "pass"}
+    assert "memory" in _reason(out, "0-hungry.csv")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGKILL, -9)])
+def test_an_ended_audit_leaves_no_verdict_no_part_and_no_worker(number: int, code: int, arm, tmp_path: Path) -> None:
+    command, out = _night(tmp_path, arm, "clean", "hanging", "hanging", "hanging")
+    out.mkdir()
+    (out / "summary.json").write_text('{"schema": "collaudit/summary/1", "verdict": "pass"}')
+    (out / "1-hanging").mkdir()
+    (out / "1-hanging" / "audit.json").write_text("{}")
+    process = subprocess.Popen([*command, "-j", "2"], stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while not (out / "0-clean" / "report.html").exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    children = _children(process.pid)
+    assert len(children) >= 2
+    started = time.monotonic()
+    process.send_signal(number)
+    process.communicate(timeout=30)
+    assert process.returncode == code
+    assert time.monotonic() - started < 10
+    assert not (out / "summary.json").exists() and not (out / "index.html").exists()
+    assert (out / "AUDIT-UNDER-WAY.txt").exists()
+    assert not (out / "1-hanging").exists()
+    assert not list(out.rglob("*.part"))
+    while any(map(_alive, children)) and time.monotonic() < started + 15:
+        time.sleep(0.2)
+    assert not any(map(_alive, children)), "workers live on"
+
+
+def _children(pid: int) -> list[int]:
+    found = []
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        found += map(int, (task / "children").read_text().split())
+    return found
+
+
+def _alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split(") ")[1][0] != "Z"
+    except OSError:
+        return False
+
+
+def test_an_audit_after_a_killed_one_takes_its_place(arm, collaudit, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "AUDIT-UNDER-WAY.txt").write_text('{"host": "elsewhere", "process": 1}\n')
+    arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
+    assert collaudit(*arguments).code == 0
+    assert not (out / "AUDIT-UNDER-WAY.txt").exists()
+
+
+def test_two_audits_do_not_share_a_folder(arm, collaudit, tmp_path: Path) -> None:
+    import socket
+
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "AUDIT-UNDER-WAY.txt").write_text(json.dumps({"host": socket.gethostname(), "process": os.getppid()}))
+    refused = collaudit("audit", arm.clean, "-c", arm.config, "-o", out)
+    assert refused.code == 2
+    assert "another audit" in refused.err
+
+
+def test_a_foreign_folder_needs_force(arm, collaudit, tmp_path: Path) -> None:
+    out = tmp_path / "site"
+    out.mkdir()
+    (out / "index.html").write_text("mine")
+    arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
+    refused = collaudit(*arguments)
+    assert refused.code == 2
+    assert "index.html" in refused.err and "--force" in refused.err
+    assert (out / "index.html").read_text() == "mine"
+    assert collaudit(*arguments, "--force").code == 0
+    assert collaudit(*arguments).code == 0, "now the folder is an audit's"
+
+
+def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> None:
+    target = tmp_path / "mine.json"
+    target.write_text("mine")
+    out = tmp_path / "out"
+    arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
+    assert collaudit(*arguments).code == 0
+    for name in ("summary.json", "clean/audit.json"):
+        (out / name).unlink()
+        (out / name).symlink_to(target)
+        collaudit(*arguments, "--force")
+        assert target.read_text() == "mine"
+    (tmp_path / "elsewhere").mkdir()
+    shutil.rmtree(out / "clean")
+    (out / "clean").symlink_to(tmp_path / "elsewhere")
+    assert collaudit(*arguments).code == 3
+    assert not list((tmp_path / "elsewhere").iterdir())
+    link = tmp_path / "link.json"
+    link.symlink_to(target)
+    refused = collaudit("fit", arm.clean, "-c", arm.config, "-o", link)
+    assert refused.code == 2 and "symbolic link" in refused.err
+    assert target.read_text() == "mine"

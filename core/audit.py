@@ -44,6 +44,7 @@ from collaudit.core.friction.applied_friction import AppliedFriction, applied_fr
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, wanted
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.numeric.arrays import BoolArray
@@ -79,9 +80,13 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     identified = identify(known, config)
     if identified is not None:
         known = [calibrated(log, replace(sensor, identified=identified, tool=None), config) for log in known]
+    coupled, about_axes = fit_coupled(known, config, "inertials" in wanted(config))
+    if coupled:
+        known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
     fits = fit_joints(known, config)
     variation = merged([friction_variation(log, fits) for log in known])
     findings = [f for log, (_, found) in zip(prepared, audited, strict=True) for f in (*log.findings, *found)]
+    findings += about_axes
     findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(variation, fits)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
@@ -95,6 +100,7 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
         identified=identified,
         channels=channels,
         trends=variation,
+        coupled=coupled,
     )
 
 
@@ -118,7 +124,12 @@ def audit_log(
         LogError: the known events cannot be understood.
         ConfigError: a label that marks them is not in the log, or the friction file is another arm's.
     """
-    prepared = calibrated(prepared, Calibration.of(friction, config), config)
+    known = Calibration.of(friction, config)
+    about_axes: list[Finding] = []
+    if friction is None:
+        coupled, about_axes = fit_coupled([prepared], config, with_inertia=False)
+        known = replace(known, coupled=coupled)
+    prepared = calibrated(prepared, known, config)
     series = prepared.judged_series
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
@@ -132,7 +143,8 @@ def audit_log(
     detected = judged.run.detected
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     uncovered = coverage_findings(coverage, config.policy.min_coverage)
-    findings = [*asked_findings(prepared, config), *applied.findings, *judged.findings, *uncovered, *scarce]
+    findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *judged.findings]
+    findings += [*uncovered, *scarce]
     verdict, reasons = decide(config.policy, detected.collisions, detected.near_misses, coverage, findings)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
@@ -148,7 +160,7 @@ def audit_log(
         friction=applied.fits,
         identification=None
         if friction is None
-        else Identification(friction.identified, friction.channels, friction.trends),
+        else Identification(friction.identified, friction.channels, friction.trends, friction.coupled),
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),

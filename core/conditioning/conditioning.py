@@ -95,6 +95,7 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
         annotations=log.annotations,
         phases=log.phases,
         bridged=base.bridged,
+        couplings=log.couplings,
     )
 
 

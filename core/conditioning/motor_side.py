@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.config.schema import RobotConfig
+from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
@@ -164,7 +165,24 @@ def _reduced(log: JointLog, matrix: FloatArray, config: RobotConfig) -> JointLog
     if effort is not None and "effort" in side:
         effort = _times(effort, matrix.T)
     findings.append(Finding("log-motor-side", "info", _words(log.joint_names, matrix, config), where=log.source.name))
-    return replace(log, position_rad=position, velocity_rad_s=velocity, effort=effort, findings=tuple(findings))
+    return replace(
+        log,
+        position_rad=position,
+        velocity_rad_s=velocity,
+        effort=effort,
+        findings=tuple(findings),
+        couplings=_couplings(log.joint_names, matrix),
+    )
+
+
+def _couplings(names: Sequence[str], matrix: FloatArray) -> tuple[Coupling, ...]:
+    """The motors that turn with more than their own joint."""
+    found = []
+    for i, row in enumerate(matrix):
+        if np.count_nonzero(row) > 1:
+            weights = {names[j]: float(row[j] / row[i]) for j in np.flatnonzero(row).tolist()}
+            found.append(Coupling(names[i], weights))
+    return tuple(found)
 
 
 def _times(values: FloatArray, matrix: FloatArray) -> FloatArray:

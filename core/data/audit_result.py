@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import DetectionFacts
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
@@ -46,7 +47,8 @@ class FrictionFile:
     """``friction.json``.
 
     ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
-    each log's channels; ``trends`` what moves in each joint's friction.
+    each log's channels; ``trends`` what moves in each joint's friction;
+    ``coupled`` the friction of axes that turn with several joints, by the motor's own joint.
     """
 
     schema: str
@@ -56,6 +58,7 @@ class FrictionFile:
     identified: Identified | None = None
     channels: dict[str, ChannelFacts] = field(default_factory=dict)
     trends: dict[str, FrictionVariation] = field(default_factory=dict)
+    coupled: dict[str, CoupledFriction] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

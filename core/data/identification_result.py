@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
+
+from collaudit.core.data.coupled_friction import CoupledFriction
 
 Bounds = tuple[float | None, float | None]
 
@@ -252,8 +254,10 @@ class Identification:
         identified: gains, inertials, tool, when they were asked for.
         channels: by log.
         trends: by joint.
+        coupled: friction of axes that turn with several joints, by the motor's own joint.
     """
 
     identified: Identified | None
     channels: dict[str, ChannelFacts]
     trends: dict[str, FrictionVariation]
+    coupled: dict[str, CoupledFriction] = field(default_factory=dict)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
+from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -103,6 +104,7 @@ class JointLog:
         annotations: alarms of the controller and notes of true events that the log holds.
         phases: the phases that the log itself states, one annotation a value.
         temperature_c: (n, j) temperature of each joint, °C; None when the log has none.
+        couplings: motors that turn with several joints, as the configuration states them.
     """
 
     time_s: FloatArray
@@ -117,6 +119,7 @@ class JointLog:
     annotations: tuple[Annotation, ...] = ()
     phases: tuple[Annotation, ...] = ()
     temperature_c: FloatArray | None = None
+    couplings: tuple[Coupling, ...] = ()
 
     def __post_init__(self) -> None:
         n, j = self.time_s.shape[0], len(self.joint_names)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
@@ -36,6 +37,7 @@ class UniformSeries:
         annotations, phases: those of the log.
         temperature_c: (n, j), or None.
         bridged: (n,) samples that were lost and interpolated; None where that is not told.
+        couplings: those of the log.
     """
 
     time_s: FloatArray
@@ -59,6 +61,7 @@ class UniformSeries:
     phases: tuple[Annotation, ...] = ()
     temperature_c: FloatArray | None = None
     bridged: BoolArray | None = None
+    couplings: tuple[Coupling, ...] = ()
 
     def column(self, joint: str) -> int:
         """Index of a joint's column."""

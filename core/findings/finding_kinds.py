@@ -226,6 +226,11 @@ KINDS: dict[str, Kind] = {
         _INFO,
         setting="robot.reduction",
     ),
+    "friction-coupled": Kind(
+        "A motor turns with several joints; its friction was told apart from theirs, or could not be.",
+        "Nothing where it was told. Else let the joints of the wrist move at different speeds in the fitting run.",
+        _EITHER,
+    ),
     "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),
     "log-position-break": Kind(
         "A joint's position jumps as no joint moves; the log is cut there.",

@@ -32,6 +32,7 @@ class Motion:
         contact: (n, j) torque of the commanded tool force, zero without a wrench.
         moving: (n, j) where a joint has moved one way for a while and will, and its effort is known.
         drift: (n, d) functions of time that an offset may follow.
+        coupled: (c, j) weights of the joints in the speeds of axes that turn with several.
         cluster: (n,) stretch of one second that a sample belongs to; errors inside one are alike.
         block: (n,) block of time to be held out together.
         rate_hz: samples a second.
@@ -45,6 +46,7 @@ class Motion:
     contact: FloatArray
     moving: BoolArray
     drift: FloatArray
+    coupled: FloatArray
     cluster: IntArray
     block: IntArray
     rate_hz: float
@@ -99,6 +101,7 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
         columns[4],
         np.asarray(columns[5] > 0),
         drift_columns(clocks),
+        _coupled(prepared[0]),
         np.asarray(cluster, dtype=np.int64),
         np.asarray(block, dtype=np.int64),
         rate,
@@ -129,7 +132,16 @@ def _part(
     margin = round(_SETTLED_S / series.period_s)
     for j in range(v.shape[1]):
         use[:, j] &= steady(velocity[:, j], MOVING_RAD_S, margin)[rows]
+    for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding
+        use[:, weights != 0] &= steady(velocity @ weights, MOVING_RAD_S, margin)[rows, None]
     return q, v, a, np.nan_to_num(effort[rows]), contact, use.astype(np.float64)
+
+
+def _coupled(prepared: Prepared) -> FloatArray:
+    """(c, j) weights of the joints in the axes that turn with several."""
+    names = prepared.series.joint_names
+    rows = [[c.weights.get(name, 0.0) for name in names] for c in prepared.series.couplings]
+    return np.array(rows).reshape(len(rows), len(names))
 
 
 def _loss(step: int, rate: float, bandwidth: float) -> str:

@@ -17,6 +17,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 OFFSET = 2
 _LAW = 7
+_COUPLED = 3
 _LOW_SPEEDS = (0.03, 0.1)  # rad/s: Stribeck velocities of gears lie between
 _KNOT_S = 30.0
 _MOST_KNOTS = 20
@@ -58,22 +59,29 @@ def drift_columns(times_s: Sequence[FloatArray]) -> FloatArray:
 
 
 def nuisance_columns(
-    velocity: FloatArray, acceleration: FloatArray, drift: FloatArray, moving: BoolArray
+    velocity: FloatArray, acceleration: FloatArray, drift: FloatArray, moving: BoolArray, coupled: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """(j, n, 7 + d) columns of every joint, and (j,) which joints move one way only.
+    """(j, n, 7 + 3 c + d) columns of every joint, and (j,) which joints move one way only.
 
     Of those friction and offset are one: what is the same both ways is left to friction.
 
     Args:
         velocity, acceleration, moving: (n, j).
         drift: (n, d).
+        coupled: (c, j) weights of the joints in the speeds of axes that turn with several: their friction and drive
+            inertia are columns of each of these joints.
     """
     joints = velocity.shape[1]
-    out = np.empty((joints, velocity.shape[0], _LAW + drift.shape[1]))
+    first = _LAW + _COUPLED * coupled.shape[0]
+    out = np.zeros((joints, velocity.shape[0], first + drift.shape[1]))
     one_way = np.zeros(joints, dtype=bool)
     for j in range(joints):
         out[j, :, :_LAW] = friction_columns(velocity[:, j], acceleration[:, j])
-        out[j, :, _LAW:] = drift
+        for c in np.flatnonzero(coupled[:, j]):
+            s = velocity @ coupled[c]
+            at = _LAW + _COUPLED * c
+            out[j, :, at : at + _COUPLED] = np.column_stack([np.sign(s), s, acceleration @ coupled[c]])
+        out[j, :, first:] = drift
         ahead = np.count_nonzero(velocity[moving[:, j], j] > 0)
         total = np.count_nonzero(moving[:, j])
         one_way[j] = min(ahead, total - ahead) < 0.01 * total

@@ -47,7 +47,9 @@ class Terms:
             pick = np.flatnonzero(free & np.any(regressor[:, j] != 0.0, axis=0))
             columns.append(np.ascontiguousarray(regressor[:, j, pick]))
             index.append(np.asarray(pick, dtype=np.int64))
-        nuisance, one_way = nuisance_columns(motion.velocity, motion.acceleration, motion.drift, motion.moving)
+        nuisance, one_way = nuisance_columns(
+            motion.velocity, motion.acceleration, motion.drift, motion.moving, motion.coupled
+        )
         starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
         starts = np.asarray(starts, dtype=np.int64)
         return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)

@@ -62,25 +62,26 @@ def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Sta
         place = np.concatenate([place, scales.size + kinds * j + np.arange(kinds)])
         data[np.ix_(place, place)] += (columns * state.slope[:, j, None]).T @ columns
         parts.append((j, place, columns))
-    inverse = _inverse(data + np.diag(precision))
+    inverse = scaled_inverse(data + np.diag(precision))
     influence, share = np.zeros((terms.starts.size, size)), np.zeros((terms.starts.size, size))
     for j, place, columns in parts:
         felt = columns @ inverse[place]
         influence += terms.by_cluster(felt * (state.weight[:, j] * rest[:, j] / state.sigma[j])[:, None])
         share += terms.by_cluster(felt**2 * state.slope[:, j, None])
-    full = _covariance(influence, share) + (inverse * precision) @ inverse
+    full = clustered_covariance(influence, share) + (inverse * precision) @ inverse
     offset = scales.size + kinds * np.arange(joints) + OFFSET
     known = np.sqrt(np.maximum(np.diag(full)[offset], 0.0))
     return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known)
 
 
-def _inverse(hessian: FloatArray) -> FloatArray:
+def scaled_inverse(hessian: FloatArray) -> FloatArray:
+    """Generalised inverse of (f, f), its rows and columns scaled to a diagonal of one."""
     scale = np.sqrt(np.maximum(np.diag(hessian), 1e-30))
     inverse = np.linalg.pinv(hessian / np.outer(scale, scale), rcond=1e-12, hermitian=True)
     return np.asarray(inverse / np.outer(scale, scale))
 
 
-def _covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
+def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
     """(f, f) from what each cluster moves (c, f), and the information (c, f) that each brings."""
     from scipy.stats import t
 

@@ -8,16 +8,18 @@ gains and findings are computed once, as the log is judged.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import ChannelFacts, Identified, SensorFacts
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
+from collaudit.core.prepare.coupled_torque import coupled_torque
 from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -31,18 +33,21 @@ class Calibration:
         sensor: zero offset and tool of the wrist sensor; None to estimate the offset from the log.
         tool: the tool that the model carries in place of the described one, None for the described one.
         sensor_missing: a calibrated sensor was asked for and none is known.
+        coupled: friction of axes that turn with several joints, by the motor's own joint.
     """
 
     identified: Identified | None = None
     sensor: SensorFacts | None = None
     tool: SensorFacts | None = None
     sensor_missing: bool = False
+    coupled: Mapping[str, CoupledFriction] = field(default_factory=dict)
 
     @classmethod
     def of(cls, friction: FrictionFile | None, config: Config) -> Calibration:
         """What a friction file knows, of what the configuration asks for."""
         identified, channels = (None, {}) if friction is None else (friction.identified, friction.channels)
-        found = cls.of_sensor(channels, config)
+        coupled = {} if friction is None else friction.coupled
+        found = replace(cls.of_sensor(channels, config), coupled=coupled)
         if identified is None:
             return found
         # the identified bodies are the whole arm, the tool in use at the fit included
@@ -64,12 +69,20 @@ class Calibration:
 
 
 def calibrated_series(series: UniformSeries, calibration: Calibration) -> UniformSeries:
-    """The series with its effort as joint torque: effort / gain - offset, where both were identified.
+    """The series with its effort as joint torque: effort / gain - offset, less the friction of coupled axes.
 
     Raises:
         ConfigError: they were identified on another arm.
     """
-    identified = calibration.identified
+    series = _with_identified_drives(series, calibration.identified)
+    known = {c.joint for c in series.couplings}
+    coupled = {joint: axis for joint, axis in calibration.coupled.items() if joint in known}
+    if not coupled or series.effort is None or series.effort_unit != "Nm":
+        return series
+    return replace(series, effort=series.effort - coupled_torque(series, coupled))
+
+
+def _with_identified_drives(series: UniformSeries, identified: Identified | None) -> UniformSeries:
     if identified is None:
         return series
     names = series.joint_names

@@ -16,6 +16,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance
@@ -112,8 +113,17 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     for joint in inputs.not_judged & set(names):
         state[:, names.index(joint)] = State.UNUSABLE
     _mark(state, torque, series, balance)
+    if prepared.calibration.coupled and known:
+        uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
     return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names))
+
+
+def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
+    """(n, j) by how much the torque of coupled axes, taken off the effort, may be wrong; 0 where nothing is known."""
+    series = prepared.series
+    doubt = coupled_doubt(series, prepared.calibration.coupled, travel_rad)[:, prepared.columns()]
+    return np.nan_to_num(kernel.apply(doubt, series.segments, series.period_s))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

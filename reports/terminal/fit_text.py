@@ -22,7 +22,7 @@ def fit_text(friction: FrictionFile, width: int | None = None) -> str:
 def _identification_text(friction: FrictionFile, width: int | None) -> str:
     """What was identified besides friction, table by table; long tables stay in friction.json and the page."""
 
-    found = Identification(friction.identified, friction.channels, friction.trends)
+    found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled)
     parts = []
     for each in identification_tables(found):
         if not each.folded:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
     ChannelFacts,
     FrictionVariation,
@@ -33,12 +34,30 @@ class Table:
 def identification_tables(found: Identification) -> tuple[Table, ...]:
     """Every table there is something for."""
     tables = [*_identified(found.identified)] if found.identified is not None else []
+    if found.coupled:
+        tables.append(_coupled(found.coupled))
     if found.channels:
         tables.append(_channels(found.channels))
         tables += [_sensor(log, facts.sensor) for log, facts in found.channels.items() if facts.sensor is not None]
     if found.trends:
         tables.append(_trends(found.trends))
     return tuple(tables)
+
+
+def _coupled(axes: dict[str, CoupledFriction]) -> Table:
+    rows = [
+        (
+            joint,
+            " + ".join(name if w == 1 else f"{significant(w)}·{name}" for name, w in axis.weights.items()),
+            _with(axis.coulomb_nm, axis.ci95.get("coulomb_nm")),
+            _with(axis.viscous_nm_s_per_rad, axis.ci95.get("viscous_nm_s_per_rad")),
+            NONE if axis.inertia_kg_m2 is None else _with(axis.inertia_kg_m2, axis.ci95.get("inertia_kg_m2")),
+        )
+        for joint, axis in axes.items()
+    ]
+    head = ("Motor of", "Turns with", "Coulomb, N·m", "Viscous, N·m·s/rad", "Drive inertia, kg·m²")
+    note = "Taken off the effort of each of these joints; their own friction stands beside it."
+    return Table("Friction of coupled axes", head, tuple(rows), (note,))
 
 
 def _identified(found: Identified) -> Iterator[Table]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.origins import log_source
+from origins import log_source
 
 from collaudit.core.conditioning.motor_side import at_joints
 from collaudit.core.config.schema import RobotConfig

@@ -57,8 +57,11 @@ from collaudit.core.residual.rest_changes import change_findings
 from collaudit.core.scoring.known_events import score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
-from collaudit.core.verdict.coverage import coverage_findings, measure_coverage
-from collaudit.core.verdict.verdict import decide
+from collaudit.core.verdict.coverage import measure_coverage
+from collaudit.core.verdict.exclusions import exclusions
+from collaudit.core.verdict.sensitivity import measure_sensitivity
+from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
+from collaudit.core.verdict.verdict import Evidence, decide
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
 
@@ -142,10 +145,12 @@ def audit_log(
     scarce = little_data_findings(recommended)
     detected = judged.run.detected
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
-    uncovered = coverage_findings(coverage, config.policy.min_coverage)
+    sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
+    short = shortfalls(config.policy, coverage, sensitivity.joints)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *judged.findings]
-    findings += [*uncovered, *scarce]
-    verdict, reasons = decide(config.policy, detected.collisions, detected.near_misses, coverage, findings)
+    findings += [*coverage_findings(short), *scarce]
+    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
+    verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
         verdict=verdict,
@@ -165,6 +170,9 @@ def audit_log(
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, incidents=contacts, flags=alarms, scores=scores),
+        contacts=contacts,
+        exclusions=exclusions(coverage, sensitivity.joints),
+        sensitivity=sensitivity,
     )
     return Audit(result, judged.signals)
 

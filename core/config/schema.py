@@ -185,12 +185,31 @@ class FitConfig(ConfigTable):
 class PolicyConfig(ConfigTable):
     """What makes an audit fail, and what makes it unable to judge."""
 
-    max_collisions: Annotated[int, Field(ge=0)] = Field(0, description="More collisions than this break the policy.")
+    max_collisions: Annotated[int, Field(ge=0)] = Field(
+        0, description="The audit fails if there are more contacts than this; alarms of several joints are one contact."
+    )
     max_near_misses_per_hour: NonNegative | None = Field(
-        None, description="More near misses an hour than this break it."
+        None, description="The audit fails if there are more near misses an hour than this."
+    )
+    observable_nm: Positive | dict[str, Positive] | None = Field(
+        None,
+        description="External torque that must be noticeable, N·m; one number, or by joint; five times its `gamma_nm` "
+        "for a joint that has none.",
+    )
+    min_observable: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5,
+        description="Least share of a watched joint's time in motion in which a torque of `observable_nm` would have "
+        "alarmed; with less the log is not judged.",
+    )
+    max_hidden_s: Positive = Field(
+        600.0,
+        description="Longest stretch in which a watched joint may hide a torque of `observable_nm`, at rest too, s; "
+        "with a longer one the log is not judged.",
     )
     min_coverage: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.8, description="Least share of a watched joint's moving time that must be judged."
+        0.8,
+        description="Least share of a watched joint's time in motion, gaps included, in which anything can be told; "
+        "with less the log is not judged.",
     )
 
 

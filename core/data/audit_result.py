@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
-from collaudit.core.data.detection_result import DetectionFacts
+from collaudit.core.data.detection_result import Contact, DetectionFacts
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.findings import Finding
 
@@ -233,7 +234,15 @@ class PhaseSpan:
 
 @dataclass(frozen=True, slots=True)
 class AuditResult:
-    """``audit.json``: everything one audit of one log found."""
+    """``audit.json``: everything one audit of one log found.
+
+    Attributes:
+        collisions: the alarms of single joints.
+        contacts: the alarms that belong together, one each contact: what headline, policy and exit codes count.
+        exclusions: what the verdict does not speak of: time and joints that were not judged, torque that friction hid.
+        sensitivity: how small a torque or force would have alarmed, for how much of the time; None in files of
+            earlier versions.
+    """
 
     schema: str
     verdict: Verdict
@@ -251,6 +260,9 @@ class AuditResult:
     provenance: Provenance
     detection: DetectionFacts | None = None
     identification: Identification | None = None
+    contacts: tuple[Contact, ...] = ()
+    exclusions: tuple[str, ...] = ()
+    sensitivity: Sensitivity | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

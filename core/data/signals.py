@@ -36,6 +36,11 @@ class State(IntEnum):
         """The state as a stable, kebab-case reason."""
         return self.name.lower().replace("_", "-")
 
+    @classmethod
+    def of(cls, reason: str) -> State | None:
+        """The state of a reason of :attr:`code`; None for one that this version does not know."""
+        return cls.__members__.get(reason.replace("-", "_").upper())
+
     @property
     def text(self) -> str:
         """The state in words for a reader."""

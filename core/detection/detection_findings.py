@@ -68,12 +68,16 @@ def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Fin
 
 
 def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: int) -> list[Finding]:
-    """Exceedances that end in an unjudged stretch and would have been events had it gone on."""
+    """Exceedances that end in an unjudged stretch and would have been events had it gone on, or that lie in one.
+
+    Faster than friction was measured, or between unjudged samples, the residual is no evidence, but no clean bill.
+    """
     state = run.detected.state[:, j]
     with np.errstate(invalid="ignore"):
         above = np.abs(run.residual.torque_nm[:, j]) > run.threshold.of(j)
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
-    above &= (state <= State.FRICTION_INTERVAL) | pinned
+    evidence = state <= State.FRICTION_INTERVAL
+    above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
     blind = (state == State.SATURATED) | (state == State.NOT_A_NUMBER) | (state == State.GAP) | (state == State.EDGE)
     starts, stops = run_bounds(above | blind)
     length = np.concatenate(([0], np.cumsum(above)))
@@ -81,15 +85,15 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     fired = [c.onset_s for c in run.detected.collisions if c.joint == joint]
     for a, b in zip(starts, stops, strict=True):
         count = int(length[b] - length[a])
-        whole = count == b - a and not pinned[a:b].any()
+        whole = count == b - a and evidence[a:b].all()
         if count == 0 or whole or b - a < n:
             continue
         first, last = float(series.time_s[a]), float(series.time_s[b - 1])
         if any(first - series.period_s <= t <= last for t in fired):
             continue
         text = (
-            f"The residual of joint '{joint}' was above its threshold for {count} samples next to a stretch that is "
-            f"not judged ({first:.4g} to {last:.4g} s): a collision may have been cut off."
+            f"The residual of joint '{joint}' was above its threshold for {count} samples in or next to a stretch that "
+            f"is not judged ({first:.4g} to {last:.4g} s): a contact may have been missed or cut off."
         )
         out.append(Finding("event-cut", "warning", text, joint=joint, start_s=first, end_s=last))
     return out[:_LISTED_CUTS]

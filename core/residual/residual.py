@@ -59,6 +59,8 @@ class Residual:
         levels: friction level by joint, where there is a law and a model.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         isolation: which columns are judged apart, and what they tell of the place of a contact.
+        hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
+            external torque; 0 where friction is a value. None: nothing is hidden anywhere.
     """
 
     torque_nm: FloatArray
@@ -68,6 +70,7 @@ class Residual:
     levels: dict[str, FrictionLevel]
     balance: Balance
     isolation: Isolation
+    hidden_nm: FloatArray | None = None
 
     @property
     def model_nm(self) -> FloatArray:
@@ -101,22 +104,24 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
     torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
+    hidden = np.zeros((n, count), order="F")  # pages that nothing is written to cost no memory
 
     def fill_joint(j: int) -> FrictionLevel:
         """Fill one joint's columns; only its level is handed on."""
-        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
+        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], hidden[:, j])
         return _fill_joint(series, j, balance, inputs.laws[names[j]], config, columns)
 
     levels = {names[j]: level for j, level in zip(known, ordered_map(fill_joint, known), strict=True)}
     if usable:
         fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
+        hidden[:, missing] = np.where(state[:, missing] == State.FRICTION_INTERVAL, np.inf, 0.0)
     for joint in inputs.not_judged & set(names):
         state[:, names.index(joint)] = State.UNUSABLE
     _mark(state, torque, series, balance)
     if prepared.calibration.coupled and known:
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
-    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names))
+    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names), hidden)
 
 
 def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
@@ -133,6 +138,7 @@ class _Columns:
     torque_nm: FloatArray
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
+    hidden_nm: FloatArray
 
 
 def _fill_joint(
@@ -154,7 +160,7 @@ def _fill_joint(
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
     _take_off(total, friction, level, columns)
     columns.uncertainty_nm[undecided] = 0.0
-    columns.torque_nm[undecided] = _beyond(total, band, level, around, undecided)
+    columns.torque_nm[undecided], columns.hidden_nm[undecided] = _beyond(total, band, level, around, undecided)
     columns.state[undecided] = State.FRICTION_INTERVAL
     columns.state[too_fast] = State.TOO_FAST
     return level
@@ -173,10 +179,11 @@ def _take_off(total: FloatArray, friction: FloatArray, level: FrictionLevel, col
 
 def _beyond(
     total: FloatArray, band: FrictionBounds, level: FrictionLevel, around: _Around, undecided: BoolArray
-) -> FloatArray:
-    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty.
+) -> tuple[FloatArray, FloatArray]:
+    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty; its width.
 
-    Only at the undecided samples, (k,).
+    Only at the undecided samples, (k,). An external torque as large as the width can leave the distance zero: friction
+    at one end of the interval, the torque against it.
     """
     rows = around.rows
     scale = 1.0 + level.deviation[rows]
@@ -184,7 +191,9 @@ def _beyond(
     slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
     low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
     unexplained = total[rows]
-    return np.asarray(np.maximum(unexplained - high, 0.0) + np.minimum(unexplained - low, 0.0))[undecided[rows]]
+    distance = np.maximum(unexplained - high, 0.0) + np.minimum(unexplained - low, 0.0)
+    picked = undecided[rows]
+    return np.asarray(distance[picked]), np.asarray((high - low)[picked])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

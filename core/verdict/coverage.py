@@ -11,8 +11,7 @@ from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedS
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.watch import Watch
-from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 
 _LISTED_SPAN_S = 0.5
@@ -46,9 +45,7 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
 def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray, watch: Watch) -> JointCoverage:
     period = series.period_s
     count = np.bincount(state, minlength=len(State))
-    speed = np.abs(np.nan_to_num(velocity))
-    standing = np.where(state == State.FRICTION_INTERVAL, _CREEPING_RAD_S, _STANDING_RAD_S)
-    moving = (speed > standing) & (state != State.NOT_WATCHED)
+    moving = moving_samples(velocity, state)
     return JointCoverage(
         watched=watch.watched,
         why=watch.why,
@@ -62,19 +59,10 @@ def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray,
     )
 
 
-def coverage_findings(coverage: Coverage, least: float) -> list[Finding]:
-    """Watched joints of whose motion less than the share ``least`` could be judged."""
-    out = []
-    for joint, cover in coverage.joints.items():
-        if cover.watched and cover.moving_s > 0 and cover.judged_s < least * cover.moving_s:
-            worst = sorted(cover.not_judged_s.items(), key=lambda item: -item[1])[:2]
-            why = "".join(f", {reason} {seconds:.4g} s" for reason, seconds in worst)
-            text = (
-                f"Of the {cover.moving_s:.4g} s in which joint '{joint}' moved, {cover.judged_s:.4g} s could be judged "
-                f"(asked: {100 * least:g} %){why}."
-            )
-            out.append(Finding("coverage-low", "warning", text, joint=joint))
-    return out
+def moving_samples(velocity: FloatArray, state: NDArray[np.int8]) -> BoolArray:
+    """(n,) samples at which a joint with these velocities and states moved while it was watched."""
+    standing = np.where(state == State.FRICTION_INTERVAL, _CREEPING_RAD_S, _STANDING_RAD_S)
+    return np.asarray((np.abs(np.nan_to_num(velocity)) > standing) & (state != State.NOT_WATCHED))
 
 
 def _spans(time_s: FloatArray, state: NDArray[np.int8], period_s: float) -> tuple[NotJudgedSpan, ...]:

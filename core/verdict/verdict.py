@@ -2,137 +2,132 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
-from collaudit.core.data.audit_result import Collision, Coverage, JointCoverage, NearMiss, Verdict
+from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
+from collaudit.core.data.detection_result import Contact
+from collaudit.core.data.sensitivity_result import JointSensitivity
 from collaudit.core.findings import Finding
-
-#: Reasons that concern the whole log and are said once.
-_NOT_THE_JOINTS = frozenset({"gap", "edge"})
-_WORTH_SAYING_S = 0.1
-_INTERVAL = "at rest, reversing or slower than friction was measured"
+from collaudit.core.verdict.exclusions import by_joint, seconds_text, state_text
+from collaudit.core.verdict.shortfalls import Shortfall
 
 
-def decide(
-    policy: PolicyConfig,
-    collisions: Sequence[Collision],
-    near_misses: Sequence[NearMiss],
-    coverage: Coverage,
-    findings: Sequence[Finding],
-) -> tuple[Verdict, tuple[str, ...]]:
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a verdict rests on.
+
+    Attributes:
+        contacts: alarms that belong together, one each contact.
+        near_misses: of the watched joints.
+        coverage: what was judged of them.
+        sensitivity: how little would have alarmed on them.
+        shortfalls: where that is less than the policy asks for.
+        findings: of the log and its detection; their effects count.
+    """
+
+    contacts: Sequence[Contact]
+    near_misses: Sequence[NearMiss]
+    coverage: Coverage
+    sensitivity: Mapping[str, JointSensitivity]
+    shortfalls: Sequence[Shortfall]
+    findings: Sequence[Finding]
+
+
+def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
     """Apply the policy. A broken policy wins; then whatever could not be judged; only then a pass.
 
     Args:
-        policy: what is allowed, and how much is to be judged.
-        collisions, near_misses: of the watched joints.
-        coverage: what was judged of them.
-        findings: of the log and its detection; their effects count.
+        policy: what is allowed, and what is to be noticeable.
+        evidence: what the log shows.
 
     Returns:
         The verdict, and its reasons in words.
     """
-    broken = _broken(policy, collisions, near_misses, coverage, findings)
-    unjudged = _not_judged(policy, coverage, findings)
+    broken = _broken(policy, evidence)
+    unjudged = _not_judged(policy, evidence)
     if broken:
         return "fail", tuple(broken + unjudged)
     if unjudged:
         return "not_judged", tuple(unjudged)
-    judged = {j: c for j, c in coverage.joints.items() if c.watched and c.judged_s > 0}
-    seconds = sum(c.judged_s for c in judged.values())
-    found = (
-        f"{_count(len(collisions), 'collision')} and {_count(len(near_misses), 'near miss', 'near misses')} in "
-        f"{seconds:.4g} joint-seconds judged on {_count(len(judged), 'joint')}, within the policy."
+    return "pass", (_found(evidence),)
+
+
+def _found(evidence: Evidence) -> str:
+    """What a pass says: events, and what would have been noticed in the motion of each joint."""
+    events = f"{_count(len(evidence.contacts), 'contact')} and " + _count(
+        len(evidence.near_misses), "near miss", "near misses"
     )
-    return "pass", (found, *_left_out(coverage))
+    seen = {j: s for j, s in evidence.sensitivity.items() if s.motion.detectable_s > 0}
+    if not seen:
+        return f"{events}, within the policy."
+    asked = [s.observable_nm for s in seen.values()]
+    share = [s.motion.detectable_s / s.motion.time_s for s in seen.values()]
+    time = seconds_text(evidence.coverage.recorded_s)
+    joints = _count(len(seen), "moving joint")
+    return (
+        f"{events} in {time}, within the policy. On {joints} a torque of {_range(asked, '.3g')} N·m would have alarmed "
+        f"in {_range([100 * x for x in share], '.0f')} % of the motion."
+    )
 
 
-def _left_out(coverage: Coverage) -> list[str]:
-    """What a pass does not speak of: time in gaps, joints not watched, time not judged."""
-    parts = []
-    if coverage.gaps_s > 0:
-        parts.append(f"{coverage.gaps_s:.4g} s in gaps of the log")
-    away = [joint for joint, cover in coverage.joints.items() if not cover.watched]
-    if away:
-        parts.append("joints not watched: " + ", ".join(away))
-    for joint, cover in coverage.joints.items():
-        if cover.watched:
-            seconds = sum(s for reason, s in cover.not_judged_s.items() if reason not in _NOT_THE_JOINTS)
-            if seconds >= _WORTH_SAYING_S:
-                causes = _causes({joint: replace(cover, standing_s=0.0)})
-                parts.append(f"{joint}: {causes.rstrip('.')}")
-    return ["Not judged, so not part of this pass: " + "; ".join(parts) + "."] if parts else []
+def _range(values: Sequence[float], form: str) -> str:
+    low, high = (format(value, form) for value in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
 
 
 def _count(number: int, one: str, many: str | None = None) -> str:
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
-def _broken(
-    policy: PolicyConfig,
-    collisions: Sequence[Collision],
-    near_misses: Sequence[NearMiss],
-    coverage: Coverage,
-    findings: Sequence[Finding],
-) -> list[str]:
+def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     reasons = []
-    if len(collisions) > policy.max_collisions:
-        joints = sorted({c.joint for c in collisions})
+    contacts, near_misses, recorded_s = evidence.contacts, evidence.near_misses, evidence.coverage.recorded_s
+    if len(contacts) > policy.max_collisions:
+        joints = sorted({joint for contact in contacts for joint in contact.joints})
         reasons.append(
-            f"{_count(len(collisions), 'collision')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
+            f"{_count(len(contacts), 'contact')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
         )
-        doubtful = sorted({f.joint for f in findings if f.effect == "doubts-alarms" and f.joint in joints})
+        doubtful = sorted({f.joint for f in evidence.findings if f.effect == "doubts-alarms" and f.joint in joints})
         if doubtful:
             reasons.append(
                 f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "
                 "be errors of the model (see the findings)."
             )
-    if policy.max_near_misses_per_hour is not None and near_misses and coverage.recorded_s > 0:
-        rate = len(near_misses) / (coverage.recorded_s / 3600.0)
+    if policy.max_near_misses_per_hour is not None and near_misses and recorded_s > 0:
+        rate = len(near_misses) / (recorded_s / 3600.0)
         if rate > policy.max_near_misses_per_hour:
             reasons.append(
-                f"{_count(len(near_misses), 'near miss', 'near misses')} in {coverage.recorded_s:.4g} s is "
+                f"{_count(len(near_misses), 'near miss', 'near misses')} in {seconds_text(recorded_s)} is "
                 f"{rate:.4g} an hour (policy: at most {policy.max_near_misses_per_hour:g})."
             )
     return reasons
 
 
-def _not_judged(policy: PolicyConfig, coverage: Coverage, findings: Sequence[Finding]) -> list[str]:
+def _not_judged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     """Findings that forbid a pass, then what is missing for the policy; a joint named by a finding is not repeated."""
-    reasons = [f.text for f in findings if f.forbids_pass]
-    named = {f.joint for f in findings if f.effect == "not-judged-joint"}
+    coverage = evidence.coverage
+    reasons = [f.text for f in evidence.findings if f.forbids_pass]
+    named = {f.joint for f in evidence.findings if f.effect == "not-judged-joint"}
     if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):
         reasons.append(
-            f"{coverage.gaps_s:.4g} s of {coverage.recorded_s + coverage.gaps_s:.4g} s lie in gaps of the log (policy: "
-            f"at least {100 * policy.min_coverage:g} % must be judged)."
+            f"{seconds_text(coverage.gaps_s)} of {seconds_text(coverage.recorded_s + coverage.gaps_s)} lie in gaps of "
+            f"the log (policy: at least {100 * policy.min_coverage:g} % must be recorded)."
         )
-    watched = {j: c for j, c in coverage.joints.items() if c.watched}
-    if not any(c.judged_s > 0 for c in watched.values()):
-        return [*reasons, "No joint could be judged: " + _causes(watched)]
+    if not any(s.all.detectable_s > 0 for s in evidence.sensitivity.values()):
+        return [*reasons, _nothing(evidence)]
+    return reasons + [short.text for short in evidence.shortfalls if short.joint not in named]
+
+
+def _nothing(evidence: Evidence) -> str:
+    """Why no joint could be judged at any moment."""
+    watched = {joint: cover for joint, cover in evidence.coverage.joints.items() if cover.watched}
+    causes: dict[str, dict[str, float]] = {}
     for joint, cover in watched.items():
-        if joint in named:
-            continue
-        moving = cover.moving_s + coverage.gaps_s  # in a gap it may have moved: nobody can tell
-        if cover.moving_s > 0 and cover.judged_s < policy.min_coverage * moving:
-            share = 100.0 * cover.judged_s / moving
-            lost = f" and {coverage.gaps_s:.4g} s of gaps" if coverage.gaps_s > 0 else ""
-            reasons.append(
-                f"Joint '{joint}': only {share:.3g} % of its {cover.moving_s:.4g} s of motion{lost} could be judged "
-                f"(policy: at least {100 * policy.min_coverage:g} %): {_causes({joint: cover})}"
-            )
-    return reasons
-
-
-def _causes(joints: dict[str, JointCoverage]) -> str:
-    """The main reasons of not judging, with their seconds."""
-    total: dict[str, float] = {}
-    for cover in joints.values():
         for reason, seconds in cover.not_judged_s.items():
-            total[reason] = total.get(reason, 0.0) + seconds
-        if cover.standing_s:
-            total[_INTERVAL] = total.get(_INTERVAL, 0.0) + cover.standing_s
-    if not total:
-        return "nothing was watched."
-    parts = sorted(total.items(), key=lambda item: -item[1])
-    return ", ".join(f"{reason} {seconds:.4g} s" for reason, seconds in parts) + "."
+            causes.setdefault(state_text(reason), {})[joint] = seconds
+        if cover.standing_s > 0:
+            causes.setdefault("friction known only as a range", {})[joint] = cover.standing_s
+    parts = [f"{reason}: {by_joint(seconds, len(watched))}" for reason, seconds in causes.items()]
+    return f"No joint could be judged: {'; '.join(parts) or 'nothing was watched'}."

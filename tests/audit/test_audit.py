@@ -173,7 +173,7 @@ def test_a_joint_without_friction_is_not_judged(friction: FrictionFile) -> None:
     t, q, effort = swing()
     found = audit(as_log(t, q, effort), config(), replace(friction, joints={})).result
     assert found.verdict == "not_judged"
-    assert "no-friction" in found.reasons[0]
+    assert "no friction model" in found.reasons[0]
 
 
 def test_friction_from_the_judged_log_is_said() -> None:
@@ -239,7 +239,7 @@ def test_time_lost_in_gaps_counts_against_coverage(friction: FrictionFile) -> No
     short = (t < 8.0) | (t >= 9.0)
     passed = audit(as_log(t[short], q[short], effort[short]), config(), friction).result
     assert passed.verdict == "pass", passed.reasons
-    assert any("gaps of the log" in reason for reason in passed.reasons), "a pass says what it does not speak of"
+    assert any("Gaps in the log: 1" in text for text in passed.exclusions), "a pass says what it does not speak of"
 
 
 def test_a_collision_clipped_by_saturation_is_no_pass(friction: FrictionFile) -> None:

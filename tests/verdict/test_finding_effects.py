@@ -11,14 +11,15 @@ from synthetic import PERIOD, lugre, make_log, strokes
 
 from collaudit.core.audit import Audit, audit_log, fit_logs
 from collaudit.core.config.schema import Config, PolicyConfig
-from collaudit.core.data.audit_result import Collision, Coverage, FrictionFile, Provenance
+from collaudit.core.data.audit_result import Coverage, FrictionFile, Provenance
+from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding, joints_not_judged, without_errors_of
 from collaudit.core.findings.finding_kinds import KINDS
 from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.verdict.verdict import decide
+from collaudit.core.verdict.verdict import Evidence, decide
 
 NAMES = ("joint1", "joint2")
 NOBODY = Provenance("test", {})
@@ -218,9 +219,9 @@ def test_a_finding_on_a_joint_outside_the_judged_ones_leaves_them_alone() -> Non
 
 @pytest.mark.parametrize(("severity", "doubted"), [("warning", True), ("info", False)])
 def test_only_a_finding_that_doubts_alarms_does(severity: str, doubted: bool) -> None:
-    hit = Collision("joint1", 1.0, 1.1, 0.2, 9.0, 4.0, "free")
+    hit = Contact(1.0, 1.1, 1.2, ("joint1",), "link1", "", None, "undecided", ())
     level = Finding("friction-level", severity, "", joint="joint1")  # type: ignore[arg-type]
-    verdict, reasons = decide(PolicyConfig(), (hit,), (), Coverage(10.0, 0.0, {}), (level,))
+    verdict, reasons = decide(PolicyConfig(), Evidence((hit,), (), Coverage(10.0, 0.0, {}), {}, (), (level,)))
     assert verdict == "fail"
     assert any("fits too poorly" in reason for reason in reasons) == doubted
 

@@ -51,6 +51,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
         by_joint,
         torque_nm=np.full_like(by_joint.torque_nm, np.nan),
         effort_nm=None,
+        hidden_nm=None,
         levels={},
         balance=balance,
         isolation=WholeArm(prepared.judged_series),
@@ -73,6 +74,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
         torque_nm=(beyond / speed)[:, None] * columns,
         effort_nm=series.effort,
         state=np.repeat(state[:, None], columns.size, axis=1),
+        hidden_nm=np.nan_to_num(((high - low) / speed)[:, None] * columns),
         uncertainty_nm=np.nan_to_num((_smooth(kernel, series, slack) / speed)[:, None] * columns),
         levels=by_joint.levels,
     )

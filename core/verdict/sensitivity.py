@@ -1,0 +1,185 @@
+"""The smallest torque that would have alarmed at each instant of a log, and its distribution over time, by joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.config.schema import Config, PolicyConfig
+from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares, TorqueLevel
+from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.detection.watch import Watch
+from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.verdict.coverage import moving_samples
+
+#: A torque that is to be noticeable is this many times the threshold where the configuration states none. Friction's
+#: level is known to 10 % (SD), so a threshold that friction alone does not exceed is at least twice that, a fifth of
+#: friction: five thresholds are a torque as large as the largest friction that the threshold allows for.
+OBSERVABLE_THRESHOLDS = 5.0
+#: Shares of the time at which the distribution is given.
+SHARES = (0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Observable:
+    """A torque that is to be noticeable, N·m, and whether the configuration states it."""
+
+    torque_nm: float
+    stated: bool
+
+
+def observable_torques(policy: PolicyConfig, rule: RuleFacts) -> dict[str, Observable]:
+    """What is to be noticeable on each joint with a threshold: as stated, else five thresholds.
+
+    Raises:
+        ConfigError: a torque is stated for a joint that is not judged.
+    """
+    stated = policy.observable_nm
+    if isinstance(stated, dict) and (unknown := sorted(stated.keys() - rule.gamma_nm.keys())):
+        raise ConfigError(
+            "a torque is asked to be observable on a joint that is not judged",
+            where="[policy] observable_nm",
+            found=", ".join(unknown),
+            expected="some of " + ", ".join(rule.gamma_nm),
+        )
+    of_joint = stated if isinstance(stated, dict) else dict.fromkeys(rule.gamma_nm, stated)
+    out = {}
+    for joint, gamma in rule.gamma_nm.items():
+        value = of_joint.get(joint)
+        out[joint] = Observable(OBSERVABLE_THRESHOLDS * gamma if value is None else value, value is not None)
+    return out
+
+
+def detectable_torque(run: DetectorRun, j: int, n: int) -> FloatArray:
+    """(n,) smallest torque of one joint, N·m, that would have alarmed at each instant; infinite where none would.
+
+    Threshold plus what friction hides: the width of its interval, or the error its level may have (95 %) on top of
+    what the threshold carries already. Friction may lie at one end and the torque act against it. A torque that lasts
+    ``n`` samples has to exceed this level at each of them, so it is the lowest of the peaks over the stretches of
+    ``n`` samples around an instant.
+
+    Args:
+        run: residual, threshold, states.
+        j: column.
+        n: persistence, samples.
+    """
+    level = run.threshold.of(j) + run.residual.uncertainty_nm[:, j]
+    if run.residual.hidden_nm is not None:
+        level += run.residual.hidden_nm[:, j]
+    level[(run.detected.state[:, j] > State.FRICTION_INTERVAL) | np.isnan(level)] = np.inf
+    return _lasting(level, n)
+
+
+def measure_sensitivity(
+    prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config, gaps_s: float
+) -> Sensitivity:
+    """How little would have alarmed on a log.
+
+    Args:
+        prepared: the log.
+        run: residual, threshold, states.
+        inputs: the rule, watched joints.
+        config: what is to be noticeable.
+        gaps_s: time in gaps, in which nothing can be told.
+
+    Raises:
+        ConfigError: something is to be noticeable on a joint that is not judged.
+    """
+    observable = observable_torques(config.policy, inputs.rule)
+    series = prepared.judged_series
+    return Sensitivity(joint_sensitivities(series, run, inputs.watch, observable, inputs.rule.n, gaps_s))
+
+
+def joint_sensitivities(
+    series: UniformSeries,
+    run: DetectorRun,
+    watch: Mapping[str, Watch],
+    observable: Mapping[str, Observable],
+    n: int,
+    gaps_s: float,
+) -> dict[str, JointSensitivity]:
+    """Distribution of :func:`detectable_torque` over the time in which each watched joint was to be judged.
+
+    Args:
+        series: the judged joints.
+        run: residual, threshold, states.
+        watch: which joints are judged.
+        observable: torque that is to be noticeable, by joint.
+        n: persistence, samples.
+        gaps_s: time in gaps, in which nothing can be told.
+    """
+    out = {}
+    for j, joint in enumerate(series.joint_names):
+        if watch[joint].watched and joint in observable:
+            state = run.detected.state[:, j]
+            there = np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
+            level = detectable_torque(run, j, n)[there]
+            moving = moving_samples(series.velocity_rad_s[:, j], state)[there]
+            out[joint] = _distribution(level, moving, series.period_s, gaps_s, observable[joint])
+    return out
+
+
+def _distribution(
+    level_nm: FloatArray, moving: BoolArray, period_s: float, gaps_s: float, observable: Observable
+) -> JointSensitivity:
+    """Of the levels (k,) of recorded samples, some in motion, and so much time besides in which nothing can be told."""
+    known = np.isfinite(level_nm)
+    detectable = np.asarray(level_nm <= observable.torque_nm)
+    finite = level_nm[known]
+    count = level_nm.size + round(gaps_s / period_s)
+    starts, stops = run_bounds(~detectable)
+    return JointSensitivity(
+        observable_nm=observable.torque_nm,
+        observable_stated=observable.stated,
+        all=_shares(detectable, known, period_s, gaps_s),
+        motion=_shares(detectable[moving], known[moving], period_s, gaps_s),
+        longest_hidden_s=float((stops - starts).max(initial=0)) * period_s,
+        largest_nm=float(finite.max()) if finite.size else None,
+        levels=tuple(TorqueLevel(*pair) for pair in zip(SHARES, level_at(finite, count, SHARES), strict=True)),
+    )
+
+
+def _shares(detectable: BoolArray, known: BoolArray, period_s: float, gaps_s: float) -> TimeShares:
+    seen, told = int(np.count_nonzero(detectable)), int(np.count_nonzero(known))
+    return TimeShares(
+        time_s=known.size * period_s + gaps_s,
+        detectable_s=seen * period_s,
+        hidden_s=(told - seen) * period_s,
+        not_judged_s=(known.size - told) * period_s + gaps_s,
+    )
+
+
+def level_at(known: FloatArray, count: int, shares: Sequence[float]) -> list[float | None]:
+    """The smallest of the known values that a share of all ``count`` values does not exceed; None: too few are known.
+
+    Args:
+        known: (k,) finite values, k <= count.
+        count: how many there are with the unknown ones, which exceed everything.
+        shares: above 0, to 1.
+    """
+    places = [max(math.ceil(share * count - 1e-9), 1) - 1 for share in shares]
+    inside = sorted({place for place in places if place < known.size})
+    ordered = np.partition(known, inside) if inside else known
+    return [float(ordered[place]) if place < known.size else None for place in places]
+
+
+def _lasting(level: FloatArray, n: int) -> FloatArray:
+    """(n,) lowest, over the stretches of ``n`` samples that hold a sample, of their highest level."""
+    if n <= 1 or level.size == 0:
+        return level
+    if level.size < n:
+        return np.full_like(level, np.inf)
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    # Stretches that reach beyond an end do not exist: their peak is infinite.
+    peaks = maximum_filter1d(level, n, mode="constant", cval=np.inf)
+    return np.asarray(minimum_filter1d(peaks, n, mode="constant", cval=np.inf, origin=n % 2 - 1))

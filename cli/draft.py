@@ -134,8 +134,7 @@ class Draft:
                 log.remarks.append(f"Other topics with joint states: {', '.join(others)}.")
         for wrench in (t for t in self.summary.topics if t.role == "wrench"):
             log.add("wrench", wrench.name, "needs wrench_frame too", active=False)
-            log.add("wrench_frame", "ft_sensor", "a frame of the model", active=False)
-            log.add("wrench_sign", 1, "+1: what the robot does to the environment; -1: the reverse", active=False)
+            self._wrench_frame()
         if self.summary.csv_columns:
             self._columns()
         else:
@@ -160,9 +159,29 @@ class Draft:
         labels = [name.strip() for name in self.summary.csv_columns if is_label(name)]
         if labels:
             csv.add("labels", labels, "may mark true events, by the name; see also [detect] true_events", active=False)
+        self._wrench_columns()
         if guess is not None:
             csv.add("delimiter", guess.delimiter)
             csv.add("decimal", guess.decimal)
+
+    def _wrench_frame(self) -> None:
+        log = self.sections["log"]
+        log.add("wrench_frame", "ft_sensor", "a frame of the model", active=False)
+        words = "+1 if the sensor reports the force the robot exerts; -1 if it reports the force acting on the robot"
+        log.add("wrench_sign", 1, words, active=False)
+
+    def _wrench_columns(self) -> None:
+        """Six columns that are named as a wrench: offered, or said to be no sensor's."""
+        offered = self._columns_found.wrench if self._columns_found is not None else None
+        if offered is None:
+            return
+        csv = self.sections["log.csv"]
+        if offered.estimated:
+            csv.remarks.append(f"Not offered as a sensor, by their names estimated: {', '.join(offered.names)}.")
+            return
+        words = "named as a force/torque sensor's: fx, fy, fz, mx, my, mz; needs [log] wrench_frame too"
+        csv.add("wrench", list(offered.names), words, active=False)
+        self._wrench_frame()
 
     def _open_columns(self) -> Mapping[str, Sequence[str]]:
         """Choices for quantities that several groups of columns could be, and a word on what was passed over."""
@@ -197,6 +216,9 @@ class Draft:
             questions.remarks.append(f"QUESTION: {guess.problem}. Take the # away from one, or write another:")
             for why, mapping in guess.candidates.items():
                 questions.add("joint_names", dict(mapping), f"by {why}", active=False)
+            for chain in guess.chains:
+                words = "the joints of the robot that the log is of: then its joints are these, in this order"
+                self.sections["robot"].add("joints", list(chain), words, active=False)
 
     def _guess(self, topic: TopicInfo) -> JointGuess:
         guessed = self._csv_guess.position if self._csv_guess is not None else None
@@ -204,7 +226,15 @@ class Draft:
         counted = tuple(topic.joints) == tuple(f"joint{k + 1}" for k in range(len(topic.joints)))
         columns = bool(self.summary.csv_columns) and counted and (not isinstance(pattern, str) or "{i" in pattern)
         ordered = columns and isinstance(pattern, str) and counts_message(pattern)
-        return guess_joints(topic.joints, self._robot_names, self._prismatic, numbered=columns, message_order=ordered)
+        given = self._given.get("robot.joints")
+        return guess_joints(
+            topic.joints,
+            self._robot_names,
+            self._prismatic,
+            numbered=columns,
+            message_order=ordered,
+            judged=tuple(given) if isinstance(given, list) else (),
+        )
 
     def _units(self, topic: TopicInfo | None) -> None:
         units = self.sections["log.units"]

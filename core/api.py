@@ -108,6 +108,7 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
         settings.config.log,
         robot_joints=description.movable if description else None,
         prismatic=[joint.name for joint in description.joints if joint.kind == "prismatic"] if description else (),
+        judged=settings.config.robot.joints or (),
         progress=progress,
         cache=settings.cache,
     )

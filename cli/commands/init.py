@@ -66,6 +66,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     trial = try_log(files, parse_config(draft.text(), place))
     if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
         raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may
+    if trial.obstacle is not None and summary.csv_columns and not draft.problems:
+        draft.sections["log.csv"].remarks.append("MISSING: " + " ".join(trial.obstacle.render().split()))
     add_measurements(draft.sections, trial)
     if trial.prepared is not None:
         delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)

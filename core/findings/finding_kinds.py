@@ -204,6 +204,12 @@ KINDS: dict[str, Kind] = {
         _INFO,
         setting="log.csv.labels",
     ),
+    "log-wrench-offered": Kind(
+        "Columns are named as if they were those of a force/torque sensor.",
+        "If they are, name them in [log.csv] wrench and state [log] wrench_frame and wrench_sign.",
+        _INFO,
+        setting="log.csv.wrench",
+    ),
     "log-units-guessed": Kind(
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),

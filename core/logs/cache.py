@@ -26,7 +26,12 @@ _QUANTITIES = ("position_rad", "velocity_rad_s", "effort", "temperature_c")
 
 
 def cache_key(
-    sha256: str, names: Sequence[str], settings: LogConfig, robot: Sequence[str] | None, prismatic: Sequence[str]
+    sha256: str,
+    names: Sequence[str],
+    settings: LogConfig,
+    robot: Sequence[str] | None,
+    prismatic: Sequence[str],
+    judged: Sequence[str] = (),
 ) -> str:
     """What a decoded log depends on, as one hash.
 
@@ -36,10 +41,12 @@ def cache_key(
         settings: ``[log]``.
         robot: the robot's joints, or None.
         prismatic: those of them that are prismatic.
+        judged: those that ``[robot] joints`` states.
     """
     joints = None if robot is None else list(robot)
     stated = sorted(settings.units.model_fields_set)
     parts = [CACHE_FORMAT, sha256, list(names), settings.model_dump(mode="json"), stated, joints, list(prismatic)]
+    parts.append(list(judged))
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 

@@ -14,6 +14,7 @@ from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import stated_units
 from collaudit.core.logs.tables.column_patterns import Found
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
+from collaudit.core.logs.tables.wrench_columns import WrenchColumns
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -29,6 +30,7 @@ class ColumnGuess:
         units: quantity to the unit that names or their source state.
         passed_over: quantity to columns that are not taken, and why.
         open: quantity to the patterns between which the names do not decide.
+        wrench: six columns that may be those of a force/torque sensor.
     """
 
     csv: CsvConfig
@@ -36,6 +38,7 @@ class ColumnGuess:
     units: Mapping[str, str]
     passed_over: Mapping[str, tuple[str, ...]]
     open: Mapping[str, tuple[str, ...]]
+    wrench: WrenchColumns | None = None
 
 
 def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
@@ -64,7 +67,8 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     joints = tuple(dict.fromkeys(joint for _, part in found.get("position", ()) for joint in part.joints))
     stated = {"time": next(times, None), **patterns, **tables[0].reader.stated}
     passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
-    return ColumnGuess(CsvConfig.model_validate(stated), joints, stated_units(tables), passed, undecided)
+    wrench = next((table.assignment.wrench_offered for table in tables if table.assignment.wrench_offered), None)
+    return ColumnGuess(CsvConfig.model_validate(stated), joints, stated_units(tables), passed, undecided, wrench)
 
 
 def _parts(tables: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:

@@ -26,6 +26,7 @@ def read_log(
     robot_joints: Sequence[str] | None,
     progress: Progress | None = None,
     prismatic: Sequence[str] = (),
+    judged: Sequence[str] = (),
     cache: Path | None = None,
 ) -> JointLog:
     """Read one log.
@@ -36,6 +37,7 @@ def read_log(
         robot_joints: the robot's joints in model order; None keeps all of the log's.
         progress: called with (bytes done, bytes in all).
         prismatic: the robot's prismatic joints, whose values are never angles.
+        judged: the joints that ``[robot] joints`` states; a log of as many, under other names, is theirs.
         cache: folder that keeps decoded logs; the next reading of the same bytes with the same settings is then
             only a hash and a load. None keeps nothing.
 
@@ -48,15 +50,15 @@ def read_log(
     """
     check_there(paths)
     if cache is None:
-        return _read(paths, settings, robot_joints, prismatic, progress)
+        return _read(paths, settings, robot_joints, prismatic, judged, progress)
     from collaudit.core.logs.cache import cache_key, load, store
 
     names = [path.name for path in paths]
     further = also_files(paths, settings.csv) if all(is_table(path) for path in paths) else []
-    key = cache_key(sha256_of([*paths, *further]), names, settings, robot_joints, prismatic)
+    key = cache_key(sha256_of([*paths, *further]), names, settings, robot_joints, prismatic, judged)
     found = load(cache, key)
     if found is None:
-        found = _read(paths, settings, robot_joints, prismatic, progress)
+        found = _read(paths, settings, robot_joints, prismatic, judged, progress)
         try:
             store(cache, key, found)
         except OSError as error:
@@ -69,20 +71,21 @@ def _read(
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
+    judged: Sequence[str],
     progress: Progress | None,
 ) -> JointLog:
     tables = [is_table(path) for path in paths]
     hashing = Hashing(paths)
     try:
         if all(tables):
-            log = without_impossible(_read_tables(paths, settings, robot_joints, prismatic, hashing), "row")
+            log = without_impossible(_read_tables(paths, settings, robot_joints, prismatic, judged, hashing), "row")
         elif any(tables):
             raise LogError("tables and recordings cannot be one log", where=log_name(paths))
         else:
             from collaudit.core.logs.topics.message_reading import read_message_log
 
             reader, name = open_messages(paths), log_name(paths)
-            log = read_message_log(reader, name, settings, robot_joints, prismatic, hashing, progress)
+            log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress)
             log = without_impossible(log, "message")
     except BaseException:
         hashing.abandon()
@@ -96,12 +99,13 @@ def _read_tables(
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
+    judged: Sequence[str],
     hashing: Hashing,
 ) -> JointLog:
     from collaudit.core.logs.tables.table_reading import read_table_log
 
     try:
         readers = open_tables([*paths, *also_files(paths, settings.csv)], settings.csv)
-        return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, hashing)
+        return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, judged, hashing)
     except LogError as error:
         raise misnamed(paths[0], error) from error

@@ -109,3 +109,35 @@ def test_the_folder_s_configuration_is_used_and_said(folder: Path, collaudit) ->
     fresh = collaudit("init", "x.csv", "-o", "collaudit.toml", "--force")
     assert "settings of" not in fresh.err, "a file that is replaced is not read"
     assert "urdf" not in tomllib.loads(Path("collaudit.toml").read_text()).get("robot", {})
+
+
+def test_wrench_columns_stand_in_the_file(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,q1,q2,q3,tau1,tau2,tau3,Fx,Fy,Fz,Mx,My,Mz")
+    collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    text = Path("c.toml").read_text()
+    assert '# wrench = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"]' in text and '# wrench_frame = "ft_sensor"' in text
+
+
+def test_one_arm_of_two_is_offered_and_taken(folder: Path, collaudit) -> None:
+    urdf(Path("arm.urdf"), [f"{side}_{name}" for side in ("left", "right") for name in NAMES])
+    log(Path("x.csv"), "t,q1,q2,q3,tau1,tau2,tau3")
+    outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    assert outcome.code == 3
+    line = 'joints = ["right_pan_joint", "right_lift_joint", "right_elbow_joint"]'
+    assert f"[robot] {line}" in outcome.err
+    text = Path("c.toml").read_text()
+    assert f"# {line}" in text
+    right = ("--joints", "right_pan_joint,right_lift_joint,right_elbow_joint")
+    collaudit("init", "x.csv", "--urdf", "arm.urdf", *right, "-o", "d.toml")
+    written = tomllib.loads(Path("d.toml").read_text())
+    assert written["log"]["joint_names"] == {f"joint{k + 1}": f"right_{name}" for k, name in enumerate(NAMES)}
+    shown = collaudit("inspect", "x.csv", "--urdf", "arm.urdf", *right)
+    assert "taken as the robot's joints in its order: right_pan_joint, right_lift_joint" in shown.out
+
+
+def test_the_cause_of_a_refusal_stands_in_the_file(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,q1,q3,tau1,tau3")
+    outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    assert outcome.code == 3 and "q2 is missing" in outcome.err
+    text = Path("c.toml").read_text()
+    assert "# MISSING: x.csv: the position columns are numbered and q2 is missing" in text

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 _NUMBER = re.compile(r"\d+")
+_MOST_CHAINS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +20,7 @@ class JointGuess:
         sure: whether it may be used unasked; otherwise it is only a proposal.
         problem: why there is no answer; "" where there is one.
         candidates: reason to mapping, of the answers that are possible.
+        chains: as many of the robot's joints as the log has, of which it may be a log: values of ``[robot] joints``.
     """
 
     mapping: Mapping[str, str] = field(default_factory=dict)
@@ -26,6 +28,7 @@ class JointGuess:
     sure: bool = True
     problem: str = ""
     candidates: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    chains: tuple[tuple[str, ...], ...] = ()
 
 
 def guess_joints(
@@ -35,6 +38,7 @@ def guess_joints(
     *,
     numbered: bool = False,
     message_order: bool = False,
+    judged: Sequence[str] = (),
 ) -> JointGuess:
     """Map a log's joints to a robot's where their names differ.
 
@@ -47,7 +51,10 @@ def guess_joints(
         prismatic: those of them that are prismatic.
         numbered: the names are only numbers of columns, in order.
         message_order: the numbers count the joints of a message, which many publishers sort by the alphabet.
+        judged: the joints that ``[robot] joints`` states: where the log has as many, and the robot more, it is theirs.
     """
+    if len(judged) == len(names) < len(robot) and set(judged) <= set(robot):
+        robot = judged
     strangers = [name for name in names if name not in robot]
     if not numbered and len(strangers) < len(names):
         return _shifted(names, robot)
@@ -78,6 +85,11 @@ def guess_joints(
 def mapping_line(mapping: Mapping[str, str]) -> str:
     """The line of the configuration that states a mapping."""
     return "[log] joint_names = { " + ", ".join(f'"{log}" = "{model}"' for log, model in mapping.items()) + " }"
+
+
+def joints_line(chain: Sequence[str]) -> str:
+    """The line of the configuration that says which of the robot's joints a log is of."""
+    return "[robot] joints = [" + ", ".join(f'"{name}"' for name in chain) + "]"
 
 
 def _open(problem: str, by_order: Mapping[str, str], other: Mapping[str, str], why: str = "their names") -> JointGuess:
@@ -146,7 +158,17 @@ def _counts_differ(names: Sequence[str], robot: Sequence[str], by_name: Mapping[
     candidates = {"equal names but for a prefix or suffix": by_name} if by_name else {}
     candidates["the first of the robot, in order"] = dict(zip(names, robot, strict=False))
     problem = f"the log has {len(names)} joints and the robot {len(robot)}, under other names"
-    return JointGuess(sure=False, problem=problem, candidates=candidates)
+    return JointGuess(sure=False, problem=problem, candidates=candidates, chains=_chains(len(names), robot))
+
+
+def _chains(count: int, robot: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+    """Sets of so many of the robot's joints that have a word of their names in common, such as a side: at most four."""
+    by_word: dict[str, list[str]] = {}
+    for joint in robot:
+        for word in sorted(_words(joint)):
+            by_word.setdefault(word, []).append(joint)
+    found = dict.fromkeys(tuple(joints) for joints in by_word.values() if len(joints) == count < len(robot))
+    return tuple(found)[:_MOST_CHAINS]
 
 
 def _in_order(names: Sequence[str], arm: Sequence[str]) -> JointGuess:

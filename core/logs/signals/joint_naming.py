@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints, mapping_line
+from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints, joints_line, mapping_line
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +47,7 @@ def map_names(
     numbered: bool = False,
     columns: bool = False,
     message_order: bool = False,
+    judged: Sequence[str] = (),
 ) -> NameMap:
     """Decide which joints of a log are kept and what the robot calls them.
 
@@ -57,7 +58,7 @@ def map_names(
         where: file and topic, for messages.
         prismatic: the robot's prismatic joints.
         columns: the names are those of numbered columns, and not of a message's joints.
-        numbered, message_order: as of :func:`collaudit.core.logs.signals.joint_guess.guess_joints`.
+        numbered, message_order, judged: as of :func:`collaudit.core.logs.signals.joint_guess.guess_joints`.
 
     Raises:
         ConfigError: two joints of the log are mapped to one of the robot.
@@ -65,7 +66,7 @@ def map_names(
     """
     said: tuple[Finding, ...] = ()
     if robot is not None and not any(name in mapping for name in names):
-        guess = guess_joints(names, robot, prismatic, numbered=numbered, message_order=message_order)
+        guess = guess_joints(names, robot, prismatic, numbered=numbered, message_order=message_order, judged=judged)
         said = _used(guess, names, robot, where, columns=columns)
         mapping = {**mapping, **guess.mapping}
     return _kept(names, mapping, robot, where, said)
@@ -86,7 +87,7 @@ def _used(
             where=where,
             found=listed(names),
             expected=listed(robot),
-            hint="map them, " + ", or ".join(mapping_line(each) for each in proposed),
+            hint=_joints_hint(guess) + "map them, " + ", or ".join(mapping_line(each) for each in proposed),
         )
     if all(log == model for log, model in guess.mapping.items()):
         return ()
@@ -96,6 +97,12 @@ def _used(
         return (Finding("log-columns-guessed", "info", text, where=where),)
     text = f"The log numbers its joints; they were taken as the robot's in its order: {order}."
     return (Finding("log-joints-numbered", "warning", text, where=where),)
+
+
+def _joints_hint(guess: JointGuess) -> str:
+    """The lines that say of which of the robot's joints the log is, where their names show groups of as many."""
+    lines = ", or ".join(joints_line(chain) for chain in guess.chains)
+    return f"say which of the robot's joints they are, {lines}; or " if lines else ""
 
 
 def _kept(

@@ -14,6 +14,7 @@ from collaudit.core.logs.tables.column_patterns import Found, column_index, matc
 from collaudit.core.logs.tables.column_recognition import recognise
 from collaudit.core.logs.tables.column_vocabulary import MARK, UNIT_WORDS, is_label, meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
+from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern
@@ -38,6 +39,7 @@ class Assignment:
         passed_over: quantity to groups of columns of it that are not taken, each with its role.
         open: quantity to patterns between which the names do not decide.
         labels: columns that are named as marks of true events.
+        wrench_offered: six columns that are named as those of a force/torque sensor, where none are stated.
     """
 
     time: int | None
@@ -48,6 +50,7 @@ class Assignment:
     open: dict[str, tuple[str, ...]] = field(default_factory=dict)
     labels: tuple[str, ...] = field(default=())
     fraction: int | None = None
+    wrench_offered: WrenchColumns | None = None
 
 
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
@@ -117,4 +120,5 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
         undecided,
         tuple(name for name in names if header and is_label(name)),
         fraction_of(names, time) if time is not None and header else None,
+        find_wrench(names) if header and settings.wrench is None else None,
     )

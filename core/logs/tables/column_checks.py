@@ -26,7 +26,7 @@ def check_columns(files: Sequence[Assigned]) -> None:
             raise LogError(
                 f"several groups of columns could be the measured {quantity}",
                 where=str(path),
-                found=listed(patterns),
+                found=listed(patterns) + _passed_words(assignment),
                 hint=f"say which: {_line(files, quantity, patterns[0])}",
             )
     positions = _parts(files, "position")
@@ -38,7 +38,8 @@ def check_columns(files: Sequence[Assigned]) -> None:
         if not positions or not own:
             continue
         same = all("{i" in found.pattern for found in parts) == bool(numbered)
-        if own & joints and (not numbered or own == joints):
+        mixed = any(not found.pattern for found in (*positions, *parts)) and not same
+        if own & joints and (own == joints or not (numbered or mixed)):
             continue
         if not same and all(not found.pattern for found in (*parts, *positions)):
             continue
@@ -63,6 +64,14 @@ def column_findings(assignment: Assignment, where: str) -> list[Finding]:
         names = ", ".join(f'"{name.strip()}"' for name in assignment.labels)
         text = f"Columns may mark true events by their names; [log.csv] labels = [{names}] reads them as labels."
         findings.append(Finding("log-labels-offered", "info", text, where=where))
+    offered = assignment.wrench_offered
+    if offered is not None and not offered.estimated:
+        names = ", ".join(f'"{name}"' for name in offered.names)
+        text = (
+            f"Columns are named as those of a force/torque sensor; [log.csv] wrench = [{names}] with [log] "
+            "wrench_frame and wrench_sign reads them."
+        )
+        findings.append(Finding("log-wrench-offered", "info", text, where=where))
     return findings
 
 
@@ -72,6 +81,12 @@ def _parts(files: Sequence[Assigned], quantity: str) -> list[Found]:
 
 def _said(parts: Sequence[Found]) -> str:
     return ", ".join(f"{found.pattern or 'named columns'} ({len(found.columns)} columns)" for found in parts)
+
+
+def _passed_words(assignment: Assignment) -> str:
+    """What else was passed over, so that a refusal shows every group of columns."""
+    groups = [group for passed in assignment.passed_over.values() for group in passed]
+    return f"; passed over: {', '.join(groups)}" if groups else ""
 
 
 def _line(files: Sequence[Assigned], quantity: str, pattern: str) -> str:

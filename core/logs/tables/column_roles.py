@@ -11,7 +11,10 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of
+from collaudit.core.logs.tables.column_assignment import QUANTITIES as _QUANTITIES
+from collaudit.core.logs.tables.column_groups import numbered_groups
+from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
+from collaudit.core.logs.tables.column_vocabulary import CONVERTED, USABLE
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
 from collaudit.core.numeric.arrays import FloatArray
@@ -90,6 +93,19 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, 
         out[index] = (_Guess("wrench", "as stated"), "")
     if assignment.time is not None:
         out[assignment.time] = (_Guess("time", why("time", "")), "")
+    for group in numbered_groups([without_unit(name) for name in file.reader.names]):
+        meaning = group.meaning
+        measured = meaning.role in USABLE and meaning.unit in CONVERTED
+        text = "several groups may be the measured one" if measured else "not taken for a measurement"
+        role = f"{meaning.quantity}?" if measured else f"{meaning.role} {meaning.quantity}"
+        for number, index in enumerate(group.columns, 1):
+            out.setdefault(index, (_Guess(role, f"by its name, {group.pattern}: {text}"), f"joint{number}"))
+    if assignment.wrench_offered is not None:
+        said = "estimated wrench" if assignment.wrench_offered.estimated else "wrench?"
+        for name in assignment.wrench_offered.names:
+            index = file.reader.names.index(name)
+            if out.get(index, (_Guess("", ""), ""))[0].role not in _QUANTITIES:
+                out[index] = (_Guess(said, "by its name; see [log.csv] wrench"), "")
     stated = [(name, "label") for name in settings.labels] + [(settings.phase, "phase"), (settings.run, "run")]
     for key, role in stated:
         place = column_index(file.reader.names, key) if key is not None else None

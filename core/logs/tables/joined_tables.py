@@ -17,6 +17,7 @@ from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables.column_assignment import MOTION, QUANTITIES
 from collaudit.core.logs.tables.column_checks import check_columns, column_findings
+from collaudit.core.logs.tables.column_faults import column_fault
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import counts_message, is_numbered
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
@@ -136,7 +137,14 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     where = " + ".join(str(file.reader.path) for file in files)
     columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
-    hint = 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}"'
+    hint = (
+        'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}", or by their '
+        "numbers from 1, position = [2, 3]; collaudit inspect LOG lists every column with its likely role"
+    )
+    guessed = all(getattr(settings, quantity) is None for quantity in QUANTITIES)
+    for quantity in ("position", "effort"):
+        if quantity not in held and guessed:
+            _refuse_by_names(files, quantity)
     if "position" not in held:
         kinds = f" (taken as {' and '.join(sorted(held))})" if held else ""
         raise LogError(
@@ -154,6 +162,23 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             found=f"columns {listed(timeless[0].reader.names, 40)}",
             hint=NO_TIME_HINT,
         )
+
+
+def _refuse_by_names(files: Sequence[AssignedTable], quantity: str) -> None:
+    """Say why a quantity has no columns, where their names show it."""
+    known = {key: found.pattern for file in files for key, found in file.assignment.quantities.items()}
+    for file in files:
+        if file.reader.named:
+            fault = column_fault(_free(file), quantity, str(file.reader.path), known)
+            if fault is not None:
+                raise fault
+
+
+def _free(file: AssignedTable) -> list[str]:
+    """Names of the columns that are no signal yet; "" for the others."""
+    taken = {index for found in file.assignment.quantities.values() for index in found.columns}
+    taken |= {file.assignment.time} if file.assignment.time is not None else set()
+    return ["" if index in taken else name for index, name in enumerate(file.reader.names)]
 
 
 def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns]:

@@ -33,6 +33,7 @@ def read_table_log(
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
+    judged: Sequence[str],
     digest: Digest,
 ) -> JointLog:
     """Read one log from tables.
@@ -40,7 +41,7 @@ def read_table_log(
     Args:
         readers: the tables, those of ``[log.csv] also`` among them.
         name: of the log, for messages and its source.
-        settings, robot_joints, prismatic: as of :func:`collaudit.core.logs.log_reading.read_log`.
+        settings, robot_joints, prismatic, judged: as of :func:`collaudit.core.logs.log_reading.read_log`.
         digest: hash of the log.
 
     Raises:
@@ -58,6 +59,7 @@ def read_table_log(
         numbered=table.numbered,
         columns=table.numbered,
         message_order=table.message_order,
+        judged=judged,
     )
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
     picked = [names.index(log) for log in kept.log]

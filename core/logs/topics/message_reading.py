@@ -46,6 +46,7 @@ def read_message_log(
     settings: LogConfig,
     robot_joints: Sequence[str] | None,
     prismatic: Sequence[str],
+    judged: Sequence[str],
     digest: Digest,
     progress: Progress | None,
 ) -> JointLog:
@@ -54,7 +55,7 @@ def read_message_log(
     Args:
         reader: of its files; closed as soon as the messages are decoded.
         name: of the log, for messages and its source.
-        settings, robot_joints, prismatic, progress: as of :func:`collaudit.core.logs.log_reading.read_log`.
+        settings, robot_joints, prismatic, judged, progress: as of :func:`collaudit.core.logs.log_reading.read_log`.
         digest: hash of the log.
 
     Raises:
@@ -87,6 +88,7 @@ def read_message_log(
         where,
         prismatic,
         numbered=typed and not set(logged) & set(robot_joints or ()),
+        judged=judged,
     )
     check_joint_keys(settings.units, [*all_names([joints.decoded]), *names.model, *(robot_joints or ())])
     alarms = alarm_fields(joints.decoded, joints.profile)

@@ -1,0 +1,75 @@
+"""Six columns that may be those of a wrist force/torque sensor, by their names. They are offered, never taken."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+_AXES = "xyz"
+_FORCE = frozenset({"f", "force", "forces", "kraft"})
+_TORQUE = frozenset({"m", "t", "torque", "torques", "moment", "moments", "tau"})
+#: Words before six numbered columns that hold a wrench.
+_NUMBERED = re.compile(r"(wrench|ft|fts|forcetorque|tcpforce|tcpwrench|ftsensor|ftraw|fext|fexthatk)$")
+#: A wrench that was computed from joint torques or currents, so that it says nothing that they do not.
+_ESTIMATED = re.compile(r"ext|est|hat|virtual|model|desired|target|cmd|command")
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchColumns:
+    """Six columns: forces, then torques.
+
+    Attributes:
+        names: as the file has them.
+        estimated: the names say that no sensor measured them.
+    """
+
+    names: tuple[str, ...]
+    estimated: bool
+
+
+def find_wrench(names: Sequence[str]) -> WrenchColumns | None:
+    """The six columns whose names say force and torque along x, y and z; measured ones before estimated ones."""
+    found = [*_by_axes(names), *_by_number(names)]
+    return min(found, key=lambda each: each.estimated, default=None)
+
+
+def _by_axes(names: Sequence[str]) -> Iterator[WrenchColumns]:
+    places: dict[str, dict[tuple[str, str], str]] = {}
+    for name in names:
+        hit = _kind_and_axis(name)
+        if hit is not None:
+            rest, kind, axis = hit
+            places.setdefault(rest, {}).setdefault((kind, axis), name)
+    for rest, columns in places.items():
+        six = [columns.get((kind, axis)) for kind in ("force", "torque") for axis in _AXES]
+        if None not in six:
+            yield WrenchColumns(tuple(name for name in six if name is not None), bool(_ESTIMATED.search(rest)))
+
+
+def _kind_and_axis(name: str) -> tuple[str, str, str] | None:
+    """What remains of a name without its kind and axis, the kind, the axis."""
+    words = re.findall(r"[a-z]+|\d+", re.sub(r"[\[(].*$", "", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)).lower())
+    for place, word in enumerate(words):
+        kind = "force" if word[:-1] in _FORCE else "torque" if word[:-1] in _TORQUE else ""
+        if kind and word[-1] in _AXES:
+            return "/".join(words[:place] + words[place + 1 :]), kind, word[-1]
+    axes = [place for place, word in enumerate(words) if word in _AXES]
+    kinds = [place for place, word in enumerate(words) if word in _FORCE or word in _TORQUE]
+    if len(axes) != 1 or not kinds:
+        return None
+    kind = "force" if words[kinds[-1]] in _FORCE else "torque"
+    left = [word for place, word in enumerate(words) if place not in (axes[0], kinds[-1])]
+    return "/".join(left), kind, words[axes[0]]
+
+
+def _by_number(names: Sequence[str]) -> Iterator[WrenchColumns]:
+    stems: dict[str, list[tuple[int, str]]] = {}
+    for name in names:
+        hit = re.search(r"(\d+)\D*$", name)
+        if hit is not None:
+            stems.setdefault(re.sub(r"[^a-z]", "", name[: hit.start()].lower()), []).append((int(hit[1]), name))
+    for stem, hits in stems.items():
+        hits.sort()
+        if _NUMBERED.search(stem) and [n - hits[0][0] for n, _ in hits] == list(range(6)) and hits[0][0] in (0, 1):
+            yield WrenchColumns(tuple(name for _, name in hits), bool(_ESTIMATED.search(stem)))

@@ -124,7 +124,7 @@ def rule_options(function: CommandFunction) -> CommandFunction:
     flags: tuple[Decorator, ...] = (
         _flag("--friction", "friction.file", _file, "FILE", "Friction to judge with (see collaudit fit)."),
         _flag("--detector", "detect.detector", str, "NAME", "How the residual is computed."),
-        _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6."),
+        _flag("--gamma", "detect.gamma_nm", _gamma, "NM", "Threshold, N·m: 4, or joint1=4,joint2=6, or auto."),
         _flag("--persistence-ms", "detect.persistence_ms", _number, "MS", "Persistence; rounded up to samples."),
         _flag("--n", "detect.n", _integer, "SAMPLES", "Persistence in samples."),
         _flag("--watch", "detect.watch", _watch, "NAMES", "Judged joints, separated by commas, or auto."),
@@ -188,7 +188,7 @@ def _watch(text: str) -> str | list[str]:
 
 
 def _gamma(text: str) -> float | str | dict[str, float]:
-    if text == "dynamic":
+    if text in ("auto", "dynamic"):
         return text
     if "=" not in text:
         return _number(text)

@@ -35,6 +35,7 @@ from collaudit.core.detection.detector_run import (
     judged_signals,
     run_detector,
 )
+from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.detection.rest_rule import with_rest_thresholds
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
@@ -52,6 +53,7 @@ from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.clean_evidence import clean_residual, recommend_rules
+from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
 from collaudit.core.residual.rest_changes import change_findings
 from collaudit.core.scoring.known_events import score_detection
@@ -104,6 +106,7 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
         channels=channels,
         trends=variation,
         coupled=coupled,
+        thresholds=fitted_thresholds(known, fits, variation, config),
     )
 
 
@@ -137,6 +140,8 @@ def audit_log(
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
+    on_file = None if friction is None else friction.thresholds
+    config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
     judged = _detect(prepared, applied, config)
     contacts = find_contacts(prepared, judged.run, config)
     alarms = compare_controller_alarms(controller_alarms_s(series, config.detect), contacts)
@@ -147,7 +152,7 @@ def audit_log(
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints)
-    findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *judged.findings]
+    findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
     findings += [*coverage_findings(short), *scarce]
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)

@@ -33,8 +33,10 @@ class DetectConfig(ConfigTable):
     observer_gain_per_s: Positive = Field(
         60.0, description="Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."
     )
-    gamma_nm: Positive | dict[str, Positive] | Literal["dynamic"] = Field(
-        4.0, description="Threshold, N·m; one number, or by joint, or `dynamic`: see `dynamic`."
+    gamma_nm: Positive | dict[str, Positive] | Literal["auto", "dynamic"] = Field(
+        4.0,
+        description="Threshold, N·m; one number, or by joint; `auto`: of each joint from the held-out residual of the "
+        "fit, as it stands in the friction file (without one nothing is judged); `dynamic`: see `dynamic`.",
     )
     dynamic: dict[str, DynamicConfig] = Field(
         {},

@@ -16,6 +16,7 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
+from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
 
 Verdict = Literal["pass", "fail", "not_judged"]
@@ -50,6 +51,7 @@ class FrictionFile:
     ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
     each log's channels; ``trends`` what moves in each joint's friction;
     ``coupled`` the friction of axes that turn with several joints, by the motor's own joint.
+    ``thresholds`` those for ``gamma_nm = "auto"``.
     """
 
     schema: str
@@ -60,6 +62,7 @@ class FrictionFile:
     channels: dict[str, ChannelFacts] = field(default_factory=dict)
     trends: dict[str, FrictionVariation] = field(default_factory=dict)
     coupled: dict[str, CoupledFriction] = field(default_factory=dict)
+    thresholds: FittedThresholds | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ def with_rest_thresholds(config: Config, levels: Mapping[str, QuietLevel], joint
         joints: all judged joints; those without a level keep what is configured for all.
     """
     detect = config.detect
-    automatic = str(detect.gamma_nm) == "auto"
+    automatic = detect.gamma_nm == "auto"
     if not levels or ("gamma_nm" in detect.model_fields_set and not automatic):
         return config
     if automatic and len(levels) < len(joints):

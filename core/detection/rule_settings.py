@@ -30,7 +30,7 @@ def make_rule(
     gamma = _gamma(series.joint_names, nominal_gamma(detect))
     for joint in series.joint_names:
         if joint not in gamma and watch[joint].watched:
-            watch[joint] = Watch(False, False, "no gamma_nm is configured for it")
+            watch[joint] = Watch(False, False, "there is no threshold for it")
     requested = None if detect.n is not None else detect.persistence_ms or DEFAULT_PERSISTENCE_MS
     n = detect.n if requested is None else persistence_samples(requested / 1e3, series.period_s)
     assert n is not None
@@ -51,6 +51,8 @@ def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
     """The constant thresholds, or the dynamic ones at rest, N·m."""
     if detect.gamma_nm == "dynamic":
         return {joint: law.base_nm for joint, law in detect.dynamic.items()}
+    if detect.gamma_nm == "auto":
+        return {}  # the friction file's take its place before: core/detection/fitted_rule.py
     return detect.gamma_nm
 
 

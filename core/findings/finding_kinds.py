@@ -449,6 +449,18 @@ KINDS: dict[str, Kind] = {
         "Allow for the ripple in the threshold.",
         _INFO,
     ),
+    "gamma-from-fit": Kind(
+        'Thresholds are those of the friction file (gamma_nm = "auto").',
+        "Nothing. Fit on more motion, as fast and as loaded as the logs that are judged, for lower thresholds.",
+        _INFO,
+    ),
+    "gamma-missing": Kind(
+        'gamma_nm = "auto", and the friction file has no threshold for a joint.',
+        "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "
+        "or state gamma_nm.",
+        _ABSENT,
+        setting="detect.gamma_nm",
+    ),
     "friction-any-motion": Kind(
         "Friction was estimated from arbitrary motion, for want of constant-velocity sections.",
         "Record strokes at constant speeds: collaudit simulate friction shows a motion that serves.",

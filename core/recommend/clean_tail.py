@@ -18,7 +18,8 @@ from collaudit.core.numeric.arrays import FloatArray
 BLOCK_S = 1.0
 #: The tail is the highest 1/20 of the blocks, and never fewer than 8 peaks: below that its slope is anybody's guess.
 _SHARE, _FEWEST = 20, 8
-_FEWEST_BLOCKS = 40
+#: Blocks that a tail needs.
+FEWEST_BLOCKS = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,7 @@ def clean_tail(peaks_nm: FloatArray, hours: float) -> CleanTail | None:
     """The tail of peaks, one a block of ``BLOCK_S``; None where they are too few, or do not differ."""
     from scipy.special import gammaincinv
 
-    if peaks_nm.size < _FEWEST_BLOCKS or hours <= 0:
+    if peaks_nm.size < FEWEST_BLOCKS or hours <= 0:
         return None
     count = max(_FEWEST, peaks_nm.size // _SHARE)
     ranked = np.sort(peaks_nm)[::-1]

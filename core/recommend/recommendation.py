@@ -41,7 +41,7 @@ class CleanResidual:
     left_out_s: float = 0.0
 
 
-def sustained_peaks(data: CleanResidual, n: int) -> FloatArray:
+def sustained_peaks(data: CleanResidual, n: int, block_s: float = BLOCK_S) -> FloatArray:
     """(b,) the largest level that |residual| stays above for n clean samples in a row, in each block of time, N·m.
 
     It is the maximum over all windows of n samples of the smallest |residual| inside: rule (6) with this n fires in a
@@ -57,7 +57,7 @@ def sustained_peaks(data: CleanResidual, n: int) -> FloatArray:
             level[a + n // 2 : b - (n - 1 - n // 2)] = minimum_filter1d(magnitude[a:b], n, mode="nearest")[
                 n // 2 : (b - a) - (n - 1 - n // 2)
             ]
-    length = max(1, round(BLOCK_S / data.period_s))
+    length = max(1, round(block_s / data.period_s))
     if level.size == 0:
         return level
     peaks: FloatArray = np.maximum.reduceat(level, np.arange(0, level.size, length))

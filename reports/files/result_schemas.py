@@ -12,7 +12,13 @@ from docstring_parser import DocstringStyle, parse
 from pydantic import TypeAdapter
 
 from collaudit.core.data import audit_result as result_types
-from collaudit.core.data import detection_result, friction_result, identification_result, sensitivity_result
+from collaudit.core.data import (
+    detection_result,
+    friction_result,
+    identification_result,
+    sensitivity_result,
+    threshold_result,
+)
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.findings import Finding
 from collaudit.reports.files.json_writer import json_text
@@ -61,7 +67,14 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 
 def _dataclass(name: str) -> type:
     elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
-    homes = (result_types, detection_result, friction_result, identification_result, sensitivity_result)
+    homes = (
+        result_types,
+        detection_result,
+        friction_result,
+        identification_result,
+        sensitivity_result,
+        threshold_result,
+    )
     kind = elsewhere.get(name) or next(getattr(home, name) for home in homes if hasattr(home, name))
     assert isinstance(kind, type)
     assert is_dataclass(kind)

@@ -1,0 +1,60 @@
+"""Result types of thresholds that a fit derives from its own held-out residual, as they stand in friction.json."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdLevel:
+    """Threshold of one joint at one persistence.
+
+    Attributes:
+        n: persistence, samples of the fitted logs.
+        persistence_s: the same in s.
+        gamma_nm: threshold.
+        false_alarms_per_hour: upper bound (95 %) extrapolated from the tail; None where the tail is not known.
+    """
+
+    n: int
+    persistence_s: float
+    gamma_nm: float
+    false_alarms_per_hour: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class JointThreshold:
+    """Thresholds of one joint, with their evidence.
+
+    Attributes:
+        levels: by persistence, shortest first; empty when there is no threshold, see ``reason``.
+        noise_nm: robust standard deviation of the held-out residual.
+        rms_nm: its root mean square.
+        hours: time that the thresholds rest on, rest and reversals included as far as the rule can fire there.
+        held_out: share of its motion whose friction law was fitted without it.
+        fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
+        reason: why there is no threshold.
+    """
+
+    levels: tuple[ThresholdLevel, ...]
+    noise_nm: float | None
+    rms_nm: float | None
+    hours: float
+    held_out: float
+    fastest_rad_s: float | None
+    reason: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FittedThresholds:
+    """Thresholds for ``gamma_nm = "auto"``.
+
+    Attributes:
+        detector: whose residual they belong to.
+        causal: whether it was computed causally.
+        joints: by name.
+    """
+
+    detector: str
+    causal: bool
+    joints: dict[str, JointThreshold] = field(default_factory=dict)

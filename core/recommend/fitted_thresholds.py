@@ -1,0 +1,109 @@
+"""Thresholds for ``gamma_nm = "auto"``: from the held-out residual of the logs that friction was fitted on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf, sqrt
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import FrictionVariation
+from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
+from collaudit.core.recommend.held_out_residual import HeldOutResidual, held_out_residuals
+from collaudit.core.recommend.recommendation import MARGIN, TARGET_H, CleanResidual, sustained_peaks
+
+#: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
+_PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
+#: Less motion than this is no evidence of a tail.
+_LEAST_S = 5.0
+#: Peaks of a short log are taken of shorter blocks, so that there are enough of them for a tail.
+_SHORT_BLOCK_S = 0.25
+
+
+def fitted_thresholds(
+    prepared: Sequence[Prepared],
+    fits: Mapping[str, FrictionFit],
+    variation: Mapping[str, FrictionVariation],
+    config: Config,
+) -> FittedThresholds:
+    """Thresholds of every judged joint.
+
+    Args:
+        prepared: the logs as they were fitted.
+        fits: their friction.
+        variation: what friction goes with.
+        config: detector, persistence, folds.
+    """
+    residuals = held_out_residuals(prepared, fits, variation, config)
+    joints = {joint: _joint(joint, fit, residuals, config) for joint, fit in fits.items()}
+    return FittedThresholds(config.detect.detector, config.detect.causal, joints)
+
+
+def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], config: Config) -> JointThreshold:
+    columns = [(r, r.joint_names.index(joint)) for r in residuals if joint in r.joint_names]
+    judged = [r.judged[:, j] for r, j in columns]
+    seconds = sum(float(np.count_nonzero(mask)) * r.period_s for (r, _), mask in zip(columns, judged, strict=True))
+    if fit.model is None or seconds < _LEAST_S:
+        why = "its friction could not be fitted" if fit.model is None else _too_little(seconds)
+        return JointThreshold((), None, None, seconds / 3600.0, 0.0, None, why)
+    x = np.concatenate([r.torque_nm[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
+    speed = np.concatenate([r.speed_rad_s[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
+    held = np.concatenate([r.held_out[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
+    data = [CleanResidual(r.torque_nm[:, j], r.evidence[:, j], r.period_s) for r, j in columns]
+    asked = config.detect.persistence_ms
+    persistences = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
+    levels: dict[int, ThresholdLevel] = {}
+    for persistence in persistences:
+        level = threshold_level(data, persistence / 1e3)
+        if level is not None:
+            levels.setdefault(level.n, level)
+    return JointThreshold(
+        levels=_falling(list(levels.values())),
+        noise_nm=robust_sd(x - np.median(x)),
+        rms_nm=float(np.sqrt(np.mean(x**2))),
+        hours=sum(float(np.count_nonzero(d.clean)) * d.period_s for d in data) / 3600.0,
+        held_out=float(np.mean(held)),
+        fastest_rad_s=float(np.quantile(speed, 0.99)),
+        reason=None if levels else _too_little(seconds),
+    )
+
+
+def _too_little(seconds: float) -> str:
+    return f"only {seconds:.3g} s of its motion could be judged (at least {_LEAST_S:g} s are needed)"
+
+
+def threshold_level(data: Sequence[CleanResidual], persistence_s: float) -> ThresholdLevel | None:
+    """Threshold at one persistence: what the tail of the sustained peaks reaches once in ``TARGET_H`` hours.
+
+    At least ``MARGIN`` times the largest level that the data sustained for n samples. The squares of the peaks are
+    taken to have the exponential tail (Weibull, shape 2): the residual is a sum of many errors, each bounded or
+    Gaussian, and an exponential tail of the peaks themselves would double the thresholds of logs of half a minute.
+    """
+    counts = [persistence_samples(persistence_s, d.period_s) for d in data]
+    seconds = sum(float(np.count_nonzero(d.clean)) * d.period_s for d in data)
+    block_s = BLOCK_S if seconds >= FEWEST_BLOCKS * BLOCK_S else _SHORT_BLOCK_S
+    peaks: FloatArray = np.concatenate([sustained_peaks(d, n, block_s) for d, n in zip(data, counts, strict=True)])
+    tail = clean_tail(peaks**2, seconds / 3600.0)
+    if tail is None:
+        return None
+    gamma = max(MARGIN * float(peaks.max()), sqrt(tail.level_at(1.0 / TARGET_H)))
+    lasting = max(n * d.period_s for n, d in zip(counts, data, strict=True))
+    return ThresholdLevel(max(counts), lasting, gamma, tail.rate_per_hour(gamma**2))
+
+
+def _falling(levels: list[ThresholdLevel]) -> tuple[ThresholdLevel, ...]:
+    """Levels by persistence; a longer one never asks for more than a shorter one, which fires earlier on the same."""
+    out: list[ThresholdLevel] = []
+    lowest = inf
+    for level in sorted(levels, key=lambda found: found.n):
+        if level.gamma_nm <= lowest:
+            out.append(level)
+            lowest = level.gamma_nm
+    return tuple(out)

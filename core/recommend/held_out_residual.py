@@ -1,0 +1,101 @@
+"""The residual of the logs that friction was fitted on, each stretch judged with laws fitted without it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import FrictionVariation
+from collaudit.core.data.signals import State
+from collaudit.core.findings import joints_not_judged
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.held_out_laws import fold_of_sample, held_out_laws
+from collaudit.core.friction.joint_fits import friction_models
+from collaudit.core.friction.temperature_laws import laws_at_temperature
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.residual.detector import detector_named
+from collaudit.core.residual.residual import ResidualInputs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldOutResidual:
+    """Residual of one log.
+
+    Attributes:
+        joint_names: the judged joints.
+        torque_nm: (n, j) residual.
+        evidence: (n, j) samples on which the rule could fire.
+        judged: (n, j) those of them at which friction is a value.
+        held_out: (n, j) those whose law was fitted without them.
+        speed_rad_s: (n, j) of the joint.
+        period_s: sample period, s.
+    """
+
+    joint_names: tuple[str, ...]
+    torque_nm: FloatArray
+    evidence: BoolArray
+    judged: BoolArray
+    held_out: BoolArray
+    speed_rad_s: FloatArray
+    period_s: float
+
+
+def held_out_residuals(
+    prepared: Sequence[Prepared],
+    fits: Mapping[str, FrictionFit],
+    variation: Mapping[str, FrictionVariation],
+    config: Config,
+) -> list[HeldOutResidual]:
+    """Residuals of logs whose effort is in N·m and whose robot has inertials; the others have none.
+
+    Args:
+        prepared: the logs as they were fitted.
+        fits: friction of all of them together, where a stretch cannot be held out.
+        variation: what friction goes with, as an audit would use it.
+        config: detector and rule.
+    """
+    usable = [log for log in prepared if log.rigid_nm is not None and log.series.effort_unit == "Nm"]
+    if not usable:
+        return []
+    folds = [held_out_laws(usable, fits, config, k) for k in range(config.fit.blocks)]
+    return [_of_log(log, fits, variation, folds, config) for log in usable]
+
+
+def _of_log(
+    log: Prepared,
+    fits: Mapping[str, FrictionFit],
+    variation: Mapping[str, FrictionVariation],
+    folds: Sequence[Mapping[str, FrictionModel]],
+    config: Config,
+) -> HeldOutResidual:
+    series = log.judged_series
+    whole, _ = friction_models(fits, series)
+    fold = fold_of_sample(series, len(folds))
+    shape = series.position_rad.shape
+    torque, state = np.full(shape, np.nan), np.full(shape, State.NO_FRICTION, dtype=np.int8)
+    held_out = np.zeros(shape, dtype=np.bool_)
+    detector = detector_named(config.detect.detector)
+    barred = joints_not_judged(log.findings, log.judged)
+    for k, found in enumerate(folds):
+        laws = {joint: found.get(joint, law) for joint, law in whole.items()}
+        laws, _ = laws_at_temperature(laws, variation, series)
+        residual = detector.residual(log, ResidualInputs(laws, barred), config.detect)
+        rows = fold == k
+        torque[rows], state[rows] = residual.torque_nm[rows], residual.state[rows]
+        for j, joint in enumerate(series.joint_names):
+            held_out[rows, j] = joint in found
+    usable = np.isfinite(torque) & ~series.saturated
+    return HeldOutResidual(
+        series.joint_names,
+        torque,
+        np.asarray((state <= State.FRICTION_INTERVAL) & usable),
+        np.asarray((state == State.JUDGED) & usable),
+        held_out,
+        np.abs(series.velocity_rad_s),
+        series.period_s,
+    )

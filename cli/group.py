@@ -9,6 +9,8 @@ from importlib import import_module
 
 import click
 
+from collaudit.cli.outputs import refuse_input_as_output
+
 
 @dataclass(frozen=True, slots=True)
 class CommandEntry:
@@ -32,6 +34,17 @@ class ExampleCommand(click.Command):
         """Write the help, examples first."""
         write_examples(formatter, self.examples)
         super().format_help(ctx, formatter)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """Run the command, unless its output is one of its inputs."""
+        from collaudit.cli.settings import config_path, given_paths
+
+        settings = {key: value for key, value in given_paths().items() if key != "friction.file"}  # is kept as it is
+        takes_config = any(param.name == "config" for param in self.params)
+        if takes_config and self.name != "init" and (path := config_path()):  # init drafts it anew
+            settings["config"] = str(path)
+        refuse_input_as_output({**settings, **ctx.params})
+        return super().invoke(ctx)
 
 
 class LazyGroup(click.Group):

@@ -12,6 +12,7 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
 from collaudit.core.logs.opening import open_tables
+from collaudit.core.logs.path_patterns import matching_paths
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, quantity_of_file
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
 
     Raises:
         ConfigError: an argument names nothing.
-        LogError: a folder holds no log.
+        LogError: a folder holds no log, or an argument is a pipe or a device.
     """
     out: dict[Path, None] = {}
     for arg in args:
@@ -34,8 +35,7 @@ def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
         if path.exists():
             found = _expand(path)
         elif glob.has_magic(str(arg)):
-            names = sorted(glob.glob(str(arg), recursive=True))  # noqa: PTH207 (Path.glob refuses absolute patterns)
-            found = [item for name in names for item in _expand(Path(name), strict=False)]
+            found = [item for name in matching_paths(str(arg)) for item in _expand(Path(name), strict=False)]
             if not found:
                 raise ConfigError("no log matches this pattern", where=str(arg))
         else:
@@ -45,6 +45,13 @@ def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
 
 
 def _expand(path: Path, *, strict: bool = True) -> list[Path]:
+    if not path.is_dir() and not path.is_file():
+        raise LogError(
+            "this is no regular file, and could keep a reader waiting for ever",
+            where=str(path),
+            found="a pipe, a device or a socket",
+            expected="a log that is a file; copy the stream into one first",
+        )
     if not path.is_dir() or is_bag_folder(path):
         return [path]
     found = _inside(path)

@@ -174,3 +174,25 @@ def test_init_replaces_only_when_asked(arm, collaudit: Run, tmp_path: Path) -> N
     assert target.read_bytes() == b"# mine\n"
     assert collaudit("init", arm.clean, "-c", arm.config, "-o", target, "--force").code == 0
     assert target.read_bytes() != b"# mine\n"
+
+
+def test_no_output_is_an_input(arm, collaudit: Run, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    log = _write(tmp_path / "logs" / "run.csv", arm.clean.read_bytes())
+    config = _write(tmp_path / "c.toml", arm.config.read_bytes())
+    run = tmp_path / "run"
+    assert collaudit("detect", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", run).code == 0
+    kept = {path: path.read_bytes() for path in (log, config, run / "audit.json", run / "signals.parquet")}
+    for command in (
+        ("fit", log, "-c", config, "-o", log),
+        ("fit", log.parent, "-c", config, "-o", log),
+        ("fit", str(log.parent / "*.csv"), "-c", config, "-o", log),
+        ("fit", log, "-c", config, "-o", config),
+        ("init", log, "-o", log, "--force"),
+        ("report", run, "-o", run / "audit.json", "--format", "json"),
+        ("detect", run / "signals.parquet", "-c", config, "-o", run),
+    ):
+        _refused(collaudit(*command), 2, "one of the inputs")
+        assert {path: path.read_bytes() for path in kept} == kept
+    assert collaudit("report", run, "-o", run / "report.html").code == 0
+    assert collaudit("report", run, "-o", run / "report.html").code == 0, "a page may be written again"

@@ -73,10 +73,12 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
 
 
 def _unit_in(pattern: str) -> str:
-    """The unit that a pattern's own words spell, "" for none."""
-    words = words_of(re.sub(r"\{\w+\}", MARK, pattern))
-    meaning = meaning_of(re.sub(r"\{\w+\}", MARK, pattern)) if any(word in UNIT_WORDS for word in words) else None
-    return meaning.unit if meaning is not None and meaning.unit in UNIT_WORDS.values() else ""
+    """The unit that a pattern's own words spell, or degrees where their source documents them; "" for none."""
+    meaning = meaning_of(re.sub(r"\{\w+\}", MARK, pattern))
+    if meaning is None or meaning.unit in ("deg", "deg/s"):
+        return meaning.unit if meaning is not None else ""
+    spelt = any(word in UNIT_WORDS for word in words_of(re.sub(r"\{\w+\}", MARK, pattern)))
+    return meaning.unit if spelt and meaning.unit in UNIT_WORDS.values() else ""
 
 
 def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assignment:

@@ -1,0 +1,68 @@
+"""Wrong guesses counted: format, vocabulary, joint count, numbering and robot in every combination."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from table_formats import FORMATS
+from vocabularies import CURRENTS, TORQUE_CONSTANT, VOCABULARIES, table_of
+
+from collaudit.core.config.schema import LogConfig
+from collaudit.core.errors import LogError
+from collaudit.core.logs import guess_csv_columns, read_log
+
+#: What a joint's name leaves open is settled by its order in the robot, which is not the alphabet's here.
+ROBOT = ("pan", "lift", "elbow", "roll", "bend", "turn", "flange", "extra")
+COUNTS = (1, 2, 6, 7)
+TIME_S = 0.01 * np.arange(6)
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "real-logs.md"
+
+
+def signals(joints: int) -> tuple[Any, Any, Any]:
+    """Values that tell every joint and quantity from every other."""
+    number = np.arange(joints)
+    return tuple(np.add.outer(TIME_S, 0.1 * number + shift) for shift in (0.0, 2.0, 4.0))  # type: ignore[return-value]
+
+
+def outcome(path: Path, truth: tuple[Any, ...], robot: tuple[str, ...], settings: dict[str, Any]) -> str:
+    """``read`` rightly, ``wrong``, or ``asked`` where the log is refused with the line that settles it."""
+    settings = {"units": {"effort": "raw", "time": "s"}, **settings}
+    try:
+        log = read_log((path,), LogConfig.model_validate(settings), robot_joints=robot)
+    except LogError as error:
+        return "asked" if re.search(r"\[log(\.csv)?\] \w+ =", str(error.hint)) else f"refused without a line: {error}"
+    held = (log.position_rad, log.velocity_rad_s, log.effort)
+    same = all(v is None or np.allclose(v, t, atol=1e-9) for v, t in zip(held, truth, strict=True))
+    return "read" if same and log.joint_names == robot else "wrong"
+
+
+def robots(joints: int) -> list[tuple[str, ...]]:
+    """As many joints as the log, in two orders; one more, one less."""
+    own = ROBOT[:joints]
+    found = [own, tuple(sorted(own)), ROBOT[: joints + 1], ROBOT[: joints - 1]]
+    return [robot for robot in found if robot]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_no_joint_is_mapped_wrongly(form: str, tmp_path: Path) -> None:
+    counted: Counter[str] = Counter()
+    for vocabulary in VOCABULARIES:
+        for joints, base in ((joints, base) for joints in COUNTS for base in (0, 1)):
+            path, truth = tmp_path / f"{joints}-{base}-{form}", signals(joints)
+            FORMATS[form](path, table_of(vocabulary, base, TIME_S, truth))
+            known = (*truth[:2], truth[2] / (TORQUE_CONSTANT if vocabulary in CURRENTS else 1.0))
+            guess = guess_csv_columns([path])
+            for robot in robots(joints):
+                found = outcome(path, known, robot, {})
+                counted[found] += 1
+                assert found in ("read", "asked"), f"{vocabulary}, {joints} joints from {base}, {robot}"
+                if guess is not None and not guess.open:
+                    assert outcome(path, known, robot, {"csv": guess.csv}) == found, "as init writes it"
+    row = f"| `{form}` | {counted.total()} | {counted['read']} | {counted['asked']} | {counted['wrong']} |"
+    print(row)
+    assert row in DOCS.read_text(encoding="utf-8"), "the page states another count"

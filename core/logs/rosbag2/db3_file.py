@@ -61,6 +61,10 @@ class Db3File:
         }
         if not {"topics", "messages"} <= tables:
             raise ValueError(f"tables {', '.join(sorted(tables)) or 'none'}")
+        for table in sorted(tables & {"topics", "messages", "message_definitions"}):
+            computed = [_str(row[1]) for row in self._db.execute(f"PRAGMA table_xinfo({table})") if row[6]]
+            if computed:
+                raise ValueError(f"columns of {table} that are computed, not recorded: {', '.join(computed)}")
         definitions: dict[str, tuple[str, bytes]] = {}
         if "message_definitions" in tables:
             for kind, encoding, text in self._db.execute(

@@ -14,6 +14,8 @@ from collaudit.core.logs.storage.records import Damage
 
 #: A file that claims to be larger than this is not completed.
 _MAX_CLAIM = 1 << 40
+#: SQL texts have to fit too.
+_LEAST_LENGTH = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +45,8 @@ def connect(path: Path) -> Opened:
         page, claimed = _claimed_size(path)
         cut = path.stat().st_size < claimed <= _MAX_CLAIM
         if not hot and not cut:
-            return Opened(_tame(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)))
+            db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+            return Opened(_tame(db, path.stat().st_size))
         folder = TemporaryDirectory(prefix="collaudit-")
         for file in (path, *hot):
             shutil.copyfile(file, Path(folder.name) / file.name)
@@ -55,7 +58,7 @@ def connect(path: Path) -> Opened:
             damage = Damage(text)
         else:
             damage = Damage("it has a journal, because it was not closed; what had been committed was read", lost=False)
-        return Opened(_tame(sqlite3.connect(f"{copy.as_uri()}?mode=rw", uri=True)), folder, damage)
+        return Opened(_tame(sqlite3.connect(f"{copy.as_uri()}?mode=rw", uri=True), copy.stat().st_size), folder, damage)
     except (sqlite3.Error, OSError) as error:
         raise LogError(f"cannot be opened: {error}", where=str(path)) from error
 
@@ -71,8 +74,9 @@ def _claimed_size(path: Path) -> tuple[int, int]:
     return page, int.from_bytes(head[28:32], "big") * page
 
 
-def _tame(db: sqlite3.Connection) -> sqlite3.Connection:
-    """Nothing in a log's schema may run code or be trusted to be well-formed."""
+def _tame(db: sqlite3.Connection, file_bytes: int) -> sqlite3.Connection:
+    """Nothing in a log's schema may run code or be trusted to be well-formed; no value is larger than the file."""
+    db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(file_bytes, _LEAST_LENGTH))
     db.execute("PRAGMA trusted_schema = OFF")
     db.execute("PRAGMA cell_size_check = ON")
     return db

@@ -56,6 +56,12 @@ class DetectConfig(ConfigTable):
         description="Below this speed friction is only known as an interval; 0.95 of the slowest fitted one "
         "when absent.",
     )
+    beyond_range: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5,
+        description="Above the fastest fitted speed the threshold is raised by the 95 % interval of the friction curve "
+        "there; the joint is judged until that exceeds this share of its friction. 0: not judged above 1.05 times that "
+        "speed.",
+    )
     reversal_travel_rad: NonNegative = Field(
         0.01,
         description="Travel after a reversal or standstill until friction is steady, rad (m if prismatic).",

@@ -17,6 +17,31 @@ from collaudit.core.numeric.blocks import SAMPLES, blocks
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5
 _STANDSTILL = 1e-9
+_LEVEL = 0.975
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurveSpread:
+    """How far a fitted curve is determined by its points.
+
+    Attributes:
+        covariance: (k, k) of the parameters in their order.
+        t: Student's t of a 95 % interval.
+    """
+
+    covariance: FloatArray
+    t: float
+
+    @classmethod
+    def of(cls, fit: FrictionFit) -> CurveSpread | None:
+        """None without a covariance."""
+        if fit.covariance is None:
+            return None
+        from scipy.special import stdtrit
+
+        shared_offset = any(point.source == "model" for point in fit.points)
+        freedom = max(1, fit.n_points - len(fit.parameters) - shared_offset)
+        return cls(np.asarray(fit.covariance), float(stdtrit(freedom, _LEVEL)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +54,7 @@ class FrictionModel:
         speed_range: slowest and fastest speed measured.
         breakaway_known: whether friction towards zero speed is determined.
         temperature_model: how friction goes with the joint's temperature, where that is to be used.
+        spread: how far its points determine the curve; None where that is not known.
     """
 
     name: str
@@ -36,6 +62,7 @@ class FrictionModel:
     speed_range: tuple[float, float]
     breakaway_known: bool
     temperature_model: TemperatureModel | None = None
+    spread: CurveSpread | None = None
 
     @classmethod
     def of(cls, fit: FrictionFit) -> FrictionModel | None:
@@ -44,7 +71,7 @@ class FrictionModel:
             return None
         values = {parameter_symbol(key): value for key, value in fit.parameters.items()}
         breakaway_known = fit.identifiable and law_named(fit.model).breakaway
-        return cls(fit.model, values, fit.speed_range_rad_s, breakaway_known)
+        return cls(fit.model, values, fit.speed_range_rad_s, breakaway_known, spread=CurveSpread.of(fit))
 
     def torque(self, velocity: FloatArray) -> FloatArray:
         """Friction at each velocity (any shape), zero at zero velocity."""

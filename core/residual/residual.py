@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.extrapolation import extrapolation_doubt
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks, exceeds
@@ -25,7 +26,7 @@ from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, f
 from collaudit.core.residual.isolation import EachJoint, Isolation
 from collaudit.core.residual.rest_changes import fill_changes
 
-#: Friction is trusted this far beyond the fastest speed it was measured at.
+#: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 _BEYOND_RANGE = 1.05
 #: Standard errors of the friction level that the threshold carries: 95 %.
 SIGMAS = 2.0
@@ -55,7 +56,8 @@ class Residual:
             explains; NaN where unknown.
         effort_nm: (n, j) measured torque that the model was compared with; None when nothing was compared.
         state: (n, j) codes of :class:`State`.
-        uncertainty_nm: (n, j) what the friction level may be wrong by (95 %); the threshold is raised by it.
+        uncertainty_nm: (n, j) what friction may be wrong by (95 %): its level, and its curve above the fastest fitted
+            speed; the threshold is raised by it.
         levels: friction level by joint, where there is a law and a model.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         isolation: which columns are judged apart, and what they tell of the place of a contact.
@@ -150,19 +152,24 @@ def _fill_joint(
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
-    too_fast = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
+    beyond = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
     friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
     sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
-        usable = ~(undecided | too_fast | series.edge | balance.unsettled | series.saturated[:, j])
+        usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
     _take_off(total, friction, level, columns)
     columns.uncertainty_nm[undecided] = 0.0
     columns.torque_nm[undecided], columns.hidden_nm[undecided] = _beyond(total, band, level, around, undecided)
     columns.state[undecided] = State.FRICTION_INTERVAL
-    columns.state[too_fast] = State.TOO_FAST
+    doubt = extrapolation_doubt(law, velocity)
+    if doubt.any():
+        smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
+        np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
+        widest = config.beyond_range * np.abs(band.sliding_nm)
+        columns.state[beyond & ~(doubt <= widest)] = State.TOO_FAST
     return level
 
 

@@ -186,12 +186,17 @@ def test_a_residual_above_the_threshold_in_motion_too_fast_to_judge_is_no_pass(
     """Half of the pushes of an arm that runs faster than it was fitted were missed, and nothing was said."""
     t = PERIOD * np.arange(15_000)
     q = np.column_stack([0.5 * np.sin(1.9 * t), np.full_like(t, -0.5)])
-    clean = audit(log_of(q), friction)
+    blind = {"beyond_range": 0.0}
+    clean = audit(log_of(q), friction, detect=blind)
     assert clean.coverage.joints["joint1"].not_judged_s["too-fast"] > 1.0
     quarter = np.pi / 2 / 1.9
     fast = 6 * 2 * quarter
     push = np.zeros_like(q)
     push[np.abs(t - fast) < seconds / 2, 0] = 12.0
-    pushed = audit(log_of(q, external=push), friction)
+    pushed = audit(log_of(q, external=push), friction, detect=blind)
     assert any("a contact may have been missed" in reason for reason in pushed.reasons) == (seconds > 0.1)
+    judged = audit(log_of(q, external=push), friction)
+    assert "too-fast" not in judged.coverage.joints["joint1"].not_judged_s, "a raised threshold judges it"
+    assert bool(judged.collisions) == (seconds > 0.1)
+    assert not audit(log_of(q), friction).collisions
     assert not any("a contact may have been missed" in reason for reason in clean.reasons)

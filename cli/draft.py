@@ -191,10 +191,20 @@ class Draft:
         for quantity, groups in found.passed_over.items():
             csv.remarks.append(f"Passed over for {quantity}: {', '.join(groups)}.")
         for quantity, patterns in found.open.items():
+            motor = len(patterns) == 1
+            if motor and "robot.reduction" in self._given:
+                csv.add(quantity, patterns[0], "of the motors' side, with [robot] reduction", guess=True)
+                continue
             problem = f"several groups of columns could be the measured {quantity}"
+            problem = f"the only {quantity} columns are the motors' by their names" if motor else problem
             if f"log.csv.{quantity}" not in self._given:
                 self.problems.append(problem)
-            csv.remarks.append(f"QUESTION: {problem}. Take the # away from the right one:")
+            answer = "Take the # away" + (
+                "; and state [robot] reduction = [100.0, …] if they are angles before the gear:"
+                if motor
+                else " from the right one:"
+            )
+            csv.remarks.append(f"QUESTION: {problem}. {answer}")
             for pattern in patterns:
                 csv.add(quantity, pattern, active=False)
         return found.open

@@ -52,9 +52,9 @@ def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]
         questions: that stand open in the file.
         robot: whether a robot is stated.
     """
-    if trial.obstacle is not None:
-        return [trial.obstacle.render()]
     out = [f"to be answered in the file: {question}" for question in questions]
+    if trial.obstacle is not None:
+        return [*out, trial.obstacle.render()]
     if not robot:
         return [*out, _NO_ROBOT]
     if (forbids := forbidding(trial.findings)) is not None:

@@ -141,3 +141,16 @@ def test_the_cause_of_a_refusal_stands_in_the_file(folder: Path, collaudit) -> N
     assert outcome.code == 3 and "q2 is missing" in outcome.err
     text = Path("c.toml").read_text()
     assert "# MISSING: x.csv: the position columns are numbered and q2 is missing" in text
+
+
+def test_motor_angles_are_a_question_with_both_answers(folder: Path, collaudit) -> None:
+    log(Path("x.csv"), "t,motor_q1,motor_q2,motor_q3,motor_torque1,motor_torque2,motor_torque3")
+    outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
+    assert outcome.code == 3 and "the motors' by their names" in outcome.err
+    text = Path("c.toml").read_text()
+    assert '# position = "motor_q{i}"' in text and "[robot] reduction" in text
+    Path("c.toml").write_text(text.replace("# position = ", "position = "))
+    assert "motors'" not in collaudit("inspect", "x.csv", "-c", "c.toml").err
+    Path("r.toml").write_text('[robot]\nurdf = "arm.urdf"\nreduction = [50.0, 50.0, 50.0]\n')
+    collaudit("init", "x.csv", "-c", "r.toml", "-o", "d.toml")
+    assert tomllib.loads(Path("d.toml").read_text())["log"]["csv"]["position"] == "motor_q{i}"

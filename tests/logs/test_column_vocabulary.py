@@ -163,3 +163,30 @@ def test_matlab_s_names_of_a_message_s_columns(tmp_path: Path) -> None:
     assert read_log((path,), LogConfig(), robot_joints=["a", "b"]).position_rad[0].tolist() == [1.0, 2.0]
     with pytest.raises(LogError, match="by the alphabet"):
         read_log((path,), LogConfig(), robot_joints=["b", "a"])
+
+
+MOTOR = "t,motor_q0,motor_q1,motor_dq0,motor_dq1,motor_torque0,motor_torque1"
+
+
+def test_positions_of_the_motors_side_alone_are_asked_about(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", MOTOR)
+    with pytest.raises(LogError, match="the motors' by their names") as caught:
+        read_log((path,), LogConfig(), robot_joints=["a", "b"])
+    hint = caught.value.hint or ""
+    assert '[log.csv] position = "motor_q{i0}"' in hint and "[robot] reduction" in hint
+    assert 'velocity = "motor_dq{i0}"' in hint and 'effort = "motor_torque{i0}"' in hint
+    stated = {"csv": {"position": "motor_q{i0}", "effort": "motor_torque{i0}"}, **RAW}
+    log = read_log((path,), LogConfig.model_validate(stated), robot_joints=["a", "b"])
+    assert log.position_rad[0].tolist() == [1.0, 2.0]
+
+
+def test_a_velocity_of_the_motors_side_is_none_of_the_joints(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,q0,q1,motor_dq0,motor_dq1,tau0,tau1")
+    log = read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"])
+    assert log.velocity_rad_s is None
+    assert any("motor_dq{i0}" in finding.text for finding in log.findings if finding.code == "log-columns-passed-over")
+
+
+def test_theta_of_a_joint_is_no_motor(tmp_path: Path) -> None:
+    path = _write(tmp_path / "x.csv", "t,theta1,theta2,tau1,tau2")
+    assert read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"]).position_rad[0].tolist() == [1, 2]

@@ -8,7 +8,7 @@ from pathlib import Path
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.tables.column_assignment import Assignment
+from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment
 from collaudit.core.logs.tables.column_patterns import Found
 
 #: A file and what its columns are.
@@ -23,6 +23,13 @@ def check_columns(files: Sequence[Assigned]) -> None:
     """
     for path, assignment in files:
         for quantity, patterns in assignment.open.items():
+            if len(patterns) == 1:
+                raise LogError(
+                    f"the only columns of joint {quantity}s are the motors' by their names",
+                    where=str(path),
+                    found=patterns[0] + _passed_words(assignment),
+                    hint=f"say which side of the gear they are of: {motor_line(_line(files, quantity, patterns[0]))}",
+                )
             raise LogError(
                 f"several groups of columns could be the measured {quantity}",
                 where=str(path),
@@ -75,6 +82,18 @@ def column_findings(assignment: Assignment, where: str) -> list[Finding]:
     return findings
 
 
+def motor_line(line: str) -> str:
+    """The two answers to columns of the motors' side.
+
+    Args:
+        line: that names the columns.
+    """
+    return (
+        f"{line} where they are already angles of the joints; the same and [robot] reduction = [100.0, …] where they "
+        "are the motors' own, with your number of motor turns per turn of each joint"
+    )
+
+
 def _parts(files: Sequence[Assigned], quantity: str) -> list[Found]:
     return [assignment.quantities[quantity] for _, assignment in files if quantity in assignment.quantities]
 
@@ -91,7 +110,7 @@ def _passed_words(assignment: Assignment) -> str:
 
 def _line(files: Sequence[Assigned], quantity: str, pattern: str) -> str:
     """The lines of [log.csv]: one that is stated switches the guessing off, so all are."""
-    known = {name: _parts(files, name) for name in ("position", "velocity", "effort")}
+    known = {name: _parts(files, name) for name in QUANTITIES}
     lines = {name: parts[0].pattern for name, parts in known.items() if parts and parts[0].pattern}
     lines[quantity] = pattern
-    return "[log.csv] " + "; ".join(f'{name} = "{text}"' for name, text in lines.items())
+    return "[log.csv] " + "; ".join(f'{name} = "{lines[name]}"' for name in known if name in lines)

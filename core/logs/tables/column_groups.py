@@ -47,7 +47,8 @@ class Choice:
     Attributes:
         taken: None where there is none, or several.
         passed: further groups of the quantity, not taken.
-        open: two or more groups that are equally likely; empty when decided.
+        open: two or more groups that are equally likely, or positions of the motors' side alone, which may lie before
+            the gear; empty when decided.
     """
 
     taken: Group | None
@@ -102,7 +103,9 @@ def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) ->
     doubtful = [group for group in best if quantity == "effort" or group.meaning.word == first.meaning.word]
     if len(doubtful) > 1:
         return Choice(None, tuple(group for group in own if group not in doubtful), tuple(doubtful))
-    return Choice(first, tuple(group for group in own if group is not first))
+    rest = tuple(group for group in own if group is not first)
+    asked = quantity == "position" and first.meaning.motor
+    return Choice(None, rest, (first,)) if asked else Choice(first, rest)
 
 
 def _order(meaning: Meaning) -> int:

@@ -34,8 +34,12 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
     known = {column for group in groups for column in group.columns}
     unnumbered = [name if index not in known and index != time else "" for index, name in enumerate(names)]
     first = choose(groups, "position")
-    joints = len(first.taken.columns) if first.taken is not None else None
+    known_positions = first.taken or next(iter(first.open), None)
+    joints = len(known_positions.columns) if known_positions is not None else None
     choices = {quantity: choose(groups, quantity, joints) for quantity in QUANTITY_WORDS}
+    fast = choices["velocity"]
+    if first.taken is not None and fast.taken is not None and fast.taken.meaning.motor:
+        choices["velocity"] = Choice(None, (fast.taken, *fast.passed))  # of the other side of the gear
     found: dict[str, Found] = {}
     for quantity, choice in choices.items():
         named = _guess_named(unnumbered, quantity)

@@ -27,13 +27,14 @@ QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 #: Words of ``effort`` that say the numbers are currents.
 CURRENTS = frozenset({"current", "currents", "curr", "i"})
-#: Words of the motor's side, where a quantity of the joint's side has another word.
+#: Words of the motor's side: of any quantity, and of quantities that have another word on the joint's side.
+_MOTOR = frozenset({"motor", "motors", "rotor", "rotors"})
 _MOTOR_WORDS = frozenset({"theta", "dtheta"})
 
 ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "measured": ("actual", "act", "measured", "meas", "measure", "msr", "feedback", "fbk", "present", "real"),
     "filtered": ("filtered", "filt", "filter", "lp", "lpf", "smooth", "smoothed"),
-    "side": ("sensor", "sensors", "motor", "motors"),
+    "side": ("sensor", "sensors", "motor", "motors", "rotor", "rotors"),
     "desired": ("d", "des", "desired", "target", "tgt", "ref", "reference", "goal", "set", "setpoint", "sp", "planned",
                 "nominal", "ipo"),
     "commanded": ("c", "cmd", "command", "commanded", "commands", "u", "control"),
@@ -71,12 +72,14 @@ class Meaning:
         role: what kind of value of it.
         word: the quantity's word.
         unit: the unit that the name or its source's documentation states; "" for none.
+        motor: whether the name says that it is the motor's side of the gear.
     """
 
     quantity: str
     role: Role
     word: str
     unit: str = ""
+    motor: bool = False
 
 
 #: Names that only their source explains, letters only and in lower case: (quantity, role, word, unit).
@@ -176,14 +179,17 @@ def _by_words(words: list[str], last: set[str], *, kinova: bool) -> Meaning | No
                 roles.add(ROLE_OF[word])
         elif whole in last and word not in _FILLERS:
             return None
-    return _meaning(found, roles, units, kinova=kinova) if found else None
+    motor = not _MOTOR.isdisjoint(word.replace(MARK, "") for word in words)
+    return _meaning(found, roles, units, kinova=kinova, motor=motor) if found else None
 
 
 def _is_current(found: tuple[str, str] | None) -> bool:
     return found is not None and found[1] in CURRENTS
 
 
-def _meaning(found: tuple[str, str], roles: set[Role], units: list[str], *, kinova: bool) -> Meaning | None:
+def _meaning(
+    found: tuple[str, str], roles: set[Role], units: list[str], *, kinova: bool, motor: bool
+) -> Meaning | None:
     quantity, word = found
     if quantity == "temperature" or word in CURRENTS:
         roles.discard("side")  # the motor is where these are measured
@@ -199,4 +205,4 @@ def _meaning(found: tuple[str, str], roles: set[Role], units: list[str], *, kino
         unit = {"position": "deg", "velocity": "deg/s"}.get(quantity, "")
     if not unit and word in CURRENTS:
         unit = "current"
-    return Meaning(quantity, role, word, unit)
+    return Meaning(quantity, role, word, unit, motor)

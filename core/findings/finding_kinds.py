@@ -198,6 +198,11 @@ KINDS: dict[str, Kind] = {
         _INFO,
         setting="log.csv",
     ),
+    "log-arrays-left-out": Kind(
+        "A file of arrays holds some with another number of rows than most: no columns of the same table.",
+        "Export signals of one length, each with the same stamps.",
+        _WARNING,
+    ),
     "log-labels-offered": Kind(
         "Columns are named as if they marked true events.",
         "If they do, name them in [log.csv] labels, and in [detect] true_events to score against them.",

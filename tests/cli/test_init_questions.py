@@ -148,7 +148,7 @@ def test_motor_angles_are_a_question_with_both_answers(folder: Path, collaudit) 
     outcome = collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")
     assert outcome.code == 3 and "the motors' by their names" in outcome.err
     text = Path("c.toml").read_text()
-    assert '# position = "motor_q{i}"' in text and "[robot] reduction" in text
+    assert '# position = "motor_q{i}"' in text and "reduction = [100.0, …]" in text
     Path("c.toml").write_text(text.replace("# position = ", "position = "))
     assert "motors'" not in collaudit("inspect", "x.csv", "-c", "c.toml").err
     Path("r.toml").write_text('[robot]\nurdf = "arm.urdf"\nreduction = [50.0, 50.0, 50.0]\n')

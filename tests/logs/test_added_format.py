@@ -51,7 +51,7 @@ from collaudit.core.logs.storage.table_reader import TableColumns
 class ToyTable:
     """One JSON object of columns after the magic."""
 
-    format, named, layout, stated = "toy-table", True, "columns of JSON", {}
+    format, named, layout, stated, left_out = "toy-table", True, "columns of JSON", {}, ()
 
     def __init__(self, path, settings):
         self.path = path

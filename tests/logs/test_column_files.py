@@ -273,3 +273,17 @@ def test_what_matlab_writes_passes_the_check_of_elements(tmp_path: Path) -> None
         (tmp_path / "log.mat").write_bytes((tmp_path / "log.mat").read_bytes()[:-9])
         with pytest.raises(LogError, match="cannot be read as a MATLAB file"):
             check_elements(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize("kind", OF_ARRAYS)
+def test_arrays_of_another_length_are_named(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    q, tau = (np.column_stack([COLUMNS[f"{name}1"], COLUMNS[f"{name}2"]]) for name in ("q", "tau"))
+    WRITERS[kind](path, {"t": TIME_S, "q": q, "tau": tau, "dq": q[1:], "mass": np.arange(5.0)})
+    said = [finding for finding in read(path).findings if finding.code == "log-arrays-left-out"]
+    assert [finding.severity for finding in said] == ["warning"]
+    assert "dq" in said[0].text and str(ROWS - 1) in said[0].text and "mass" not in said[0].text
+    WRITERS[kind](path, {"t": TIME_S, "q": q[1:], "tau": tau, "dq": COLUMNS["dq1"]})
+    with pytest.raises(LogError, match="no columns of joint positions") as caught:
+        read(path)
+    assert "arrays of another length 'q " in str(caught.value.found)

@@ -15,13 +15,16 @@ from collaudit.core.errors import LogError
 _ROWS = 4
 
 
-def columns_of(arrays: Mapping[str, Any], path: Path) -> dict[str, Any]:
+def columns_of(arrays: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Columns of one length; a matrix of n rows and j columns becomes ``name1`` … ``namej``.
 
     Args:
         arrays: name to array. Those that have not as many rows as most others are settings, and left out; a matrix
             may lie on its side.
         path: the file, for messages.
+
+    Returns:
+        The columns, and the arrays of numbers that are left out because of their length, each with its shape.
 
     Raises:
         LogError: no array has rows.
@@ -32,6 +35,7 @@ def columns_of(arrays: Mapping[str, Any], path: Path) -> dict[str, Any]:
     kept = _without_common(kept)
     rows = _rows({name: value for name, value in kept.items() if value.ndim in (1, 2)}, path)
     columns: dict[str, Any] = {}
+    left_out = []
     for name, value in kept.items():
         if value.ndim == 1 and value.shape[0] == rows:
             columns[name] = pa.array(_plain(value))
@@ -40,7 +44,9 @@ def columns_of(arrays: Mapping[str, Any], path: Path) -> dict[str, Any]:
             between = "_" if name[-1:].isdigit() else ""
             for k in range(upright.shape[1]):
                 columns[f"{name}{between}{k + 1}"] = pa.array(_plain(np.ascontiguousarray(upright[:, k])))
-    return columns
+        elif value.dtype.kind in "fiub" and max(value.shape, default=0) * 2 >= rows:
+            left_out.append(f"{name} {' x '.join(map(str, value.shape))}")
+    return columns, tuple(left_out)
 
 
 def _without_common(arrays: dict[str, Any]) -> dict[str, Any]:

@@ -34,11 +34,11 @@ def open_mat(path: Path, settings: CsvConfig) -> NamedColumns:
     modern = head_of(path, len(_HDF5)) == _HDF5
     arrays = dict(_from_hdf5(path) if modern else _from_version_5(path))
     try:
-        columns = columns_of(arrays, path)
+        columns, left_out = columns_of(arrays, path)
     except LogError as error:
         raise LogError(error.message, where=str(path), found=error.found, hint=_HINT) from error
     version = "7.3" if modern else "5"
-    return NamedColumns(path, f"mat-{version}", f"MATLAB {version}, {len(columns)} columns", columns)
+    return NamedColumns(path, f"mat-{version}", f"MATLAB {version}, {len(columns)} columns", columns, left_out=left_out)
 
 
 def _from_version_5(path: Path) -> Iterator[tuple[str, Any]]:

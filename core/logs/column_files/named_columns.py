@@ -25,6 +25,7 @@ class NamedColumns:
         layout: how it is written, in words.
         columns: name to an Arrow array of n values, all of one length.
         stated: keys of ``[log.csv]`` that the file itself states.
+        left_out: arrays of the file that are no columns because of their length, each with its shape.
 
     Raises:
         LogError: there are no columns, or no rows.
@@ -33,13 +34,20 @@ class NamedColumns:
     named = True
 
     def __init__(
-        self, path: Path, kind: str, layout: str, columns: Mapping[str, Any], stated: Mapping[str, str] | None = None
+        self,
+        path: Path,
+        kind: str,
+        layout: str,
+        columns: Mapping[str, Any],
+        stated: Mapping[str, str] | None = None,
+        left_out: tuple[str, ...] = (),
     ) -> None:
         if not columns or not len(next(iter(columns.values()))):
             raise LogError("the file holds no rows of data", where=str(path), found=f"{len(columns)} columns")
         self.path, self.format, self.layout = path, kind, layout
         self.names = tuple(columns)
         self.stated: Mapping[str, str] = stated or {}
+        self.left_out = left_out
         self._columns = list(columns.values())
 
     def first_cells(self, column: int) -> tuple[str, ...]:

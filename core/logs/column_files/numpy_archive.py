@@ -41,5 +41,5 @@ def open_npz(path: Path, settings: CsvConfig) -> NamedColumns:
         raise
     except Exception as error:  # NumPy, zipfile and zlib raise what the damage happens to cause
         raise LogError(f"cannot be read as a NumPy archive: {str(error)[:200]}", where=str(path)) from error
-    columns = columns_of(arrays, path)
-    return NamedColumns(path, "npz", f"NumPy archive, {len(columns)} columns", columns)
+    columns, left_out = columns_of(arrays, path)
+    return NamedColumns(path, "npz", f"NumPy archive, {len(columns)} columns", columns, left_out=left_out)

@@ -30,6 +30,7 @@ class CsvTable:
     """A CSV (see :class:`collaudit.core.logs.storage.table_reader.TableReader`)."""
 
     format = "csv"
+    left_out: tuple[str, ...] = ()
 
     def __init__(self, path: Path, settings: CsvConfig) -> None:
         self.path = path

@@ -41,6 +41,7 @@ class TableReader(Protocol):
         named: whether the table itself holds the names.
         layout: how it is written, in words, for ``inspect``.
         stated: keys of ``[log.csv]`` that let the file be read as it was recognised; empty where nothing is guessed.
+        left_out: what the file holds besides and is no column, in words.
     """
 
     path: Path
@@ -49,6 +50,7 @@ class TableReader(Protocol):
     named: bool
     layout: str
     stated: Mapping[str, str]
+    left_out: tuple[str, ...]
 
     def first_cells(self, column: int) -> tuple[str, ...]:
         """Some cells from the beginning of a column, as text: equal where tables were written from one recording."""

@@ -94,6 +94,14 @@ def motor_line(line: str) -> str:
     )
 
 
+def left_out_findings(left_out: Sequence[str], rows: int, where: str) -> list[Finding]:
+    """Arrays of a file that are as long as signals and have another number of rows than the table."""
+    if not left_out:
+        return []
+    text = f"Arrays that do not have the table's {rows} rows were left out: {listed(left_out)}."
+    return [Finding("log-arrays-left-out", "warning", text, where=where)]
+
+
 def _parts(files: Sequence[Assigned], quantity: str) -> list[Found]:
     return [assignment.quantities[quantity] for _, assignment in files if quantity in assignment.quantities]
 

@@ -16,7 +16,7 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.storage.records import Damage, damage_findings
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables.column_assignment import MOTION, QUANTITIES
-from collaudit.core.logs.tables.column_checks import check_columns, column_findings
+from collaudit.core.logs.tables.column_checks import check_columns, column_findings, left_out_findings
 from collaudit.core.logs.tables.column_faults import column_fault
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import counts_message, is_numbered
@@ -109,6 +109,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
             if twice:
                 raise LogError(f"two files hold {quantity} of {listed(sorted(twice))}", where=str(file.reader.path))
             blocks[quantity].append((joints, block))
+        findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
         findings += [*guess_findings(file), *column_findings(file.assignment, file.reader.path.name)]
     assert time_s is not None
     time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
@@ -147,6 +148,8 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             _refuse_by_names(files, quantity)
     if "position" not in held:
         kinds = f" (taken as {' and '.join(sorted(held))})" if held else ""
+        short = [array for file in files for array in file.reader.left_out]
+        kinds += f"; arrays of another length {listed(short)}" if short else ""
         raise LogError(
             "no columns of joint positions were recognised",
             where=where,

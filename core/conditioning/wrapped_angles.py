@@ -156,6 +156,7 @@ def _broken(joint: str, position: FloatArray, time_s: FloatArray, rows: IntArray
 def _restless(joint: str, jumps: int, steps: int) -> Finding:
     text = (
         f"The position of joint '{joint}' jumps in {jumps} of {steps} steps as no joint moves: values that are held or "
-        "disturbed. They were used as they are."
+        "disturbed. Too many to be cut out: the joint is not judged, and the model's torque of joints before it "
+        "rests on them."
     )
-    return Finding("log-position-break", "warning", text, joint=joint)
+    return Finding("log-position-break", "error", text, joint=joint)

@@ -245,8 +245,9 @@ KINDS: dict[str, Kind] = {
     "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),
     "log-position-break": Kind(
         "A joint's position jumps as no joint moves; the log is cut there.",
-        "Look for a lost stretch, or an encoder that was set. Nothing is judged or filtered across the jump.",
-        _WARNING,
+        "Look for a lost stretch, or an encoder that was set. Nothing is judged or filtered across the jump; a joint "
+        "that jumps in more than 2 % of its steps is not judged at all.",
+        _JOINT,
     ),
     "log-stalled": Kind(
         "The logger repeated one sample while the arm moved; the repeats were left out.",

@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.conditioning.stated_delays import moved
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
+from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.channel_shift import Delay, effort_shift
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gain_findings, effort_gains, unknown_sign_findings
@@ -25,7 +26,7 @@ def effort_findings(
     contact: FloatArray | None,
     gains: tuple[EffortGain, ...],
     judged: tuple[str, ...],
-    taken_off_ms: float,
+    taken_off_ms: float | None,
     stated: Collection[str] = (),
 ) -> tuple[list[Finding], Delay | None]:
     """What the gains say of the effort; a delay in place of signs that it explains.
@@ -37,7 +38,7 @@ def effort_findings(
         contact: (n, j) torque of the meant tool force, or None.
         gains: effort against both together.
         judged: joints to speak of.
-        taken_off_ms: delay that the configuration takes off already.
+        taken_off_ms: delay that the configuration states, and that is taken off already; None where it states none.
         stated: joints whose sign the configuration states.
 
     Returns:
@@ -58,12 +59,13 @@ def effort_findings(
         f"The effort is {1e3 * delay.seconds:.0f} ms behind the motion (95 %: {low:.0f} to {high:.0f} ms). As stamped "
         f"it seems to run against the model's torque on {', '.join(sorted(undone))}; with the delay taken off it does "
         f"not: no sign is inverted there. To correct it: [log] effort_delay_ms = "
-        f"{taken_off_ms + 1e3 * delay.seconds:.0f}. Nothing was changed."
+        f"{(taken_off_ms or 0.0) + 1e3 * delay.seconds:.0f}. Nothing was changed."
     )
     still = tuple(g for g in gains if g.inverted and g.joint not in undone)  # of a late effort no scale is known
     findings = effort_gain_findings(still, (), series.effort_unit, stated)
     findings += unknown_sign_findings(gains, judged)
-    return [Finding("effort-delay", "error", text), *findings], delay
+    severity: Severity = "error" if taken_off_ms is None else "warning"  # what is stated is no veto against itself
+    return [Finding("effort-delay", severity, text), *findings], delay
 
 
 def gains_at(

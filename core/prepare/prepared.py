@@ -172,7 +172,8 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if rigid is not None and series.effort is not None:
         contact = commanded.torque_nm
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        late, signed = config.log.effort_delay_ms, _signed(config)
+        late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.model_fields_set else None
+        signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
     findings += about

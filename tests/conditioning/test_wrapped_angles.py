@@ -14,6 +14,7 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.findings import joints_not_judged
 
 CONFIG = ConditioningConfig()
 TURN = 2 * np.pi
@@ -151,3 +152,13 @@ def test_positions_that_are_held_are_not_cut_to_pieces() -> None:
     found = continued_angles(replace(log, position_rad=held, velocity_rad_s=None))
     assert found.breaks.size == 0
     assert [f.code for f in found.findings] == ["log-position-break"]
+
+
+def test_a_joint_that_jumps_in_many_steps_is_not_judged() -> None:
+    log = turning()
+    q = log.position_rad.copy()
+    astray = np.random.default_rng(3).choice(q.shape[0], q.shape[0] // 40, replace=False)
+    q[astray, 0] += 3.0
+    found = [f for f in continued_angles(replace(log, position_rad=q)).findings if f.joint == "a"]
+    assert [(f.code, f.severity, f.forbids_pass) for f in found] == [("log-position-break", "error", True)]
+    assert joints_not_judged(found, ("a", "b")) == {"a"}

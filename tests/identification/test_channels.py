@@ -125,6 +125,10 @@ def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
     assert not any(f.code == "effort-sign-inverted" for f in late.findings)
     said = next(f for f in late.findings if f.code == "effort-delay")
     assert "effort_delay_ms = 500" in said.text
+    assert said.severity == "error" and said.forbids_pass
+    stated = prepared(moving_log(0.5, pace=4.0), settings(effort_delay_ms=0.0))
+    again = next(f for f in stated.findings if f.code == "effort-delay")
+    assert again.severity == "warning" and not again.forbids_pass, "what is stated wins, and the evidence is said"
     kind = audit_channels(late, settings())[1][0]
     assert "With its delay of 500 ms taken off: the effort looks like a torque in N·m." in kind.text
     turned = moving_log(pace=4.0)

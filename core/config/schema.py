@@ -169,7 +169,8 @@ class FitConfig(ConfigTable):
     motion: Literal["sections", "auto", "any"] = Field(
         "auto",
         description="What friction is estimated from: sections of constant velocity; any, that is arbitrary motion; or "
-        "auto: sections, and arbitrary motion for joints that have too few.",
+        "auto: sections, and arbitrary motion for joints whose sections show too few distinct speeds, or too little of "
+        "the speeds they move at.",
     )
     cad_sd: Positive = Field(
         0.2,

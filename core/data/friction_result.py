@@ -134,6 +134,9 @@ class FrictionFit:
         robust: how outlying points were treated: ``none``, ``huber`` or ``bisquare``.
         r_squared: share of the points' variance that the curve explains.
         motion: ``sections`` of constant velocity, or ``any`` motion.
+        unphysical: parameters that the points want beyond what friction can be, by more than their uncertainty; the
+            fit holds them at the bound.
+        dissipates: whether friction opposes the motion; False where it is negative beyond its uncertainty.
         rmse_share: ``rmse_nm`` as a share of the joint's rated torque, when the robot model states one.
     """
 
@@ -159,3 +162,5 @@ class FrictionFit:
     r_squared: float | None = None
     rmse_share: float | None = None
     motion: Literal["sections", "any"] = "sections"
+    unphysical: tuple[str, ...] = ()
+    dissipates: bool = True

@@ -321,7 +321,8 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "effort-sign-inverted": Kind(
-        "Effort runs against the model's gravity torque: its sign looks inverted.",
+        "Effort runs against the model's gravity torque, or along the motion where friction opposes it: its sign looks "
+        "inverted.",
         "State [log.units] effort_sign: -1 if it is inverted, 1 if not. Check model, mounting and joint names.",
         _JOINT,
         setting="log.units.effort_sign",
@@ -471,6 +472,11 @@ KINDS: dict[str, Kind] = {
         "Friction was estimated from arbitrary motion, for want of constant-velocity sections.",
         "Record strokes at constant speeds: collaudit simulate friction shows a motion that serves.",
         _INFO,
+    ),
+    "friction-not-physical": Kind(
+        "The data ask for friction that cannot be: it would give power, or fall below a physical bound.",
+        "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",
+        _DOUBTS,
     ),
     "friction-not-fitted": Kind(
         "A joint's friction could not be fitted.",

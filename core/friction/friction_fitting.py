@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from collaudit.core.friction.identifiability import identifiability
 from collaudit.core.friction.law_candidates import Candidate, fit_linear_law, fit_rate_law
 from collaudit.core.friction.law_comparison import choose, compare
 from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.physical_law import dissipation, physical
 from collaudit.core.friction.ridge_fit import fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
@@ -35,6 +36,7 @@ class _Job:
     empty: FrictionFit
     data: ls.Points
     units: FrictionUnits
+    bounded: bool
 
 
 def fit_friction(
@@ -67,7 +69,9 @@ def fit_friction(
     weight = robust_weights(raw, robust)
     kept = tuple(replace(p, weight=float(w)) for p, w in zip(points, weight, strict=True))
     data = with_scatter(raw, weight)
-    job = _Job(replace(empty, points=kept), data, units)
+    power = dissipation(points)
+    inverted = power is not None and power.inverted
+    job = _Job(replace(empty, points=kept, dissipates=not inverted), data, units, bounded=not inverted)
     fit = _automatic(job) if law is None else _insisted(job, law)
     return replace(fit, r_squared=_r_squared(fit, data))
 
@@ -75,16 +79,18 @@ def fit_friction(
 def _insisted(job: _Job, law: FrictionLaw) -> FrictionFit:
     """The law that was asked for, whatever the data say of it."""
     if law is LINE:
-        return _line(job, fit_linear_law(job.data, LINE), ("The model was chosen in the configuration.",), None)
+        return _line(job, _straight(job), ("The model was chosen in the configuration.",), None)
     found = _candidate(job, law)
     if isinstance(found, str):
-        return _line(job, fit_linear_law(job.data, LINE), (found,), None)
+        return _line(job, _straight(job), (found,), None)
+    if found.refusal:
+        return _line(job, _straight(job), (f"{law.name}: {found.refusal}.",), None)
     return _law_fit(job, found)
 
 
 def _automatic(job: _Job) -> FrictionFit:
     """Compare all laws; fall back to the straight line where nothing richer is determined."""
-    line = fit_linear_law(job.data, LINE)
+    line = _straight(job)
     fitted: list[Candidate] = []
     refused: list[ModelComparison] = []
     for law in LAWS.values():
@@ -100,7 +106,7 @@ def _automatic(job: _Job) -> FrictionFit:
     if taken is not None:
         chosen = fitted[taken]
     else:  # nothing could be held out: the reference where the F test proves it, else the line
-        chosen = reference if reference is not None and not reference.reasons else line
+        chosen = reference if reference is not None and _eligible(reference) else line
         why = "taken by the F test against Coulomb + viscous; too few speeds to leave any out"
         rows = [replace(r, chosen=True, note=why) if r.model == chosen.model else r for r in rows]
     is_line = chosen.law is LINE
@@ -111,7 +117,7 @@ def _automatic(job: _Job) -> FrictionFit:
 def _eligible(candidate: Candidate) -> bool:
     """Whether a law may be chosen: its parameters are determined, and it is not another law over again."""
     same_curve = candidate.law.same_curve_as is not None and not candidate.at_bounds
-    return not candidate.reasons and not same_curve
+    return not candidate.reasons and not candidate.refusal and not same_curve
 
 
 def _why_a_line(job: _Job, reference: Candidate | None) -> tuple[str, ...]:
@@ -124,6 +130,8 @@ def _why_a_line(job: _Job, reference: Candidate | None) -> tuple[str, ...]:
         )
     if reference.reasons:
         return reference.reasons
+    if reference.refusal:
+        return (f"{reference.model}: {reference.refusal}; {' and '.join(term.unknown)} are not used.",)
     return (
         "Coulomb + viscous friction predicts the speeds left out of the fit within one standard error of the best "
         f"law: {' and '.join(term.unknown)} are not needed.",
@@ -139,9 +147,26 @@ def _candidate(job: _Job, law: FrictionLaw) -> Candidate | str:
     if data.n < least:
         return f"{data.n} points are too few (at least {least} are needed)"
     if isinstance(law, RidgeLaw):
-        return fit_ridge_law(data, law)
+        found = fit_ridge_law(data, law)
+        return physical(found, data.speed, _separable(job)) if job.bounded else found
     assert isinstance(law, SeparableLaw)
-    return fit_linear_law(data, law) if law.rate is None else fit_rate_law(data, law, law.rate, job.units)
+    fit = _separable(job)
+    return physical(fit(law), data.speed, fit) if job.bounded else fit(law)
+
+
+def _separable(job: _Job) -> Callable[[SeparableLaw], Candidate]:
+    """How a separable law is fitted to the job's points."""
+
+    def fit(law: SeparableLaw) -> Candidate:
+        return fit_linear_law(job.data, law) if law.rate is None else fit_rate_law(job.data, law, law.rate, job.units)
+
+    return fit
+
+
+def _straight(job: _Job) -> Candidate:
+    """The straight line, within physical bounds."""
+    line = fit_linear_law(job.data, LINE)
+    return physical(line, job.data.speed, _separable(job)) if job.bounded else line
 
 
 def _least_points(data: ls.Points, law: FrictionLaw) -> int:
@@ -237,6 +262,7 @@ def _assembled(job: _Job, found: Candidate, richer: Candidate | None) -> Frictio
         covariance=covariance,
         rmse_nm=float(np.sqrt(np.mean((job.data.friction - found.predicted) ** 2))),
         identifiability=identifiability(job.data, found, richer, job.units),
+        unphysical=found.beyond,
     )
 
 

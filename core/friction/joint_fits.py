@@ -14,6 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
+from collaudit.core.friction.motion_choice import any_motion_tells_more, beyond, moving_speeds
 from collaudit.core.friction.motion_points import motion_points
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
@@ -62,11 +63,13 @@ def _fit_joint(
     column = robot.joint_names.index(joint)
     units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
     fit = _fitted(points, units, config)
-    if config.fit.motion == "any" or (config.fit.motion == "auto" and fit.model is None):
+    if config.fit.motion != "sections":
         torque = [p for p in prepared if p.series.effort_unit == "Nm" and joint in p.judged]
-        loose = _fitted([point for p in torque for point in motion_points(p, joint)], units, config)
-        if loose.model is not None:
-            fit = replace(loose, motion="any")
+        loose = [point for p in torque for point in motion_points(p, joint)]
+        wanted = config.fit.motion == "any" or fit.model is None
+        if wanted or any_motion_tells_more(points, loose, moving_speeds(prepared, joint)):
+            other = _fitted([*loose, *beyond(loose, points)], units, config)
+            fit = fit if other.model is None else replace(other, motion="any")
     rated = float(robot.effort_limit_nm[column])
     share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
     lost = dict(rejected[joint].most_common())
@@ -101,14 +104,16 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
                 text += f" Stretches rejected: {lost}."
             findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))
             continue
+        findings += _physics_findings(joint, fit)
         if fit.not_identifiable:
             text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
             findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
         rest = fit.n_points - fit.n_pairs
         if fit.motion == "any":
             text = (
-                f"The friction of joint '{joint}' was estimated from arbitrary motion, {fit.section_count} "
-                "constant-velocity sections being too few or not asked for: errors of the model's torque go into it."
+                f"The friction of joint '{joint}' was estimated from arbitrary motion: {fit.section_count} "
+                "constant-velocity sections show too few of the speeds it is used at, or were not asked for. Errors of "
+                "the model's torque go into it."
             )
             findings.append(Finding("friction-any-motion", "info", text, joint=joint))
         elif rest:
@@ -121,6 +126,23 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
             )
             findings.append(Finding("friction-model-points", "info", text, joint=joint))
     return findings
+
+
+def _physics_findings(joint: str, fit: FrictionFit) -> list[Finding]:
+    """What the points of one joint want against physics."""
+    if not fit.dissipates:
+        text = (
+            f"Friction of joint '{joint}' is negative at nearly every speed measured: it would drive the joint. The "
+            "effort's sign looks inverted; see [log.units] effort_sign. The law was fitted as the data say."
+        )
+    elif fit.unphysical:
+        text = (
+            f"The data of joint '{joint}' ask for {', '.join(fit.unphysical)}, which friction cannot have; it was held "
+            "at 0. An error of the model's torque, a delay, or too narrow a range of speeds does this."
+        )
+    else:
+        return []
+    return [Finding("friction-not-physical", "warning", text, joint=joint)]
 
 
 def friction_models(

@@ -10,7 +10,7 @@ from collaudit.core.data.friction_result import Bounds
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import Quality
 from collaudit.core.friction.parameter_units import FrictionUnits
-from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, SeparableLaw
+from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -34,6 +34,8 @@ class Candidate:
         jacobian: (n, p) weighted derivatives by the natural coefficients, or None.
         at_bounds: symbols at the edge of what was searched or allowed.
         ridge: on the weights of a ridge law.
+        refusal: why friction cannot be like this; empty when it can.
+        beyond: parameters that the data want beyond physical bounds by more than their uncertainty, in words.
     """
 
     law: FrictionLaw
@@ -48,6 +50,8 @@ class Candidate:
     jacobian: FloatArray | None
     at_bounds: tuple[str, ...] = ()
     ridge: float | None = None
+    beyond: tuple[str, ...] = ()
+    refusal: str = ""
 
     @property
     def model(self) -> str:
@@ -105,7 +109,8 @@ def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: Fric
     freedom = data.n - prof.estimate.shape[1] - 1
     quality = Quality.of(float(prof.sum_squares[prof.best]), freedom)
     c_interval = ls.interval_of_c(prof, quality.allowance)
-    reasons = _why_not(data, prof, quality, c_interval, term, units)
+    line = LINE if law.viscous_columns else without_column(LINE, "D")
+    reasons = _why_not(data, prof, quality, c_interval, term, units, line)
     linear, c = prof.estimate[prof.best], float(prof.c[prof.best])
     values = law.named(linear[:k], c)
     jac = ls.jacobian(data, law, linear, c)
@@ -167,14 +172,20 @@ def _covariance(
 
 
 def _why_not(
-    data: ls.Points, prof: ls.Profile, quality: Quality, c_interval: Bounds, term: RateTerm, units: FrictionUnits
+    data: ls.Points,
+    prof: ls.Profile,
+    quality: Quality,
+    c_interval: Bounds,
+    term: RateTerm,
+    units: FrictionUnits,
+    line_beside: SeparableLaw,
 ) -> tuple[str, ...]:
     """Sentences on why the rate is not determined beside Coulomb + viscous friction; empty when it is."""
     from scipy.stats import f
 
     slowest, fastest = float(data.speed.min()), float(data.speed.max())
     span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
-    line = ls.fit_at(data, LINE, 0.0)
+    line = ls.fit_at(data, line_beside, 0.0)
     more = prof.estimate.shape[1] + 1 - line.estimate.size
     gain = (line.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
     p_value = float(f.sf(gain, more, data.n - prof.estimate.shape[1] - 1))

@@ -86,6 +86,11 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
     if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
         return None
     estimate = ls.solve(design, train.target).estimate
+    held = [k for k in law.viscous_columns if estimate[k] < 0]
+    if held:
+        free = np.delete(np.arange(design.shape[1]), held)
+        estimate = np.zeros(design.shape[1])
+        estimate[free] = ls.solve(design[:, free], train.target).estimate
     if law.non_negative:
         estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
     return np.asarray(test.raw(law, c) @ estimate)
@@ -110,6 +115,8 @@ def compare(data: ls.Points, candidates: list[Candidate]) -> list[ModelCompariso
         note = "" if out is not None else "too few speeds to leave any out"
         if candidate.reasons:
             note = "its parameters are not determined by the data"
+        if candidate.refusal:
+            note = candidate.refusal
         rows.append(
             ModelComparison(
                 model=candidate.model,

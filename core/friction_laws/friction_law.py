@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -170,6 +170,11 @@ class SeparableLaw(FrictionLaw):
         return tuple(p.symbol for p in self.parameters)
 
     @property
+    def viscous_columns(self) -> tuple[int, ...]:
+        """Coefficients that are viscous friction: columns whose parameter is of that kind."""
+        return tuple(_column(self, p.symbol) for p in self.parameters if p.kind == "viscous")
+
+    @property
     def bounded(self) -> bool:
         """Whether parameters are held within bounds in the fit."""
         return self.non_negative
@@ -209,6 +214,34 @@ class RidgeLaw(FrictionLaw):
         columns = self.columns(speed, values)
         weights = np.array([values[f"W{k}"] for k in range(1, columns.shape[-1] + 1)])
         return np.asarray(values["A"] + values["D"] * speed + columns @ weights)
+
+
+def _column(law: SeparableLaw, symbol: str) -> int:
+    """Number of the coefficient that alone moves a parameter."""
+    size = len(law.symbols) - (law.rate is not None)
+    base = law.named(np.zeros(size), 1.0)[symbol]
+    (column,) = (i for i in range(size) if law.named(np.eye(size)[i], 1.0)[symbol] != base)
+    return column
+
+
+def without_column(law: SeparableLaw, symbol: str) -> SeparableLaw:
+    """The law with one parameter, that a coefficient of its own stands for, held at zero and left out."""
+    column = _column(law, symbol)
+
+    def shape(speed: FloatArray, direction: FloatArray, c: float) -> tuple[FloatArray, ...]:
+        columns = law.shape(speed, direction, c)
+        return (*columns[:column], *columns[column + 1 :])
+
+    def named(linear: FloatArray, c: float) -> dict[str, float]:
+        every = law.named(np.insert(linear, column, 0.0), c)
+        return {name: value for name, value in every.items() if name != symbol}
+
+    def natural(values: Values) -> Coefficients:
+        linear, c = law.natural({**values, symbol: 0.0})
+        return np.delete(linear, column), c
+
+    parameters = tuple(p for p in law.parameters if p.symbol != symbol)
+    return replace(law, parameters=parameters, shape=shape, named=named, natural=natural)
 
 
 def plain(

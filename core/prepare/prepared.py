@@ -26,6 +26,7 @@ from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torq
 from collaudit.core.prepare.effort_delay import effort_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
 from collaudit.core.prepare.effort_source import EffortSource, effort_source
+from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -176,6 +177,10 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
+        if delay is None:
+            findings += friction_sign_findings(
+                friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
+            )
     findings += about
     return Prepared(
         series,

@@ -1,0 +1,168 @@
+"""Friction laws within what friction can be: dissipating, viscous friction not negative, breakaway not below Coulomb.
+
+A fit that wants otherwise beyond its uncertainty says something about the data, not about friction: the bound holds and
+what the data wanted is stated. Where the mean friction itself is negative the effort's sign is the likely cause; no
+bound makes sense of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.data.friction_result import FrictionPoint
+from collaudit.core.friction.law_candidates import Candidate
+from collaudit.core.friction_laws.friction_law import SeparableLaw, without_column
+from collaudit.core.friction_laws.law_registry import LINE
+from collaudit.core.numeric.arrays import FloatArray
+
+_LEAST_POINTS = 3
+_CLEAR = 0.999  # one-sided level at which the mean friction counts as negative
+_SHARE = 0.8  # of the points that must be negative themselves
+
+
+@dataclass(frozen=True, slots=True)
+class Dissipation:
+    """Mean friction of a joint over its points, errors of gravity aside; negative where power would be produced.
+
+    Attributes:
+        level_nm: mean over the directions.
+        bound_nm: its one-sided 99.9 % upper bound.
+        inverted: whether it is negative beyond its uncertainty, at nearly every speed.
+    """
+
+    level_nm: float
+    bound_nm: float
+    inverted: bool
+
+
+def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
+    """Mean friction of points of both directions; None where one direction is missing or the points are few.
+
+    An error of the model's gravity torque raises one direction and lowers the other: their mean is free of it.
+    """
+    from scipy.stats import t
+
+    value = np.array([p.friction_nm for p in points])
+    way = np.array([p.direction for p in points])
+    sides = [value[way == side] for side in (1, -1)]
+    pairs = value[way == 0]
+    if len(points) < _LEAST_POINTS or (pairs.size == 0 and min(s.size for s in sides) == 0):
+        return None
+    offset = 0.0 if min(s.size for s in sides) == 0 else 0.5 * float(np.mean(sides[0]) - np.mean(sides[1]))
+    free = value - offset * way
+    if pairs.size == 0:
+        level, freedom = 0.5 * float(np.mean(sides[0]) + np.mean(sides[1])), len(points) - 2
+    else:
+        level, freedom = float(np.mean(free)), len(points) - 1
+    if freedom < 1:
+        return None
+    scatter = float(np.std(free, ddof=1)) / np.sqrt(len(points))
+    timing = float(np.mean([p.timing_nm for p in points]))
+    bound = level + float(t.ppf(_CLEAR, freedom)) * float(np.hypot(scatter, timing))
+    return Dissipation(level, bound, bound < 0 and float(np.mean(free < 0)) >= _SHARE)
+
+
+def physical(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw], Candidate]) -> Candidate:
+    """A fit held to physical bounds, with a refusal where its law does not apply.
+
+    Args:
+        found: the free fit.
+        speed: (n,) speeds of the points.
+        refit: fits a law with some of its columns left out to the same points.
+
+    Returns:
+        The fit, refitted where viscous friction would be negative; refused where the law would not dissipate at a
+        speed used, or break away below its Coulomb friction.
+    """
+    law = found.law
+    drives = "" if _dissipates(found, speed) else "it would drive the joint at some of the speeds measured"
+    if not isinstance(law, SeparableLaw):
+        return replace(found, refusal=drives)
+    open_rate = law.rate is not None and bool(found.reasons)  # what is not determined wanders, and is not used
+    negative = [p.symbol for p in law.parameters if p.kind == "viscous" and found.values[p.symbol] < 0]
+    if negative and not open_rate:
+        smaller = law
+        for symbol in negative:
+            smaller = without_column(smaller, symbol)
+        found = _held(found, refit(smaller), negative)
+    level, rise = _level_and_rise(found)
+    known = law.rate is not None and not open_rate
+    if known and level < 0:
+        return replace(found, refusal="Coulomb friction would be negative")
+    if known and law.breakaway and rise < 0:
+        return replace(found, refusal="breakaway friction would be below Coulomb friction")
+    if _dissipates(found, speed):
+        return found
+    return _bounded_line(found, speed, refit) if law is LINE else replace(found, refusal=drives)
+
+
+def _bounded_line(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw], Candidate]) -> Candidate:
+    """The straight line with neither level nor slope below zero."""
+    flat = refit(without_column(LINE, "A")) if found.values["A"] < 0 < found.values["D"] else found
+    level = max(flat.values.get("A", 0.0), 0.0)
+    slope = max(flat.values.get("D", 0.0), 0.0)
+    values = {"A": level, "D": slope}
+    return replace(
+        found,
+        values=values,
+        ci95={symbol: (0.0, max(0.0, (found.ci95[symbol] or (0.0, 0.0))[1] or 0.0)) for symbol in values},
+        predicted=level + slope * speed,
+        sum_squares=flat.sum_squares,
+        at_bounds=tuple(symbol for symbol, value in values.items() if value == 0.0),
+        beyond=(*found.beyond, *_wanted(found, ["A"])),
+    )
+
+
+def _held(free: Candidate, bounded: Candidate, symbols: Sequence[str]) -> Candidate:
+    """The bounded fit under the names of the free one; intervals of what is held end at zero."""
+    values = {s: bounded.values.get(s, 0.0) for s in free.values}
+    ci95 = {s: bounded.ci95.get(s) for s in free.values}
+    for symbol in symbols:
+        upper = (free.ci95[symbol] or (None, None))[1]
+        ci95[symbol] = None if upper is None else (0.0, max(0.0, upper))
+    covariance = None
+    if bounded.covariance is not None:
+        names = list(free.values)
+        kept = [names.index(s) for s in bounded.values]
+        covariance = np.zeros((len(names), len(names)))
+        covariance[np.ix_(kept, kept)] = bounded.covariance
+    return replace(
+        bounded,
+        law=free.law,
+        values=values,
+        ci95=ci95,
+        covariance=covariance,
+        at_bounds=(*bounded.at_bounds, *symbols),
+        beyond=(*free.beyond, *_wanted(free, symbols)),
+    )
+
+
+def _wanted(free: Candidate, symbols: Sequence[str]) -> tuple[str, ...]:
+    """What the data wanted beyond the bound by more than its interval, in words."""
+    out = []
+    for symbol in symbols:
+        low, high = free.ci95[symbol] or (None, None)
+        if high is not None and high < 0 and low is not None:
+            out.append(f"{symbol} = {free.values[symbol]:.3g} (95 %: {low:.3g} to {high:.3g})")
+    return tuple(out)
+
+
+def _level_and_rise(found: Candidate) -> tuple[float, float]:
+    """Coulomb level, the first coefficient of every law, and what friction towards standstill lies above it."""
+    law = found.law
+    assert isinstance(law, SeparableLaw)
+    linear, _ = law.natural(found.values)
+    start = float(law.curve(found.values, np.array([1e-9]), np.ones(1))[0])
+    return float(linear[0]), start - float(linear[0])
+
+
+def _dissipates(found: Candidate, speed: FloatArray) -> bool:
+    """Whether the mean of both directions opposes the motion at every speed measured, to 0.1 % of the largest."""
+    grid = np.linspace(float(speed.min()), float(speed.max()), 50)
+    ahead = found.law.curve(found.values, grid, np.ones_like(grid))
+    back = found.law.curve(found.values, grid, -np.ones_like(grid))
+    mean = 0.5 * (ahead + back)
+    return bool(np.min(mean) >= -1e-3 * float(np.max(np.abs(mean))))

@@ -1,0 +1,65 @@
+"""The effort's sign by friction: on wrists that gravity does not load it is all there is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from synthetic import PERIOD, make_log
+
+from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.prepare.effort_gain import EffortGain
+from collaudit.core.prepare.friction_sign import FrictionSign, friction_sign_findings, friction_signs
+
+
+def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> FrictionSign:
+    """A joint with friction; ``led`` is the share of the time in which a hand leads it with 15 N·m."""
+    rng = np.random.default_rng(0)
+    t = PERIOD * np.arange(20000)
+
+    def motion(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return 0.8 * np.sin(0.9 * at) + 0.3 * np.sin(2.3 * at), 0.72 * np.cos(0.9 * at) + 0.69 * np.cos(2.3 * at)
+
+    q, v = motion(t)
+    then, before = motion(t - late_s)
+    torque = load * np.cos(then + 0.5) + friction * (np.sign(before) + 0.4 * before)
+    torque -= np.where(t > t[-1] * (1.0 - led), 15.0 * np.sign(v), 0.0)
+    log = make_log(t, q[:, None], v[:, None], (sign * torque + rng.normal(0, 0.5, t.size))[:, None])
+    series = condition(log, ConditioningConfig())
+    return friction_signs(series, (load * np.cos(q + 0.5))[:, None])[0]
+
+
+@pytest.mark.parametrize("load", [0.0, 0.01, 20.0])
+def test_an_inverted_wrist_is_noticed_without_gravity(load: float) -> None:
+    assert run(-1.0, load).negative
+    assert not run(1.0, load).negative
+    assert run(1.0, load).level > 3.0
+
+
+def test_no_friction_tells_no_sign() -> None:
+    assert not run(-1.0, friction=0.0).negative
+    assert not run(1.0, friction=0.0).negative
+
+
+def test_a_late_effort_is_no_inverted_one() -> None:
+    assert not run(1.0, load=30.0, late_s=0.03).negative
+
+
+def test_a_hand_that_leads_the_arm_inverts_no_sign() -> None:
+    assert not run(1.0, led=0.3).negative
+
+
+def test_what_is_stated_wins_and_gravity_is_heard() -> None:
+    sign = run(-1.0)
+    joint = sign.joint
+    (error,) = friction_sign_findings((sign,), (), (joint,), (), "Nm")
+    assert (error.code, error.severity, error.joint) == ("effort-sign-inverted", "error", joint)
+    assert f'effort_sign = {{ "{joint}" = -1 }}' in error.text
+    assert error.effect == "not-judged-joint"
+    (stated,) = friction_sign_findings((sign,), (), (joint,), (joint,), "Nm")
+    assert (stated.code, stated.severity, stated.effect) == ("effort-sign-inverted", "warning", "none")
+    against = EffortGain(joint, 1.0, (0.9, 1.1), 0.9)
+    (other,) = friction_sign_findings((sign,), (against,), (joint,), (), "Nm")
+    assert (other.code, other.severity) == ("friction-not-physical", "warning")
+    said = EffortGain(joint, -1.0, (-1.1, -0.9), 0.9)
+    assert friction_sign_findings((sign,), (said,), (joint,), (), "Nm") == []

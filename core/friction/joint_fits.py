@@ -14,8 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
-from collaudit.core.friction.motion_choice import any_motion_tells_more, beyond, moving_speeds
-from collaudit.core.friction.motion_points import motion_points
+from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray

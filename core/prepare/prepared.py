@@ -177,7 +177,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
-        if delay is None:
+        if delay is None and start.effort_source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(
                 friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
             )

@@ -9,7 +9,7 @@ from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_findings
-from collaudit.core.friction.motion_choice import any_motion_tells_more, covered, distinct_speeds
+from collaudit.core.friction.motion_points import any_motion_tells_more, covered, distinct_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.physical_law import dissipation
 

@@ -36,6 +36,7 @@ from collaudit.core.detection.detector_run import (
     run_detector,
 )
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
 from collaudit.core.detection.rest_rule import with_rest_thresholds
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
@@ -92,6 +93,7 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     variation = merged([friction_variation(log, fits) for log in known])
     findings = [f for log, (_, found) in zip(prepared, audited, strict=True) for f in (*log.findings, *found)]
     findings += about_axes
+    findings += [f for log in known for f in fit_pattern_findings(log, fits)]
     findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(variation, fits)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
@@ -223,6 +225,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
         flags=(),
         control=control_modes(series, prepared.phases, config.detect),
     )
+    found += pattern_findings(signals, rule.gamma_nm)
     found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
     return _Judged(inputs, run, signals, clean, stats, facts, (*found, *detection_findings(series, run, inputs)))
 

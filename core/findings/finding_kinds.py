@@ -518,6 +518,13 @@ KINDS: dict[str, Kind] = {
         "Correct the model, tool or friction, or raise the threshold: collaudit recommend.",
         _DOUBTS,
     ),
+    "residual-position": Kind(
+        "The residual comes again at the same positions: a spring, a cable, joints that give, a weight that is wrong, "
+        "or a contact that is made at the same place each time.",
+        'Correct masses and tool ([fit] estimate = ["friction", "inertials"]); look for what pulls on the joint. '
+        "Alarms at these positions are in doubt.",
+        _LEVEL,
+    ),
     "persistence-rounded": Kind(
         "The persistence was rounded up to whole samples.", "Nothing; state [detect] n to choose samples.", _INFO
     ),

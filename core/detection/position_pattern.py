@@ -1,0 +1,156 @@
+"""Residual that is a function of the joint's position: springs, cables, joints that give, or weights that are wrong.
+
+Such torque comes again at every visit of the same place, as no collision does. The visits of each stretch of positions
+are split into two halves by time; what the first half says of a position is held against the second. The mean of each
+direction of motion is left aside, so that friction off its law is no pattern.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.motion_points import settled_residual
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare.prepared import Prepared
+
+_BINS = 16
+_VISIT_S = 1.0
+_LEAST_SHARE = 0.4  # of the later half's variance between positions that the earlier half foretells
+_LEAST_BINS = 5
+_LEAST_VISITS = 2  # of a bin, in each half
+_SAID, _DOUBTED = 0.25, 0.5  # amplitude, as a share of the threshold or of friction
+_STRAIGHT = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class PositionPattern:
+    """How a residual follows the position.
+
+    Attributes:
+        amplitude_nm: half of the spread between positions.
+        share: of the later visits' variance that the earlier ones foretell.
+        stiffness_nm_per_rad: slope, where a straight line explains the pattern; else None.
+        low_rad, high_rad: where the residual is least and greatest.
+    """
+
+    amplitude_nm: float
+    share: float
+    stiffness_nm_per_rad: float | None
+    low_rad: float
+    high_rad: float
+
+
+def position_pattern(
+    time_s: FloatArray, position: FloatArray, residual: FloatArray, direction: FloatArray
+) -> PositionPattern | None:
+    """The pattern of one joint, or None where there is none, or too few visits to tell.
+
+    Args:
+        time_s, position, residual: (n,) samples.
+        direction: (n,) sign of the motion.
+    """
+    if position.size < 2 * _BINS:
+        return None
+    rest = residual.copy()
+    for sign in (-1.0, 1.0):
+        way = direction == sign
+        if way.any():
+            rest[way] -= np.median(rest[way])
+    low, high = np.quantile(position, [0.005, 0.995])
+    if not high > low:
+        return None
+    bins = np.clip(((position - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
+    visit = np.floor(time_s / _VISIT_S).astype(np.int64)
+    key, label = np.unique(visit * _BINS + bins, return_inverse=True)
+    count = np.bincount(label)
+    mean = np.bincount(label, weights=rest) / count
+    of_bin, late = key % _BINS, key // _BINS > np.median(visit)
+    early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
+    both = np.isfinite(early_of) & np.isfinite(late_of)
+    if np.count_nonzero(both) < _LEAST_BINS:
+        return None
+    spread = float(np.sum((late_of[both] - late_of[both].mean()) ** 2))
+    foretold = early_of[both] - early_of[both].mean()
+    missed = float(np.sum((late_of[both] - late_of[both].mean() - foretold) ** 2))
+    share = 1.0 - missed / spread if spread > 0 else 0.0
+    if share < _LEAST_SHARE:
+        return None
+    shape, place = 0.5 * (early_of + late_of)[both], (low + (np.arange(_BINS) + 0.5) / _BINS * (high - low))[both]
+    slope, straight = _line(place, shape)
+    return PositionPattern(
+        amplitude_nm=0.5 * float(np.ptp(shape)),
+        share=share,
+        stiffness_nm_per_rad=slope if straight >= _STRAIGHT else None,
+        low_rad=float(place[np.argmin(shape)]),
+        high_rad=float(place[np.argmax(shape)]),
+    )
+
+
+def _by_bin(mean: FloatArray, of_bin: FloatArray, use: BoolArray) -> FloatArray:
+    """(bins,) median over the visits of each bin; NaN where there are too few."""
+    out = np.full(_BINS, np.nan)
+    for b in range(_BINS):
+        visits = mean[use & (of_bin == b)]
+        if visits.size >= _LEAST_VISITS:
+            out[b] = float(np.median(visits))
+    return out
+
+
+def _line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Slope, and the share of the variance that a straight line explains."""
+    dx, dy = x - x.mean(), y - y.mean()
+    slope = float(dx @ dy / (dx @ dx))
+    return slope, float(1.0 - np.sum((dy - slope * dx) ** 2) / max(float(dy @ dy), 1e-30))
+
+
+def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Finding]:
+    """Joints of a judged log whose residual follows the position, against their thresholds."""
+    findings = []
+    for j, joint in enumerate(signals.joint_names):
+        limit = gamma_nm.get(joint)
+        rows = np.flatnonzero((signals.state[:, j] == State.JUDGED) & np.isfinite(signals.residual_nm[:, j]))
+        if limit is None or rows.size == 0:
+            continue
+        columns = (
+            signals.position_rad[rows, j],
+            signals.residual_nm[rows, j],
+            np.sign(signals.velocity_rad_s[rows, j]),
+        )
+        findings += _finding(joint, position_pattern(signals.time_s[rows], *columns), limit, "the threshold")
+    return findings
+
+
+def fit_pattern_findings(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> list[Finding]:
+    """Joints of a fitted log whose torque beyond model and friction follows the position, against friction."""
+    findings = []
+    for joint, fit in fits.items():
+        law = FrictionModel.of(fit)
+        if law is None or joint not in prepared.judged or fit.effort_unit == "raw":
+            continue
+        left = settled_residual(prepared, joint, law)
+        if left is None:
+            continue
+        found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
+        findings += _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
+    return findings
+
+
+def _finding(joint: str, found: PositionPattern | None, limit: float, of: str) -> list[Finding]:
+    if found is None or found.amplitude_nm < _SAID * limit:
+        return []
+    text = (
+        f"The residual of joint '{joint}' follows its position: ±{found.amplitude_nm:.2g} N·m ({of}: {limit:.2g}), "
+        f"least at {found.low_rad:.2f} rad, greatest at {found.high_rad:.2f} rad; visits of the first half foretell "
+        f"{100 * found.share:.0f} % of what those of the second differ by."
+    )
+    if found.stiffness_nm_per_rad is not None:
+        text += f" As of a spring of {found.stiffness_nm_per_rad:.2g} N·m/rad."
+    severity = "warning" if found.amplitude_nm >= _DOUBTED * limit else "info"
+    return [Finding("residual-position", severity, text, joint=joint)]  # type: ignore[arg-type]

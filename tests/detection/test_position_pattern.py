@@ -1,0 +1,65 @@
+"""A residual that comes again at the same positions is told from noise, friction and a single contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.detection.position_pattern import position_pattern
+from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.simulation import SimulatedFiles
+
+
+def swings(seconds: float = 60.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    t = np.arange(0, seconds, 0.004)
+    q = 0.7 * np.sin(0.9 * t) + 0.4 * np.sin(2.3 * t)
+    return t, q, np.sign(0.63 * np.cos(0.9 * t) + 0.92 * np.cos(2.3 * t))
+
+
+def noise(n: int, seed: int = 0) -> np.ndarray:
+    """Noise that is alike over a third of a second, unit standard deviation."""
+    slow = np.convolve(np.random.default_rng(seed).standard_normal(n), np.ones(80) / 80, "same")
+    return slow / slow.std()
+
+
+def test_a_cable_is_found_with_its_stiffness() -> None:
+    t, q, way = swings()
+    found = position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size) + 1.0 * way, way)
+    assert found is not None
+    assert found.stiffness_nm_per_rad == pytest.approx(3.0, rel=0.1)
+    assert found.amplitude_nm == pytest.approx(3.0, rel=0.2)
+    assert found.low_rad < -0.8
+    assert found.high_rad > 0.8
+
+
+def test_what_is_no_straight_line_has_no_stiffness() -> None:
+    t, q, way = swings()
+    found = position_pattern(t, q, 3.0 * np.cos(3 * q) + 0.5 * noise(t.size), way)
+    assert found is not None
+    assert found.stiffness_nm_per_rad is None
+    assert found.share > 0.8
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_friction_and_one_contact_are_no_pattern(seed: int) -> None:
+    t, q, way = swings()
+    push = np.where((t > 20.0) & (t < 21.5), 15.0, 0.0)
+    assert position_pattern(t, q, noise(t.size, seed) + 2.0 * way + push, way) is None
+
+
+def test_springs_that_no_model_knows_are_said_beside_their_alarms(
+    made: Callable[..., SimulatedFiles], friction_of: Callable[[str], FrictionFile]
+) -> None:
+    files = made("free-clean", "paper6", duration_s=60.0, imperfections=("springs",))
+    result = audit_simulated(files, friction_of("paper6")).result
+    alarmed = {event.joint for event in result.collisions}
+    assert alarmed
+    said = {f.joint: f for f in result.findings if f.code == "residual-position"}
+    assert alarmed <= set(said)
+    assert all(said[joint].severity == "warning" for joint in alarmed)
+    assert "spring of 4.9 N·m/rad" in said["joint4"].text or "spring of 5 N·m/rad" in said["joint4"].text
+    plain = audit_simulated(made("free-clean", "paper6", duration_s=60.0), friction_of("paper6")).result
+    assert "residual-position" not in {f.code for f in plain.findings}

@@ -8,14 +8,20 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
 from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
+
+#: Lines of a screen.
+_MOST_LOGS = 20
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from collaudit.cli.batch.audit_one import Outcome
+    from collaudit.core.data.audit_result import AuditResult
+    from collaudit.reports.values.entries import IndexEntry
 
 
 @example_command(
@@ -46,6 +52,7 @@ if TYPE_CHECKING:
 )
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
+@detail_options
 @config_option
 @robot_options
 @rule_options
@@ -58,6 +65,7 @@ def command(
     memory_limit: float | None,
     force: bool,
     as_json: bool,
+    detail: Detail,
 ) -> int:
     """Judge one log or thousands; write a run folder and a report for each, and an index page.
 
@@ -77,7 +85,6 @@ def command(
     from collaudit.core.api import find_logs
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.page.index import summary_json, write_index
-    from collaudit.reports.terminal.audit_text import summary_table
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
@@ -92,9 +99,35 @@ def command(
         entries = [outcome.entry for outcome in outcomes]
         write_index(output, entries)
         _write_extra(output, extra, outcomes)
-    click.echo(summary_json(entries) if as_json else summary_table(entries, terminal_width()), nl=False)
-    note(f"index page: {output / 'index.html'}")
+    if as_json:
+        click.echo(summary_json(entries), nl=False)
+    else:
+        _say(entries, [outcome.result for outcome in outcomes if outcome.result is not None], detail)
+    if detail is not Detail.VERDICT:
+        note(f"index page: {output / 'index.html'}")
     return exit_code([entry.verdict for entry in entries])
+
+
+def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:
+    """Print as much as was asked for: of one log its screen, of several the worst."""
+    from collaudit.reports.terminal.audit_text import audit_text, summary_table, total_text
+    from collaudit.reports.terminal.screen_text import screen_text
+    from collaudit.reports.values.entries import worst_verdict
+    from collaudit.reports.values.words import VERDICT_WORD, visible
+
+    width = terminal_width()
+    if detail is Detail.VERDICT:
+        text = f"{VERDICT_WORD[worst_verdict(entries)]}  {total_text(entries)}"
+        if len(entries) == 1:
+            text = f"{entries[0].word}  {visible(entries[0].name)}\n"
+        click.echo(text, nl=False)
+        return
+    if len(entries) == 1 and results:
+        whole = detail is Detail.ALL
+        text = audit_text(results[0], width) if whole else screen_text(results[0], width, "-v; the index page")
+        click.echo(text, nl=False)
+        return
+    click.echo(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS), nl=False)
 
 
 def _say_error(outcome: Outcome) -> None:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
+
+if TYPE_CHECKING:
+    from collaudit.core.data.audit_result import AuditResult
 
 
 @example_command(
@@ -29,12 +34,13 @@ from collaudit.cli.settings import config_option, labels_option, load_settings, 
     metavar="FILE",
     help="Known events to score against: NAME.truth.json, or a .csv with onset_s, end_s, joint.",
 )
+@detail_options
 @labels_option
 @config_option
 @robot_options
 @rule_options
-def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Path | None) -> int:
-    """Judge one log: residual torque against gamma for n samples; collisions and near misses.
+def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Path | None, detail: Detail) -> int:
+    """Judge one log: residual torque against gamma for n samples; contacts and near misses.
 
     Several files are taken as CSV parts of one recording. Without a friction file, friction is fitted on
     the log itself, and the result says so.
@@ -46,9 +52,6 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.run_files import audit_json, write_run
     from collaudit.reports.files.score_file import score_json
-    from collaudit.reports.terminal.audit_text import audit_text, rule_text
-    from collaudit.reports.terminal.detection_text import detection_text
-    from collaudit.reports.terminal.score_text import score_text
 
     loaded = load_settings()
     files = one_log(logs, loaded)
@@ -64,12 +67,31 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     if as_json:
         click.echo(audit_json(audit.result), nl=False)
     else:
-        width = terminal_width()
-        click.echo(audit_text(audit.result, width), nl=False)
-        click.echo(rule_text(audit.result.rule))
-        click.echo(detection_text(audit.result, width), nl=False)
-        if scores:
-            click.echo("\nAgainst the known events\n" + score_text(scores, width), nl=False)
-    if output is not None:
+        _say(audit.result, output, detail)
+    if output is not None and detail is not Detail.VERDICT:
         note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
     return exit_code([audit.result.verdict])
+
+
+def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
+    """Print as much as was asked for."""
+    from collaudit.reports.terminal.audit_text import audit_text, rule_text
+    from collaudit.reports.terminal.detection_text import detection_text
+    from collaudit.reports.terminal.score_text import score_text
+    from collaudit.reports.terminal.screen_text import screen_text
+    from collaudit.reports.values.words import verdict_word, visible
+
+    width = terminal_width()
+    if detail is Detail.VERDICT:
+        click.echo(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}")
+        return
+    if detail is Detail.ALL:
+        click.echo(audit_text(result, width), nl=False)
+    else:
+        kept = "" if output is None else f"; {output / 'audit.json'}"
+        click.echo(screen_text(result, width, f"-v{kept}"), nl=False)
+    click.echo(rule_text(result.rule))
+    if detail is Detail.ALL:
+        click.echo(detection_text(result, width), nl=False)
+    if result.detection is not None and result.detection.scores:
+        click.echo("\nAgainst the known events\n" + score_text(result.detection.scores, width), nl=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,14 +12,13 @@ from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares, TorqueLevel
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
-from collaudit.core.detection.watch import Watch
 from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import moving_samples
+from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
 
 #: A torque that is to be noticeable is this many times the threshold where the configuration states none. Friction's
 #: level is known to 10 % (SD), so a threshold that friction alone does not exceed is at least twice that, a fifth of
@@ -95,37 +94,28 @@ def measure_sensitivity(
         ConfigError: something is to be noticeable on a joint that is not judged.
     """
     observable = observable_torques(config.policy, inputs.rule)
-    series = prepared.judged_series
-    return Sensitivity(joint_sensitivities(series, run, inputs.watch, observable, inputs.rule.n, gaps_s))
-
-
-def joint_sensitivities(
-    series: UniformSeries,
-    run: DetectorRun,
-    watch: Mapping[str, Watch],
-    observable: Mapping[str, Observable],
-    n: int,
-    gaps_s: float,
-) -> dict[str, JointSensitivity]:
-    """Distribution of :func:`detectable_torque` over the time in which each watched joint was to be judged.
-
-    Args:
-        series: the judged joints.
-        run: residual, threshold, states.
-        watch: which joints are judged.
-        observable: torque that is to be noticeable, by joint.
-        n: persistence, samples.
-        gaps_s: time in gaps, in which nothing can be told.
-    """
-    out = {}
+    series, states = prepared.judged_series, run.detected.state
+    samples = _spread(np.flatnonzero((states != State.GAP).any(axis=1)), MOMENTS)
+    at_samples = np.full((samples.size, states.shape[1]), np.inf)
+    joints = {}
     for j, joint in enumerate(series.joint_names):
-        if watch[joint].watched and joint in observable:
-            state = run.detected.state[:, j]
-            there = np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
-            level = detectable_torque(run, j, n)[there]
-            moving = moving_samples(series.velocity_rad_s[:, j], state)[there]
-            out[joint] = _distribution(level, moving, series.period_s, gaps_s, observable[joint])
-    return out
+        if not inputs.watch[joint].watched or joint not in observable:
+            continue
+        level, state = detectable_torque(run, j, inputs.rule.n), states[:, j]
+        at_samples[:, j] = level[samples]
+        there = np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
+        moving = moving_samples(series.velocity_rad_s[:, j], state)[there]
+        joints[joint] = _distribution(level[there], moving, series.period_s, gaps_s, observable[joint])
+    if not run.residual.isolation.isolates:
+        return Sensitivity(joints)
+    return Sensitivity(joints, force_sensitivities(prepared, at_samples, samples, config.robot.tool.frame))
+
+
+def _spread(samples: IntArray, most: int) -> IntArray:
+    """At most so many of the samples, evenly spread."""
+    if samples.size <= most:
+        return samples
+    return np.asarray(samples[((np.arange(most) + 0.5) * samples.size / most).astype(np.int64)])
 
 
 def _distribution(

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.terminal.audit_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
+from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.words import visible
 
 
@@ -42,6 +43,9 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
 
 def _case(suite: ElementTree.Element, entry: IndexEntry, details: str) -> None:
     case = ElementTree.SubElement(suite, "testcase", classname="collaudit", name=visible(entry.name))
+    properties = ElementTree.SubElement(case, "properties")
+    for name, value in _properties(entry):
+        ElementTree.SubElement(properties, "property", name=name, value=value)
     reasons = visible("; ".join(entry.reasons)) or "no reason was recorded"
     body = "\n".join(visible(line) for line in details.splitlines())
     if entry.verdict == "fail":
@@ -49,4 +53,13 @@ def _case(suite: ElementTree.Element, entry: IndexEntry, details: str) -> None:
     elif entry.verdict == "not_judged":
         ElementTree.SubElement(case, "skipped", message=f"not judged: {reasons}").text = body
     else:
-        ElementTree.SubElement(case, "system-out").text = body
+        head = "".join(f"excluded: {visible(text)}\n" for text in entry.exclusions)
+        ElementTree.SubElement(case, "system-out").text = head + body
+
+
+def _properties(entry: IndexEntry) -> list[tuple[str, str]]:
+    """Counts of a log, and the share of its joints' time in which a contact was detectable."""
+    shown = [("contacts", str(entry.contacts)), ("near_misses", str(entry.near_misses))]
+    if entry.detectable is not None:
+        shown.append(("contact_detectable", percent(entry.detectable)))
+    return shown if entry.counts_mean_something else []

@@ -7,9 +7,11 @@ from collections.abc import Iterable, Sequence
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.values import rows
+from collaudit.reports.values.contact_rows import contact_rows
 from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
-from collaudit.reports.values.numbers import duration
-from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, visible
+from collaudit.reports.values.numbers import percent
+from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
+from collaudit.reports.values.words import STATEMENT, visible
 
 _MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
 _MOST_ROWS = 50
@@ -41,15 +43,15 @@ def escaped(text: str) -> str:
 
 def _log_table(entries: Iterable[IndexEntry]) -> list[str]:
     return _table(
-        ("Verdict", "Log", "Judged", "Collisions", "Near misses", "Reasons"),
+        ("Verdict", "Log", "Contact detectable", "Contacts", "Near misses", "Reasons"),
         [
             (
-                f"{_MARKS[entry.verdict]} {VERDICT_WORD[entry.verdict]}",
+                f"{_MARKS[entry.verdict]} {entry.word}",
                 escaped(entry.name),
-                duration(3600 * entry.judged_h),
-                str(entry.collisions) if entry.counts_mean_something else rows.NONE,
+                rows.NONE if entry.detectable is None else percent(entry.detectable),
+                str(entry.contacts) if entry.counts_mean_something else rows.NONE,
                 str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
-                "; ".join(escaped(reason) for reason in entry.reasons),
+                "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
             )
             for entry in entries
         ],
@@ -58,21 +60,44 @@ def _log_table(entries: Iterable[IndexEntry]) -> list[str]:
 
 def _events(result: AuditResult) -> list[str]:
     lines: list[str] = []
+    name = escaped(result.log.name)
+    lines += _table_of_contacts(result, name) + _tables_of_sensitivity(result, name)
     if result.collisions:
         listed = [rows.collision_row(event, result) for event in rows.in_time(result.collisions)]
         cells = [(r.joint, r.onset, r.detected, r.lasted, r.peak, r.gamma, r.phase) for r in listed]
         head = ("Joint", "Onset", "Detected", "Above γ for", "Peak", "γ", "Phase")
-        lines += ["", f"## Collisions in {escaped(result.log.name)}", "", *_escaped_table(head, cells)]
+        lines += ["", f"## Alarms of single joints in {name}", "", *_escaped_table(head, cells)]
     if result.near_misses:
         near = [rows.near_miss_row(event, result) for event in rows.in_time(result.near_misses)]
         rest = [(r.joint, r.kind, r.onset, r.lasted, r.peak, r.gamma, r.closeness) for r in near]
         head = ("Joint", "Kind", "Onset", "Lasted", "Peak", "γ", "How close")
-        lines += ["", f"## Near misses in {escaped(result.log.name)}", "", *_escaped_table(head, rest)]
+        lines += ["", f"## Near misses in {name}", "", *_escaped_table(head, rest)]
+    return lines
+
+
+def _table_of_contacts(result: AuditResult, name: str) -> list[str]:
+    cells = [(r.onset, r.lasted, r.joints, r.worst, r.link, r.force, r.kind) for r in contact_rows(result)]
+    head = ("Onset", "Lasted", "Joints", "Highest residual", "Link or further out", "Force (95 %)", "Kind")
+    return ["", f"## Contacts in {name}", "", *_escaped_table(head, cells)] if cells else []
+
+
+def _tables_of_sensitivity(result: AuditResult, name: str) -> list[str]:
+    lines: list[str] = []
+    joints = sensitivity_rows(result)
+    if joints:
+        cells = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in joints]
+        head = ("Joint", "Asked", "Detectable", "Hidden", "Not judged", "Alarms in 50 %", "In 95 %", "Whenever judged")
+        lines += ["", f"## Smallest torque that would have alarmed in {name}", "", *_escaped_table(head, cells)]
+    forces = force_rows(result)
+    if forces:
+        felt = [(r.place, r.most, r.typical) for r in forces]
+        titles = ("Place", "In 95 % of the time, from 95 % of the directions", "From half of them")
+        lines += ["", f"## Smallest force that would have alarmed in {name}", "", *_escaped_table(titles, felt)]
     return lines
 
 
 def _escaped_table(head: Sequence[str], cells: Sequence[Sequence[str]]) -> list[str]:
-    shown = [[escaped(line[0]), *line[1:]] for line in cells[:_MOST_ROWS]]
+    shown = [[escaped(cell) for cell in line] for line in cells[:_MOST_ROWS]]
     note = [f"\n{len(cells) - _MOST_ROWS} more are in the HTML report and in audit.json."]
     return _table(head, shown) + (note if len(cells) > _MOST_ROWS else [])
 

@@ -11,6 +11,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import CODES, Finding
 from collaudit.reports.files.json_writer import Json, json_text, plain
 from collaudit.reports.values import rows
+from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.entries import IndexEntry
 from collaudit.reports.values.words import visible
 
@@ -18,7 +19,8 @@ _VERSION = "2.1.0"
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/os/schemas/sarif-schema-2.1.0.json"
 _LEVEL = {"error": "error", "warning": "warning", "info": "note"}
 _EVENT_RULES = {
-    "collision": ("error", "The residual exceeded its threshold for n samples in a row."),
+    "contact": ("error", "Alarms that belong together: the arm was touched."),
+    "collision": ("note", "The residual exceeded its threshold for n samples in a row."),
     "near-miss": ("warning", "The residual came close to its threshold, or exceeded it too briefly."),
     "policy-broken": ("error", "The log breaks the policy it was audited against."),
     "not-judged": ("warning", "The log could not be judged."),
@@ -66,10 +68,14 @@ def _results(result: AuditResult) -> Iterator[dict[str, Any]]:
     if result.verdict != "pass":
         rule = "policy-broken" if result.verdict == "fail" else "not-judged"
         yield _result(rule, _EVENT_RULES[rule][0], "; ".join(result.reasons), log)
+    for contact in contacts_of(result):
+        row = contact_row(contact, result)
+        text = f"{row.joints}: contact at {row.onset} for {row.lasted}, highest residual {row.worst}"
+        yield _result("contact", "error", text, log, properties=plain(contact))
     for hit in rows.in_time(result.collisions):
         r = rows.collision_row(hit, result)
-        text = f"{hit.joint}: collision at {r.onset}, peak {r.peak}, threshold {r.gamma}, above it for {r.lasted}"
-        yield _result("collision", "error", text, log, properties=plain(hit))
+        text = f"{hit.joint}: alarm at {r.onset}, peak {r.peak}, threshold {r.gamma}, above it for {r.lasted}"
+        yield _result("collision", "note", text, log, properties=plain(hit))
     for near in rows.in_time(result.near_misses):
         n = rows.near_miss_row(near, result)
         text = f"{near.joint}: near miss at {n.onset}, peak {n.peak}, threshold {n.gamma}, {n.closeness}"

@@ -27,7 +27,12 @@ SUMMARY_SCHEMA = "collaudit/summary/1"
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """``summary.json``: one line per log, worst first; ``verdict`` is the worst of them."""
+    """``summary.json``: one line per log, worst first; ``verdict`` is the worst of them.
+
+    Attributes:
+        collisions: alarms of single joints in all logs.
+        contacts: contacts in all logs.
+    """
 
     schema: str
     verdict: Verdict
@@ -36,6 +41,7 @@ class Summary:
     near_misses: int
     judged_h: float
     logs: tuple[IndexEntry, ...]
+    contacts: int = 0
 
 
 def write_index(out_dir: Path, entries: Sequence[IndexEntry]) -> None:
@@ -69,6 +75,7 @@ def summarise(entries: Sequence[IndexEntry]) -> Summary:
         near_misses=sum(entry.near_misses for entry in ordered),
         judged_h=sum(entry.judged_h for entry in ordered),
         logs=tuple(ordered),
+        contacts=sum(entry.contacts for entry in ordered),
     )
 
 

@@ -20,9 +20,30 @@ from collaudit.reports.plots.plot_events import draw_event
 from collaudit.reports.plots.plot_friction import draw_friction
 from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.values import rows
+from collaudit.reports.values.contact_rows import ContactRow, contact_rows, contacts_of
 from collaudit.reports.values.identified import Table, identification_tables
 from collaudit.reports.values.numbers import against, duration, interval, percent, significant, stated
-from collaudit.reports.values.words import counted, effort_unit, law_text, speed_unit, torque_unit, visible
+from collaudit.reports.values.rows import NONE
+from collaudit.reports.values.sensitivity_rows import (
+    ForceRow,
+    SensitivityRow,
+    force_rows,
+    joint_time,
+    sensitivity_row,
+    sensitivity_rows,
+)
+from collaudit.reports.values.words import (
+    counted,
+    effort_unit,
+    law_text,
+    speed_unit,
+    torque_unit,
+    verdict_word,
+    visible,
+)
+
+#: What a headline says of the watched joints' time, all joints together.
+_TIME_WORDS = ("Time in which a contact was detectable", "Time in which friction hides more", "Time not judged")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +106,7 @@ class Bar:
     """One joint's coverage as a row and a bar over time (None when the signals lack the joint)."""
 
     row: rows.CoverageRow
+    detectable: str
     svg: Markup | None
 
 
@@ -94,7 +116,11 @@ class AuditView:
 
     key: str
     result: AuditResult
+    word: str
     headline: tuple[tuple[str, str], ...]
+    contacts: tuple[ContactRow, ...]
+    sensitivity: tuple[SensitivityRow, ...]
+    forces: tuple[ForceRow, ...]
     bars: tuple[Bar, ...]
     ticks: tuple[tuple[float, str], ...]
     phases: tuple[tuple[str, float, float, str], ...]
@@ -123,7 +149,11 @@ def make_view(audit: Audit, key: str, max_collisions: int, max_near_misses: int)
     return AuditView(
         key=key,
         result=result,
+        word=verdict_word(result.verdict, result.exclusions),
         headline=_headline(result),
+        contacts=tuple(contact_rows(result)),
+        sensitivity=tuple(sensitivity_rows(result)),
+        forces=tuple(force_rows(result)),
         bars=tuple(_bar(audit, joint) for joint in result.coverage.joints),
         ticks=_ticks(end),
         phases=tuple(_phase(span.phase, span.start_s, span.end_s, end) for span in result.phases),
@@ -153,16 +183,16 @@ def _end(audit: Audit) -> float:
 
 
 def _headline(result: AuditResult) -> tuple[tuple[str, str], ...]:
-    watched = [joint for joint in result.coverage.joints.values() if joint.watched]
-    moving = sum(joint.moving_s for joint in watched)
-    judged = sum(joint.judged_s for joint in watched)
-    there = len(watched) * (result.coverage.recorded_s + result.coverage.gaps_s)
+    time = joint_time(result)
+    shares = [(word, NONE) for word in _TIME_WORDS]
+    if time is not None and time.time_s > 0:
+        parts = (time.detectable_s, time.hidden_s, time.not_judged_s)
+        shares = [(word, percent(part / time.time_s)) for word, part in zip(_TIME_WORDS, parts, strict=True)]
     return (
-        ("Collisions", counted(len(result.collisions), result)),
+        ("Contacts", counted(len(contacts_of(result)), result)),
         ("Near misses", counted(len(result.near_misses), result)),
         ("Joints watched", _watched(result)),
-        ("Their motion that was judged", percent(judged / moving) if moving > 0 else "none"),
-        ("All their time in which a contact could be seen", percent(judged / there) if there > 0 else "none"),
+        *shares,
         ("Recorded", duration(result.coverage.recorded_s)),
     )
 
@@ -177,11 +207,13 @@ def _watched(result: AuditResult) -> str:
 
 def _bar(audit: Audit, joint: str) -> Bar:
     row = rows.coverage_row(joint, audit.result.coverage.joints[joint], audit.result)
+    found = sensitivity_row(joint, audit.result)
+    detectable = NONE if found is None else found.detectable
     if joint not in audit.signals.joint_names:
-        return Bar(row, None)
+        return Bar(row, detectable, None)
     column = audit.signals.joint_names.index(joint)
-    label = visible(f"{joint}: {row.judged} judged, {row.standing} standing, of {row.moving} moving")
-    return Bar(row, coverage_bar(audit.signals.state[:, column], label))
+    label = visible(f"{joint}: friction known for {row.judged}, a range for {row.standing}, detectable {detectable}")
+    return Bar(row, detectable, coverage_bar(audit.signals.state[:, column], label))
 
 
 def _ticks(end_s: float) -> tuple[tuple[float, str], ...]:

@@ -5,50 +5,63 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult, RuleFacts
+from collaudit.reports.terminal.screen_text import contact_table, sensitivity_text, verdict_text
 from collaudit.reports.terminal.text_table import table
 from collaudit.reports.values import rows
+from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
-from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.numbers import percent
+from collaudit.reports.values.sensitivity_rows import sensitivity_row
 from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural, visible
 
 
-def summary_table(entries: Sequence[IndexEntry], width: int | None = None) -> str:
+def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most: int | None = None) -> str:
     """One line per log, worst first, then the counts.
 
     Args:
         entries: one per log.
         width: columns of the terminal that the table is cut to; None: any.
+        most: lines at most; None: any.
 
     Returns:
         Text that ends in a line feed.
     """
-    head = ("verdict", "log", "judged", "collisions", "near misses", "reasons")
+    head = ("verdict", "log", "detectable", "contacts", "near misses", "reasons")
+    listed = worst_first(entries)[:most]
     lines = [
         (
-            VERDICT_WORD[entry.verdict],
+            entry.word,
             entry.name,
-            duration(3600 * entry.judged_h),
-            str(entry.collisions) if entry.counts_mean_something else rows.NONE,
+            rows.NONE if entry.detectable is None else percent(entry.detectable),
+            str(entry.contacts) if entry.counts_mean_something else rows.NONE,
             str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
-            "; ".join(entry.reasons),
+            "; ".join((*entry.reasons, *entry.exclusions)),
         )
-        for entry in worst_first(entries)
+        for entry in listed
     ]
+    left = len(entries) - len(listed)
+    more = f"… and {plural(left, 'more log')}; -v lists all\n" if left else ""
+    return table(head, lines, (2, 3, 4), width) + more + "\n" + total_text(entries)
+
+
+def total_text(entries: Sequence[IndexEntry]) -> str:
+    """How many logs have which verdict, in one line."""
     counts = verdict_counts(entries)
     total = ", ".join(f"{counts[verdict]} {word.lower()}" for verdict, word in VERDICT_WORD.items())
-    return table(head, lines, (2, 3, 4), width) + f"\n{plural(len(entries), 'log')}: {total}\n"
+    return f"{plural(len(entries), 'log')}: {total}\n"
 
 
 def audit_text(result: AuditResult, width: int | None = None) -> str:
-    """One audit: verdict, reasons, and a line per joint and per event; tables are cut to ``width``, None: any."""
-    parts = [
-        f"{VERDICT_WORD[result.verdict]}  {visible(result.log.name)}\n",
-        *(f"  - {visible(reason)}\n" for reason in result.reasons),
-        "\n",
-        _joint_table(result, width),
-    ]
+    """One audit in full: verdict, and a line per joint, contact, alarm, near miss and finding.
+
+    Tables are cut to ``width``, None: any.
+    """
+    contacts = contacts_of(result)
+    parts = [verdict_text(result), "\n", _joint_table(result, width), *sensitivity_text(result, width)]
+    if contacts:
+        parts += ["\nContacts\n", contact_table(result, contacts, width)]
     if result.collisions:
-        parts += ["\nCollisions\n", _collision_table(result, width)]
+        parts += ["\nAlarms of single joints\n", _collision_table(result, width)]
     if result.near_misses:
         parts += ["\nNear misses\n", _near_miss_table(result, width)]
     findings = [finding for finding in rows.worst_first(result.findings) if finding.severity != "info"]
@@ -70,14 +83,22 @@ def rule_text(rule: RuleFacts) -> str:
 
 
 def _joint_table(result: AuditResult, width: int | None) -> str:
-    head = ("joint", "watched", "moving judged", "mean |r|", "99 % below", "largest", "gamma", "events")
+    head = ("joint", "watched", "detectable", "mean |r|", "99 % below", "largest", "gamma", "alarms, near misses")
     lines = []
     for joint, coverage in result.coverage.joints.items():
-        cover = rows.coverage_row(joint, coverage, result)
+        found = sensitivity_row(joint, result)
         level = rows.residual_row(joint, result) if joint in result.residual else None
         count = sum(c.joint == joint for c in result.collisions) + sum(m.joint == joint for m in result.near_misses)
         values = (level.mean, level.p99, level.largest, level.gamma) if level else (rows.NONE,) * 4
-        lines.append((joint, "yes" if cover.watched else "no", cover.share, *values, counted(count, result)))
+        lines.append(
+            (
+                joint,
+                "yes" if coverage.watched else "no",
+                found.detectable if found else rows.NONE,
+                *values,
+                counted(count, result),
+            )
+        )
     return table(head, lines, (2, 3, 4, 5, 6, 7), width)
 
 

@@ -1,4 +1,4 @@
-"""What stands behind the events, for a terminal: delay, contacts, other detectors, the controller's alarms."""
+"""What stands behind the events, for a terminal: delay, other detectors, the controller's alarms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collaudit.reports.terminal.text_table import table
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import AuditResult
-    from collaudit.core.data.detection_result import ContactForce, DelayFacts, DetectionFacts
+    from collaudit.core.data.detection_result import DelayFacts, DetectionFacts
 
 
 def detection_text(result: AuditResult, width: int | None = None) -> str:
@@ -18,7 +18,7 @@ def detection_text(result: AuditResult, width: int | None = None) -> str:
         return ""
     mode = "causal" if facts.causal else "offline, zero phase"
     parts = [f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.\n"]
-    parts += [_contacts(facts, width), _side_by_side(facts, width), _flags(facts, width)]
+    parts += [_side_by_side(facts, width), _flags(facts, width)]
     return "".join(parts)
 
 
@@ -28,25 +28,6 @@ def delay_text(delay: DelayFacts) -> str:
         f"{1e3 * delay.filter_s:.1f} ms filter + {1e3 * delay.persistence_s:.1f} ms persistence + up to "
         f"{1e3 * delay.jitter_s:.1f} ms jitter"
     )
-
-
-def _contacts(facts: DetectionFacts, width: int | None) -> str:
-    if not facts.incidents:
-        return ""
-    lines = [
-        (f"{i.onset_s:.3f} s", ", ".join(i.joints), i.link, _force(i.force), i.kind, "; ".join(i.evidence))
-        for i in facts.incidents
-    ]
-    head = ("onset", "joints", "link or further out", "force", "kind", "evidence")
-    return "\nContacts\n" + table(head, lines, width=width)
-
-
-def _force(force: ContactForce | None) -> str:
-    if force is None:
-        return "unknown"
-    low, high = force.size_ci95_n
-    blind = f", {len(force.blind)} blind direction{'s' if len(force.blind) > 1 else ''}" if force.blind else ""
-    return f"{low:.0f} to {high:.0f} N{blind}"
 
 
 def _side_by_side(facts: DetectionFacts, width: int | None) -> str:
@@ -62,7 +43,7 @@ def _side_by_side(facts: DetectionFacts, width: int | None) -> str:
         )
         for name, other in facts.detectors.items()
     ]
-    head = ("detector", "collisions", "near misses", "delay", "noise gain")
+    head = ("detector", "alarms", "near misses", "delay", "noise gain")
     return "\nOther detectors on this log\n" + table(head, lines, (1, 2, 4), width)
 
 

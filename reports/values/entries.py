@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
-from collaudit.reports.values.words import nothing_judged
+from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.sensitivity_rows import joint_time
+from collaudit.reports.values.words import nothing_judged, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
 
@@ -21,9 +23,13 @@ class IndexEntry:
         verdict: what became of it; a log that could not be read is ``not_judged``.
         reasons: why.
         report: link to its report, relative to the index page, or None.
-        collisions, near_misses: counts.
+        collisions, near_misses: counts of alarms of single joints, and of near misses.
         judged_h: hours in which at least one joint was judged, taken as those of the joint judged longest.
         error: why it could not be audited at all, or None.
+        contacts: count of contacts: of alarms that belong together.
+        detectable: share of the watched joints' time in which a contact of the torque asked for was detectable; None
+            where nothing was watched.
+        exclusions: what the verdict does not speak of.
     """
 
     name: str
@@ -34,6 +40,14 @@ class IndexEntry:
     near_misses: int
     judged_h: float
     error: str | None = None
+    contacts: int = 0
+    detectable: float | None = None
+    exclusions: tuple[str, ...] = ()
+
+    @property
+    def word(self) -> str:
+        """The verdict in words."""
+        return verdict_word(self.verdict, self.exclusions)
 
     @property
     def counts_mean_something(self) -> bool:
@@ -49,6 +63,7 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         report: link to its report, relative to the index page.
     """
     watched = [joint for joint in result.coverage.joints.values() if joint.watched]
+    time = joint_time(result)
     longest = 0.0 if nothing_judged(result) else max(joint.judged_s + joint.standing_s for joint in watched)
     return IndexEntry(
         name=result.log.name,
@@ -58,6 +73,9 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         collisions=len(result.collisions),
         near_misses=len(result.near_misses),
         judged_h=longest / 3600,
+        contacts=len(contacts_of(result)),
+        detectable=None if time is None or time.time_s == 0 else time.detectable_s / time.time_s,
+        exclusions=result.exclusions,
     )
 
 
@@ -67,10 +85,10 @@ def entry_of_error(name: str, error: CollauditError) -> IndexEntry:
 
 
 def worst_first(entries: Iterable[IndexEntry]) -> list[IndexEntry]:
-    """Failed logs first, those with most collisions leading; then what was not judged; then what passed."""
+    """Failed logs first, those with most contacts leading; then what was not judged; then what passed."""
     return sorted(
         entries,
-        key=lambda e: (_ORDER[e.verdict], e.error is None, -e.collisions, -e.near_misses, e.name),
+        key=lambda e: (_ORDER[e.verdict], e.error is None, -e.contacts, -e.collisions, -e.near_misses, e.name),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.friction_result import FrictionFit
@@ -17,8 +18,10 @@ STATEMENT = (
 )
 
 VERDICT_WORD: dict[Verdict, str] = {"pass": "PASS", "fail": "FAIL", "not_judged": "NOT JUDGED"}
+#: A pass that does not speak of everything.
+_WITH_EXCLUSIONS = "PASS, WITH EXCLUSIONS"
 VERDICT_SENTENCE: dict[Verdict, str] = {
-    "pass": "The log could be judged, and the policy is kept.",
+    "pass": "The policy is kept in all that could be judged.",
     "fail": "The log could be judged, and the policy is broken.",
     "not_judged": "The data do not allow a verdict. This is neither a pass nor a fail.",
 }
@@ -34,6 +37,11 @@ def visible(text: str) -> str:
     Letters of every script stay as they are, so do line feeds nowhere: a value is one line.
     """
     return "".join(char if _plain(char) else _spelt(char) for char in text)
+
+
+def verdict_word(verdict: Verdict, exclusions: Sequence[str] = ()) -> str:
+    """A verdict in words; a pass says when something is excluded from it."""
+    return _WITH_EXCLUSIONS if verdict == "pass" and exclusions else VERDICT_WORD[verdict]
 
 
 def reason_text(code: str) -> str:

@@ -56,6 +56,16 @@ def test_detect_clean_and_pushed(arm, collaudit, tmp_path: Path) -> None:
     assert (tmp_path / "pushed" / "friction.json").is_file()
 
 
+def test_detect_prints_a_screen_more_or_the_verdict_alone(arm, collaudit) -> None:
+    usual = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction)
+    screen, whole, short = (collaudit(*usual, *flags) for flags in ((), ("-v",), ("-q",)))
+    assert {run.code for run in (screen, whole, short)} == {1}
+    assert short.out == "FAIL  pushed.csv\n"
+    assert "Contacts (1)" in screen.out and "Alarms of single joints" not in screen.out
+    assert "Alarms of single joints" in whole.out
+    assert collaudit(*usual, "-q", "-v").code == 2
+
+
 def test_detect_json_is_the_file_and_the_same_twice(arm, collaudit, tmp_path: Path) -> None:
     first = collaudit("detect", arm.pushed, "-c", arm.config, "-o", tmp_path / "a", "--json")
     second = collaudit("detect", arm.pushed, "-c", arm.config, "-o", tmp_path / "b", "--json")

@@ -78,8 +78,9 @@ def test_it_says_what_a_reader_needs(page: Page, failed: Audit) -> None:
         "FAIL",
         *failed.result.reasons,
         STATEMENT,
-        "What was judged, and what was not",
-        "Collisions (2)",
+        "What would have been noticed, and what was not judged",
+        "Contacts (2)",
+        "Alarms of single joints (2)",
         "Near misses (3)",
         "9.22 N·m",
         "−7.42 N·m",
@@ -174,8 +175,8 @@ def test_a_log_without_a_verdict_does_not_look_clean() -> None:
     page = Page(html_text([samples.not_judged()]))
     assert "NOT JUDGED" in page.text
     assert "neither a pass nor a fail" in page.text
-    assert "Collisions (not judged)" in page.text
-    assert "it proves nothing" in page.text
+    assert "Contacts (not judged)" in page.text
+    assert "no evidence of absence" in page.text
 
 
 def test_a_pass_says_so_and_no_more() -> None:

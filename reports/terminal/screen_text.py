@@ -1,0 +1,111 @@
+"""One audit on one screen: verdict, contacts, what would have been noticed, what was not judged, what matters most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.detection_result import Contact
+from collaudit.core.findings import Finding
+from collaudit.reports.terminal.text_table import table
+from collaudit.reports.values.contact_rows import contact_row, contacts_of
+from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
+from collaudit.reports.values.words import STATEMENT, plural, verdict_word, visible
+
+_MOST_CONTACTS = 8
+_MOST_FINDINGS = 3
+_MOST_REASONS = 6
+
+
+def screen_text(result: AuditResult, width: int | None = None, more: str | None = None) -> str:
+    """What fits a screen.
+
+    Args:
+        result: the audit.
+        width: columns of the terminal that tables are cut to; None: any.
+        more: where the rest is.
+    """
+    contacts = contacts_of(result)
+    parts = [verdict_text(result, _MOST_REASONS)]
+    if contacts:
+        worst = _highest(result, contacts, _MOST_CONTACTS)
+        note = f", the {_MOST_CONTACTS} highest" if len(worst) < len(contacts) else ""
+        parts += [f"\nContacts ({len(contacts)}{note})\n", contact_table(result, worst, width, evidence=False)]
+    parts += [*sensitivity_text(result, width), *_findings(result)]
+    parts.append(f"\n{'' if more is None else f'More: {more}. '}{STATEMENT}\n")
+    return "".join(parts)
+
+
+def verdict_text(result: AuditResult, most: int | None = None) -> str:
+    """The verdict, its reasons and what it does not speak of, ``most`` lines of each at most."""
+    head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n"
+    text = head + "".join(_listed(result.reasons, most))
+    return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most)) if result.exclusions else "")
+
+
+def contact_table(result: AuditResult, contacts: Sequence[Contact], width: int | None, evidence: bool = True) -> str:
+    """One line a contact; without ``evidence`` not why it counts as what it does."""
+    listed = [contact_row(contact, result) for contact in contacts]
+    head = ("onset", "lasted", "joints", "highest residual", "link or further out", "force", "kind", "evidence")
+    lines = [(r.onset, r.lasted, r.joints, r.worst, r.link, r.force, r.kind, r.evidence) for r in listed]
+    shown = len(head) if evidence else len(head) - 1
+    return table(head[:shown], [line[:shown] for line in lines], (0, 1), width)
+
+
+def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
+    """The smallest torque by joint, and force by place, that would have alarmed."""
+    listed = sensitivity_rows(result)
+    if not listed:
+        return []
+    head = ("joint", "asked", "detectable", "hidden", "not judged", "alarms in 50 %", "in 95 %", "whenever judged")
+    lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
+    parts = ["\nSmallest torque that would have alarmed, over the time\n", table(head, lines, range(1, 8), width)]
+    forces = force_rows(result)
+    if forces:
+        text = ", ".join(f"{row.place} {row.most}" for row in forces)
+        parts.append(f"Smallest force in 95 % of the time, from 95 % of the directions: {visible(text)}\n")
+    return parts
+
+
+def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
+    """Warnings and errors that matter most first, and how many of the same kind there are; without the reasons' own."""
+    said = set(result.reasons)
+    left = [f for f in result.findings if f.severity != "info" and f.text not in said]
+    order = sorted(left, key=lambda f: (not f.forbids_pass, f.severity != "error", f.effect == "none", f.code))
+    return [(group[0], len(group)) for _, found in groupby(order, key=lambda f: f.code) if (group := list(found))]
+
+
+def _findings(result: AuditResult) -> list[str]:
+    found = important_findings(result)
+    if not found:
+        return []
+    total = sum(count for _, count in found)
+    shown = found[:_MOST_FINDINGS]
+    parts = [f"\nFindings ({sum(count for _, count in shown)} of {total} warnings and errors)\n"]
+    for finding, count in shown:
+        others = f" (and {count - 1} more of this kind)" if count > 1 else ""
+        parts.append(f"  {finding.severity:<8}{finding.code}: {visible(finding.text)}{others}\n")
+    return parts
+
+
+def _highest(result: AuditResult, contacts: Sequence[Contact], most: int) -> list[Contact]:
+    """The contacts with the highest residual for its threshold, in order of time."""
+
+    def height(contact: Contact) -> float:
+        inside = [
+            abs(a.peak_nm) / a.gamma_nm
+            for a in result.collisions
+            if a.joint in contact.joints and contact.onset_s <= a.onset_s <= contact.end_s
+        ]
+        return max(inside, default=0.0)
+
+    ranked = contacts if len(contacts) <= most else sorted(contacts, key=height, reverse=True)[:most]
+    return sorted(ranked, key=lambda contact: contact.onset_s)
+
+
+def _listed(texts: Sequence[str], most: int | None) -> list[str]:
+    shown = texts[:most]
+    left = len(texts) - len(shown)
+    more = [f"  - {plural(left, 'more line')}: -v lists all\n"] if left else []
+    return [f"  - {visible(text)}\n" for text in shown] + more

@@ -1,0 +1,81 @@
+"""Contacts as text: what headlines, tables and formats list, the alarms of single joints being their detail."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from collaudit.core.data.audit_result import AuditResult, Collision
+from collaudit.core.data.detection_result import Contact, ContactForce
+from collaudit.reports.values import rows
+from collaudit.reports.values.numbers import against, duration, fixed, time_decimals
+from collaudit.reports.values.words import torque_unit
+
+
+@dataclass(frozen=True, slots=True)
+class ContactRow:
+    """One contact; ``worst`` is the alarm that is highest for its threshold."""
+
+    onset: str
+    lasted: str
+    joints: str
+    worst: str
+    link: str
+    note: str
+    force: str
+    kind: str
+    evidence: str
+
+
+def contacts_of(result: AuditResult) -> tuple[Contact, ...]:
+    """The contacts of an audit; in files of versions that did not join alarms each alarm is one."""
+    if result.contacts:
+        return result.contacts
+    if result.detection is not None and result.detection.incidents:
+        return result.detection.incidents
+    return tuple(
+        Contact(c.onset_s, c.detected_s, c.onset_s + c.duration_s, (c.joint,), "", "", None, "undecided", ())
+        for c in rows.in_time(result.collisions)
+    )
+
+
+def contact_rows(result: AuditResult) -> list[ContactRow]:
+    """Every contact as text, in order of time."""
+    return [contact_row(contact, result) for contact in contacts_of(result)]
+
+
+def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
+    """A contact as text."""
+    onset = fixed(contact.onset_s, time_decimals(result.log.sample_period_s))
+    return ContactRow(
+        onset=f"{onset} s",
+        lasted=duration(contact.end_s - contact.onset_s),
+        joints=", ".join(contact.joints),
+        worst=_worst(contact, result),
+        link=contact.link or rows.NONE,
+        note=contact.link_note,
+        force=force_text(contact.force),
+        kind=contact.kind,
+        evidence="; ".join(contact.evidence),
+    )
+
+
+def force_text(force: ContactForce | None) -> str:
+    """The interval of a contact's force, and in how many directions it cannot be seen."""
+    if force is None:
+        return "unknown"
+    low, high = force.size_ci95_n
+    blind = f", {len(force.blind)} blind direction{'s' if len(force.blind) > 1 else ''}" if force.blind else ""
+    return f"{low:.0f} to {high:.0f} N{blind}"
+
+
+def _worst(contact: Contact, result: AuditResult) -> str:
+    alarms = [alarm for alarm in result.collisions if _belongs(alarm, contact)]
+    if not alarms:
+        return rows.NONE
+    alarm = max(alarms, key=lambda a: abs(a.peak_nm) / a.gamma_nm)
+    peak, gamma = against(alarm.peak_nm, alarm.gamma_nm)
+    return f"{peak} of γ {gamma} {torque_unit(result, alarm.joint)}, {alarm.joint}"
+
+
+def _belongs(alarm: Collision, contact: Contact) -> bool:
+    return alarm.joint in contact.joints and contact.onset_s <= alarm.onset_s <= contact.end_s

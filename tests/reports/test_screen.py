@@ -1,0 +1,123 @@
+"""One screen an audit: contacts before alarms, what would have been noticed, what the verdict leaves out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import pytest
+import samples
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.detection_result import Contact
+from collaudit.core.data.sensitivity_result import (
+    ForceLevel,
+    ForceSensitivity,
+    JointSensitivity,
+    Sensitivity,
+    TimeShares,
+    TorqueLevel,
+)
+from collaudit.core.findings import Finding
+from collaudit.reports.formats.junit import junit_text
+from collaudit.reports.formats.markdown import markdown_text
+from collaudit.reports.page.html import html_text
+from collaudit.reports.page.index import summarise
+from collaudit.reports.terminal.audit_text import audit_text, summary_table
+from collaudit.reports.terminal.screen_text import important_findings, screen_text
+from collaudit.reports.values.entries import entry_of
+from collaudit.reports.values.sensitivity_rows import sensitivity_row
+
+JOINT = samples.JOINTS[0]
+TIME = TimeShares(100.0, 57.0, 38.0, 5.0)
+LEVELS = (TorqueLevel(0.5, 4.7), TorqueLevel(0.95, None))
+
+
+def with_contacts(count: int) -> AuditResult:
+    """An audit of many alarms that are fewer contacts."""
+    result = samples.many_events(3 * count).result
+    contacts = tuple(
+        Contact(float(k), k + 0.1, k + 0.5, samples.JOINTS[:2], "forearm", "", None, "undecided", ("it rose fast",))
+        for k in range(count)
+    )
+    sensitivity = Sensitivity(
+        {JOINT: JointSensitivity(20.0, False, TIME, TIME, 12.0, 20.004, LEVELS)},
+        (ForceSensitivity("tool", "tool0", samples.JOINTS, 100, (ForceLevel(0.95, 61.3, 34.0),)),),
+    )
+    return replace(result, contacts=contacts, exclusions=("Gaps in the log: 3 s.",), sensitivity=sensitivity)
+
+
+def test_a_screen_stays_one_however_many_alarms_there_are() -> None:
+    result = with_contacts(200)
+    text = screen_text(result, 110, "-v")
+    assert len(result.collisions) == 600
+    assert len(text.splitlines()) < 45
+    assert "Contacts (200, the 8 highest)" in text
+    assert "Gaps in the log: 3 s." in text
+    assert "20.004 N·m" in text, "not rounded to what was asked"
+    assert "tool 61.3 N" in text
+    assert "More: -v" in text
+    whole = audit_text(result)
+    assert len(whole.splitlines()) > 800
+    assert "it rose fast" in whole
+
+
+def test_every_report_counts_contacts() -> None:
+    result = with_contacts(7)
+    entry = entry_of(result)
+    assert (entry.contacts, entry.collisions, entry.detectable) == (7, 21, pytest.approx(0.57))
+    assert summarise([entry, entry]).contacts == 14
+    assert summary_table([entry]).splitlines()[2].split("  ")[0] == "FAIL"
+    assert " 57.0 % " in summary_table([entry])
+    page = html_text([replace(samples.many_events(21), result=result)])
+    assert "Contacts (7)" in page and "61.3 N" in page and "Gaps in the log: 3 s." in page
+    text = markdown_text([result])
+    assert "| 57.0 % | 7 |" in text and "| tool | 61.3 N | 34.0 N |" in text
+    case = ElementTree.fromstring(junit_text([result])).find("testsuite/testcase")
+    assert case is not None
+    assert {p.get("name"): p.get("value") for p in case.findall("properties/property")} == {
+        "contacts": "7",
+        "near_misses": str(len(result.near_misses)),
+        "contact_detectable": "57.0 %",
+    }
+
+
+def test_a_pass_with_exclusions_says_so_everywhere() -> None:
+    passed = samples.passed()
+    excluded = replace(passed.result, exclusions=("Gaps in the log: 3 s.",))
+    for text in (
+        screen_text(excluded),
+        audit_text(excluded),
+        summary_table([entry_of(excluded)]),
+        markdown_text([excluded]),
+        html_text([replace(passed, result=excluded)]),
+        junit_text([excluded]),
+    ):
+        assert "PASS, WITH EXCLUSIONS" in text
+        assert "Gaps in the log: 3 s." in text
+    assert "WITH EXCLUSIONS" not in screen_text(passed.result)
+
+
+def test_what_matters_comes_first_and_each_kind_once() -> None:
+    found = (
+        Finding("friction-level", "info", "not worth a line"),
+        Finding("coverage-low", "warning", "said in the reasons"),
+        Finding("friction-scatter", "warning", "one", joint="a"),
+        Finding("friction-scatter", "warning", "two", joint="b"),
+        Finding("event-cut", "warning", "a contact may have been cut off"),
+        Finding("time-gap", "warning", "gaps"),
+    )
+    result = replace(samples.passed().result, findings=found, reasons=("said in the reasons",))
+    assert [(f.code, count) for f, count in important_findings(result)] == [
+        ("event-cut", 1),
+        ("friction-scatter", 2),
+        ("time-gap", 1),
+    ]
+
+
+def test_shares_and_levels_of_a_joint() -> None:
+    row = sensitivity_row(JOINT, with_contacts(1))
+    assert row is not None
+    assert (row.asked, row.detectable, row.hidden, row.not_judged) == ("20 N·m", "57.0 %", "38.0 %", "5.0 %")
+    assert (row.half, row.most, row.always) == ("4.70 N·m", "–", "20.004 N·m")
+    assert sensitivity_row(JOINT, samples.passed().result) is None

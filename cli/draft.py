@@ -161,8 +161,9 @@ class Draft:
             csv.add("labels", labels, "may mark true events, by the name; see also [detect] true_events", active=False)
         self._wrench_columns()
         if guess is not None:
-            csv.add("delimiter", guess.delimiter)
-            csv.add("decimal", guess.decimal)
+            for key in ("delimiter", "decimal"):
+                if (value := getattr(guess, key)) != "auto":
+                    csv.add(key, value)
 
     def _wrench_frame(self) -> None:
         log = self.sections["log"]
@@ -177,7 +178,8 @@ class Draft:
             return
         csv = self.sections["log.csv"]
         if offered.estimated:
-            csv.remarks.append(f"Not offered as a sensor, by their names estimated: {', '.join(offered.names)}.")
+            first, last = offered.names[0], offered.names[-1]
+            csv.remarks.append(f"Not offered as a sensor, by their names estimated: {first} to {last}.")
             return
         words = "named as a force/torque sensor's: fx, fy, fz, mx, my, mz; needs [log] wrench_frame too"
         csv.add("wrench", list(offered.names), words, active=False)
@@ -195,7 +197,7 @@ class Draft:
             if motor and "robot.reduction" in self._given:
                 csv.add(quantity, patterns[0], "of the motors' side, with [robot] reduction", guess=True)
                 continue
-            problem = f"several groups of columns could be the measured {quantity}"
+            problem = f"several groups of columns could be the measured {quantity}: {', '.join(patterns)}"
             problem = f"the only {quantity} columns are the motors' by their names" if motor else problem
             if f"log.csv.{quantity}" not in self._given:
                 self.problems.append(problem)

@@ -49,8 +49,8 @@ def add_measurements(sections: Mapping[str, Section], trial: Trial) -> None:
 def add_channel_facts(sections: Mapping[str, Section], prepared: Prepared, config: Config) -> dict[str, float]:
     """Delays and kind of the effort, by the audit of channels that ``collaudit fit`` makes.
 
-    A delay counts where its interval excludes zero and the channel is late; one that is early is only shown, since
-    no sensor is, and a filtered position looks like that.
+    A delay counts where its interval excludes zero and is no wider than the delay, and the channel is late. One that is
+    early is only shown, since no sensor is, and a filtered position looks like that.
 
     Args:
         sections: of the draft.
@@ -72,9 +72,6 @@ def add_channel_facts(sections: Mapping[str, Section], prepared: Prepared, confi
 
 
 def _add_delays(log: Section, prepared: Prepared, config: Config, facts: ChannelFacts) -> dict[str, float]:
-    from collaudit.core.identification.channel_delays import is_significant
-    from collaudit.core.prepare.channel_shift import Delay
-
     counts: dict[str, float] = {}
     channels: tuple[tuple[str, str, float | None, Bounds | None], ...] = (
         ("effort", "effort_delay_ms", facts.effort_delay_ms, facts.effort_delay_ci95_ms),
@@ -85,12 +82,13 @@ def _add_delays(log: Section, prepared: Prepared, config: Config, facts: Channel
         if delay is None or low is None or high is None or key in config.log.model_fields_set:
             continue
         span = f"{low:.1f} to {high:.1f} ms, 95 %"
-        if not is_significant(Delay(1e-3 * delay, (1e-3 * low, 1e-3 * high)), prepared.series.period_s):
-            text = f"Delay of the {channel} against the motion: {delay:.1f} ms ({span}); not shown to differ from 0."
-            log.remarks.append(text)
+        if low <= 0 <= high or abs(delay) < 1e3 * prepared.series.period_s:
+            said = "its interval holds 0" if low <= 0 <= high else "shorter than one sample"
+            log.remarks.append(f"Delay of the {channel} against the motion: {delay:.1f} ms ({span}); {said}.")
             continue
-        late = delay > 0
-        why = f"measured: {span}; taken off" if late else f"measured: {span}; ahead of the motion, so check it first"
+        late = delay > 0 and high - low <= delay
+        doubt = "ahead of the motion, so check it first" if delay < 0 else "too vague to count: check it first"
+        why = f"measured: {span}; {'taken off' if late else doubt}"
         log.add(key, round(delay, 1), why, active=late)
         if late:
             counts[f"log.{key}"] = round(delay, 1)
@@ -140,6 +138,8 @@ def _cell(scale: ChannelScale | None) -> str:
         return ""
     step = "-" if scale.step is None else f"{scale.step:.2g}"
     if scale.noise is None or scale.noise_ci95 is None:
-        return f"{step} / below" if scale.step is not None else "constant"
+        return "constant"
+    if scale.noise == 0.0:
+        return f"{step} / {'0' if scale.step is None else 'below'}"
     low, high = scale.noise_ci95
     return f"{step} / {scale.noise:.2g} ±{100 * max(high / scale.noise - 1, 1 - low / scale.noise):.0f}%"

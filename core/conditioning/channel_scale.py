@@ -17,6 +17,8 @@ _SAME = 1e-9
 #: A finer step, as a share of the range, is the number format's and not the sensor's.
 _FINEST = 1e-6
 _FEWEST = 5
+#: Differences below this share of the values are those of float64.
+_ROUNDING = 1e-14
 _ROWS = 100_000
 
 
@@ -26,7 +28,8 @@ class ChannelScale:
 
     Attributes:
         step: distance between neighbouring values; None where the values lie on no grid.
-        noise: standard deviation from sample to sample; None where the channel stands still.
+        noise: standard deviation from sample to sample, 0 where most samples repeat or lie on a line; None where the
+            channel stands still.
         noise_ci95: its interval, from ten stretches of the log.
     """
 
@@ -72,8 +75,8 @@ def channel_scale(values: FloatArray) -> ChannelScale:
         return ChannelScale(None, None, None)
     parts = np.array_split(np.abs(np.diff(values, 3)), _BLOCKS)
     sizes = np.sort([float(np.median(part)) * _SD_PER_MEDIAN for part in parts])
-    noise = float(np.median(sizes))
-    return ChannelScale(_step(values), noise or None, (float(sizes[1]), float(sizes[-2])) if noise else None)
+    sizes[sizes < _ROUNDING * np.abs(values).max()] = 0.0
+    return ChannelScale(_step(values), float(np.median(sizes)), (float(sizes[1]), float(sizes[-2])))
 
 
 def _step(values: FloatArray) -> float | None:

@@ -43,4 +43,5 @@ def test_a_channel_that_stands_still_or_is_short_says_nothing() -> None:
     assert channel_scale(np.arange(9.0)).noise is None
     assert channel_scale(np.full(1000, np.nan)).step is None
     coarse = np.round(MOTION / 0.05) * 0.05
-    assert channel_scale(coarse).noise is None, "noise below the step is not called zero"
+    assert channel_scale(coarse).noise == 0.0 and channel_scale(coarse).step == pytest.approx(0.05)
+    assert channel_scale(np.arange(1000) * 0.1 + 7).noise == 0.0, "rounding of float64 is no noise"

@@ -93,6 +93,22 @@ def test_what_is_passed_over_is_named_in_a_question(tmp_path: Path) -> None:
     assert "tau_model_{i} (model)" in (error.found or "")
 
 
+@pytest.mark.parametrize("kinds", [("torque_sensor_a_#", "torque_sensor_b_#"), ("raw_torque_#", "cal_torque_#")])
+def test_a_word_that_decides_nothing_is_a_question(tmp_path: Path, kinds: tuple[str, str]) -> None:
+    names = ["t", *numbered("q#", (1, 2)), *(name for kind in kinds for name in numbered(kind, (1, 2)))]
+    error = refusal(table(tmp_path / "x.csv", names))
+    assert "several groups of columns could be the measured effort" in error.message
+    assert all(kind.replace("#", "{i}") in (error.found or "") for kind in kinds)
+
+
+def test_an_unknown_word_beside_measured_columns_is_passed_over_by_name(tmp_path: Path) -> None:
+    names = ["t", *(name for kind in ("q#", "tau#", "master_q#", "gripper_q#") for name in numbered(kind, (1, 2)))]
+    path = table(tmp_path / "x.csv", [*names, *numbered("finger_q#", (1,))])
+    log = read_log((path,), LogConfig(), robot_joints=None)
+    said = next(f.text for f in log.findings if f.code == "log-columns-passed-over")
+    assert "master_q{i} (unknown word), gripper_q{i} (unknown word)" in said and "finger" not in said
+
+
 def test_inspect_says_desired_and_why(tmp_path: Path) -> None:
     path = table(tmp_path / "x.csv", ["t", *numbered("q#", (1, 2)), *numbered("q_des#", (1, 2)),
                                       *numbered("tau#", (1, 2)), *numbered("tau_cmd#", (1, 2))])  # fmt: skip

@@ -12,9 +12,9 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.tables.column_groups import Group, numbered_groups
 from collaudit.core.logs.tables.column_patterns import without_unit
 from collaudit.core.logs.tables.column_vocabulary import CONVERTED, MARK, QUANTITY_WORDS, USABLE, Meaning, meaning_of
+from collaudit.core.logs.tables.unknown_words import word_dropped
 
 _NUMBER = re.compile(r"\d+")
-_WORD = re.compile(r"[A-Za-z]+")
 _FEWEST = 2
 
 
@@ -110,18 +110,14 @@ def _several_arms(bare: Sequence[str], quantity: str, where: str) -> LogError | 
     sides: dict[str, dict[str, str]] = {}
     stems = {name[: hit.start()] + MARK + name[hit.end() :] for name in bare for hit in _NUMBER.finditer(name)}
     for stem in sorted(stems):
-        for hit in _WORD.finditer(stem):
-            rest = stem[: hit.start()] + stem[hit.end() :]
-            meaning = meaning_of(rest) if meaning_of(stem) is None else None
-            if meaning is None or meaning.role not in USABLE:
-                continue
+        for word, group in word_dropped(stem):
             zero = any(name == stem.replace(MARK, "0") for name in bare)
             pattern = stem.replace(MARK, "{i0}" if zero else "{i}")
-            sides.setdefault(hit.group(), {}).setdefault(meaning.quantity, pattern)
+            sides.setdefault(word, {}).setdefault(group.meaning.quantity, pattern)
     sides = {word: patterns for word, patterns in sides.items() if quantity in patterns}
     if not sides:
         return None
-    lines = ["; ".join(f'{key} = "{pattern}"' for key, pattern in each.items()) for each in sides.values()]
+    lines = ["; ".join(f'{key} = "{each[key]}"' for key in QUANTITY_WORDS if key in each) for each in sides.values()]
     several = len(sides) > 1
     return LogError(
         f"the {quantity} columns are of several arms or sides: {', '.join(sides)}"

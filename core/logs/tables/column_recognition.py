@@ -8,6 +8,7 @@ from dataclasses import replace
 from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups
 from collaudit.core.logs.tables.column_patterns import Found, match_pattern, without_unit
 from collaudit.core.logs.tables.column_vocabulary import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS, words_of
+from collaudit.core.logs.tables.unknown_words import with_unknown
 
 #: Words of columns that are named by their joints, the usual first.
 _WORDS = {
@@ -49,7 +50,9 @@ def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found],
         elif named is not None and not choice.open:
             found[quantity] = named
             unnumbered = [name if index not in named.columns else "" for index, name in enumerate(unnumbered)]
-    return found, choices
+    used = {column for each in found.values() for column in each.columns}
+    choices = with_unknown(choices, ["" if index in used else name for index, name in enumerate(free)])
+    return {quantity: each for quantity, each in found.items() if not choices[quantity].open}, choices
 
 
 def _of_group(group: Group) -> Found:

@@ -10,7 +10,9 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-Role = Literal["measured", "plain", "filtered", "side", "desired", "commanded", "model", "external", "error"]
+Role = Literal[
+    "measured", "plain", "filtered", "side", "desired", "commanded", "model", "external", "error", "unknown word"
+]
 
 #: Roles that a guess may take for a measurement, best first.
 USABLE: tuple[Role, ...] = ("measured", "plain", "filtered", "side")

@@ -138,8 +138,11 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
     where = " + ".join(str(file.reader.path) for file in files)
     columns = [name for file in files for name in file.reader.names if name]
     held = {quantity for file in files for quantity in file.assignment.quantities}
+    by_number = "name them by their numbers from 1: [log.csv] time = 1, position = [2, 3], effort = [4, 5]; "
     hint = (
-        'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}", or by their '
+        by_number + "collaudit inspect LOG shows what each column may be and proposes the lines"
+        if not files[0].reader.named
+        else 'name them in the configuration: [log.csv] time = "…", position = "q{i}", effort = "tau{i}", or by their '
         "numbers from 1, position = [2, 3]; collaudit inspect LOG lists every column with its likely role"
     )
     guessed = all(getattr(settings, quantity) is None for quantity in QUANTITIES)

@@ -1,0 +1,249 @@
+"""Cases that docs/real-logs.md lists with what ``init`` writes: each builds its log in a folder of its own."""
+
+from __future__ import annotations
+
+import gzip
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from log_writers import joint_state, write_any
+from pyarrow import feather
+from vocabularies import CURRENTS, TORQUE_CONSTANT, VOCABULARIES, table_of
+
+from collaudit.core.numeric.arrays import FloatArray
+
+Columns = dict[str, Any]
+Build = Callable[[Path, "Motion"], list[Path]]
+_CONSTANTS = f"log.units.torque_constant_nm_per_a={{ joint1 = {TORQUE_CONSTANT}, joint2 = {TORQUE_CONSTANT} }}"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Two joints: (n,) s; (n, 2) rad, rad/s, N·m."""
+
+    time_s: FloatArray
+    signals: tuple[FloatArray, FloatArray, FloatArray]
+
+    def plain(self, base: int = 1, **more: Any) -> Columns:
+        """The columns t, q#, dq#, tau#, and further ones."""
+        columns: Columns = {"t": self.time_s}
+        for stem, values in zip(("q", "dq", "tau"), self.signals, strict=True):
+            columns |= {f"{stem}{base + k}": values[:, k] for k in range(2)}
+        return columns | more
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case.
+
+    Attributes:
+        group, case: what the table calls it.
+        build: writes the log, returns its files.
+        given: further arguments of ``init``.
+        robot: whether the arm is given.
+        finding: code that `inspect` must show with the file.
+    """
+
+    group: str
+    case: str
+    build: Build
+    given: tuple[str, ...] = field(default=())
+    robot: bool = True
+    finding: str = ""
+
+
+def csv(path: Path, columns: Mapping[str, Any], delimiter: str = ",", decimal: str = ".") -> list[Path]:
+    names = list(columns)
+    rows = (delimiter.join(_cell(value, decimal) for value in row) for row in zip(*columns.values(), strict=True))
+    path.write_text("\n".join([delimiter.join(names), *rows]) + "\n", encoding="utf-8")
+    return [path]
+
+
+def _cell(value: Any, decimal: str) -> str:
+    return value if isinstance(value, str) else f"{value:.9g}".replace(".", decimal)
+
+
+def _vocabulary(name: str) -> Row:
+    base = 0 if list(VOCABULARIES).index(name) % 2 else 1
+    stems = [stem for stem in VOCABULARIES[name][1] if stem]
+    case = ", ".join(f"`{stem.replace('#', str(base))}`" for stem in stems)
+    return Row(
+        "Vocabulary",
+        f"{name}: {case} …",
+        lambda folder, m: csv(folder / "run.csv", table_of(name, base, m.time_s, m.signals)),
+        ("--set", _CONSTANTS) if name in CURRENTS else (),
+    )
+
+
+def _packed(folder: Path, motion: Motion) -> list[Path]:
+    (path,) = csv(folder / "inner", motion.plain())
+    (folder / "run.csv.gz").write_bytes(gzip.compress(path.read_bytes()))
+    return [folder / "run.csv.gz"]
+
+
+def _zipped(folder: Path, motion: Motion) -> list[Path]:
+    (path,) = csv(folder / "inner", motion.plain())
+    with zipfile.ZipFile(folder / "run.zip", "w") as archive:
+        archive.write(path, "run.csv")
+    return [folder / "run.zip"]
+
+
+def _binary(name: str, write: Callable[[Path, Columns], None]) -> Build:
+    def build(folder: Path, motion: Motion) -> list[Path]:
+        write(folder / name, motion.plain())
+        return [folder / name]
+
+    return build
+
+
+def _npz(path: Path, columns: Columns) -> None:
+    with path.open("wb") as stream:
+        np.savez(stream, **columns)
+
+
+def _mat(path: Path, columns: Columns) -> None:
+    from scipy.io import savemat
+
+    savemat(path, columns, appendmat=False)
+
+
+def _no_names(folder: Path, motion: Motion) -> list[Path]:
+    values = np.column_stack(list(motion.plain().values()))
+    np.savetxt(folder / "run.csv", values, delimiter=",", fmt="%.9g")
+    return [folder / "run.csv"]
+
+
+def _workbook(folder: Path, motion: Motion) -> list[Path]:
+    with zipfile.ZipFile(folder / "run.xlsx", "w") as archive:
+        archive.writestr("[Content_Types].xml", "<Types/>")
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+    return [folder / "run.xlsx"]
+
+
+def _messages(kind: str) -> Build:
+    def build(folder: Path, motion: Motion) -> list[Path]:
+        q, dq, tau = motion.signals
+
+        def said(encoding: str) -> list[Any]:
+            start = 1_700_000_000_000_000_000
+            return [
+                joint_state(["joint1", "joint2"], q[k], dq[k], tau[k], encoding=encoding,
+                            stamp_ns=start + round(1e9 * float(motion.time_s[k])))
+                for k in range(motion.time_s.size)
+            ]  # fmt: skip
+
+        return [write_any(folder, kind, said)]
+
+    return build
+
+
+def _text(name: str = "run.csv", delimiter: str = ",", decimal: str = ".") -> Build:
+    return lambda folder, m: csv(folder / name, m.plain(), delimiter, decimal)
+
+
+def _changed(change: Callable[[Motion], Columns]) -> Build:
+    return lambda folder, m: csv(folder / "run.csv", change(m))
+
+
+def _without(*names: str) -> Build:
+    return _changed(lambda m: {name: values for name, values in m.plain().items() if name not in names})
+
+
+def _renamed(rename: Callable[[str], str]) -> Build:
+    return _changed(lambda m: {rename(name): values for name, values in m.plain().items()})
+
+
+def _one_quantity_each(folder: Path, motion: Motion) -> list[Path]:
+    files = []
+    for quantity, values in zip(("position", "velocity", "effort"), motion.signals, strict=True):
+        columns = {"t": motion.time_s, "Joint_1": values[:, 0], "Joint_2": values[:, 1]}
+        files += csv(folder / f"{quantity}.csv", columns)
+    return files
+
+
+def _wrapped(m: Motion) -> Columns:
+    return m.plain() | {"q1": np.mod(m.signals[0][:, 0] - 0.5, 2 * np.pi) + 0.5}
+
+
+def _garbage(m: Motion) -> Columns:
+    time = m.time_s.copy()
+    time[100] = 1e154
+    return m.plain() | {"t": time}
+
+
+def _late(m: Motion) -> Columns:
+    rows = round(0.04 / float(np.median(np.diff(m.time_s))))
+    return m.plain() | {f"tau{k + 1}": np.roll(m.signals[2][:, k], rows) for k in range(2)}
+
+
+def _restarted(m: Motion) -> Columns:
+    half = m.time_s.size // 2
+    return m.plain() | {"t": np.concatenate([m.time_s[:half], m.time_s[: m.time_s.size - half]])}
+
+
+def _six(*stems: str) -> Build:
+    return _changed(
+        lambda m: m.plain() | {stem: 5 * np.sin(m.time_s + k) for k, stem in enumerate(stems)},
+    )
+
+
+def _beside(m: Motion, *stems: str) -> Columns:
+    return m.plain() | {stem.replace("#", str(k)): np.cos(m.time_s + k) for stem in stems for k in (1, 2)}
+
+
+ROWS: tuple[Row, ...] = (
+    *(_vocabulary(name) for name in VOCABULARIES),
+    Row("Format", "CSV, decimal point", _text()),
+    Row("Format", "CSV with `;` and decimal comma", _text(delimiter=";", decimal=",")),
+    Row("Format", "text with blanks between", _text(delimiter=" ")),
+    Row("Format", "text without names of columns", _no_names),
+    Row("Format", "`.csv.gz`", _packed),
+    Row("Format", "`.zip` of one log", _zipped),
+    Row("Format", "Parquet", _binary("run.parquet", lambda path, columns: pq.write_table(pa.table(columns), path))),
+    Row("Format", "Feather",
+        _binary("run.feather", lambda path, columns: feather.write_feather(pa.table(columns), path))),
+    Row("Format", "NumPy `.npz`", _binary("run.npz", _npz)),
+    Row("Format", "MATLAB `.mat`", _binary("run.mat", _mat)),
+    Row("Format", "Excel `.xlsx`", _workbook),
+    Row("Format", "MCAP, ROS 2", _messages("mcap-zstd")),
+    Row("Format", "MCAP, ROS 1", _messages("mcap-ros1")),
+    Row("Format", "ROS 1 bag", _messages("bag-lz4")),
+    Row("Format", "lone `.db3`", _messages("db3")),
+    Row("Format", "ROS 2 bag folder", _messages("folder-mcap")),
+    Row("Trap", "no robot stated", _text(), robot=False),
+    Row("Trap", "positions count from 0, efforts from 1",
+        _changed(lambda m: {{"q1": "q0", "q2": "q1"}.get(n, n): v for n, v in m.plain().items()})),
+    Row("Trap", "one column a joint too few", _without("q2", "dq2", "tau2")),
+    Row("Trap", "`q1`, `q3`: a number is missing", _renamed(lambda name: name.replace("2", "3"))),
+    Row("Trap", "only desired positions", _renamed(lambda n: n.replace("q", "q_des_") if n[0] == "q" else n)),
+    Row("Trap", "two torques that both may be measured",
+        _changed(lambda m: {n: v for n, v in _beside(m, "torque_sensor_a_#", "torque_sensor_b_#").items()
+                            if not n.startswith("tau")})),
+    Row("Trap", "desired and commanded columns beside", _changed(lambda m: _beside(m, "q_des_#", "tau_cmd_#"))),
+    Row("Trap", "a word that the vocabulary lacks beside", _changed(lambda m: _beside(m, "master_q#"))),
+    Row("Trap", "`left_…` and `right_…`: two arms",
+        _changed(lambda m: {"t": m.time_s} | {f"{side}_{n}": v for side in ("left", "right")
+                                              for n, v in m.plain().items() if n != "t"})),
+    Row("Trap", "no time column", _without("t")),
+    Row("Trap", "no time column, rate stated", _without("t"), ("--set", "log.csv.rate_hz=125")),
+    Row("Trap", "time that begins again", _changed(_restarted), finding="log-runs"),
+    Row("Trap", "time in ms, by its name",
+        _changed(lambda m: {"time_ms": 1e3 * m.time_s} | {n: v for n, v in m.plain().items() if n != "t"})),
+    Row("Trap", "a stamp of 1e154 s", _changed(_garbage), finding="time-garbage"),
+    Row("Trap", "one quantity a file, the same names", _one_quantity_each),
+    Row("Trap", "an angle wrapped by 2π", _changed(_wrapped), finding="log-position-wrapped"),
+    Row("Trap", "a `label` column", _changed(lambda m: m.plain(label=(np.sin(m.time_s) > 0.9).astype(float))),
+        finding="log-labels-offered"),
+    Row("Trap", "columns of a force/torque sensor", _six("Fx", "Fy", "Fz", "Mx", "My", "Mz")),
+    Row("Trap", "a wrench that was estimated", _six(*(f"O_F_ext_hat_K_{k}" for k in range(6)))),
+    Row("Trap", "currents, no torque constants",
+        lambda folder, m: csv(folder / "run.csv", table_of("units", 1, m.time_s, m.signals))),
+    Row("Trap", "an inverted effort", _changed(lambda m: m.plain() | {"tau1": -m.signals[2][:, 0]})),
+    Row("Trap", "an effort 40 ms late", _changed(_late)),
+)  # fmt: skip

@@ -1,5 +1,4 @@
-"""Fields of message types as their publishers define them (names and order; without comments, constants and most of
-Franka's error flags).
+"""Fields of message types as their publishers define them (names and order; without comments and constants).
 
 Sources, each at the commit named: franka_msgs of frankaemika/franka_ros @360e93d (ROS 1) and frankaemika/franka_ros2
 @20bd617 and @429b37a, control_msgs of ros-controls/control_msgs @20b6107 and of ROS 1 (indigo to noetic), ur_msgs of
@@ -18,8 +17,29 @@ def _fields(groups: Iterable[tuple[str, str]]) -> str:
 
 
 _SEVEN, _SIX, _POSE, _TWO = "float64[7]", "float64[6]", "float64[16]", "float64[2]"
+_GENERATOR = "motion_generator"
+_ERRORS_ROS1 = [
+    ("bool", "joint_position_limits_violation cartesian_position_limits_violation self_collision_avoidance_violation"),
+    ("bool", "joint_velocity_violation cartesian_velocity_violation force_control_safety_violation"),
+    ("bool", "joint_reflex cartesian_reflex max_goal_pose_deviation_violation max_path_pose_deviation_violation"),
+    ("bool", "cartesian_velocity_profile_safety_violation"),
+    ("bool", f"joint_position_{_GENERATOR}_start_pose_invalid joint_{_GENERATOR}_position_limits_violation"),
+    ("bool", f"joint_{_GENERATOR}_velocity_limits_violation joint_{_GENERATOR}_velocity_discontinuity"),
+    ("bool", f"joint_{_GENERATOR}_acceleration_discontinuity cartesian_position_{_GENERATOR}_start_pose_invalid"),
+    ("bool", f"cartesian_{_GENERATOR}_elbow_limit_violation cartesian_{_GENERATOR}_velocity_limits_violation"),
+    ("bool", f"cartesian_{_GENERATOR}_velocity_discontinuity cartesian_{_GENERATOR}_acceleration_discontinuity"),
+    ("bool", f"cartesian_{_GENERATOR}_elbow_sign_inconsistent cartesian_{_GENERATOR}_start_elbow_invalid"),
+    ("bool", f"cartesian_{_GENERATOR}_joint_position_limits_violation"),
+    ("bool", f"cartesian_{_GENERATOR}_joint_velocity_limits_violation"),
+    ("bool", f"cartesian_{_GENERATOR}_joint_velocity_discontinuity"),
+    ("bool", f"cartesian_{_GENERATOR}_joint_acceleration_discontinuity"),
+    ("bool", f"cartesian_position_{_GENERATOR}_invalid_frame force_controller_desired_force_tolerance_violation"),
+    ("bool", "controller_torque_discontinuity start_elbow_sign_inconsistent communication_constraints_violation"),
+    ("bool", "power_limit_violation"),
+]
+#: Franka's flags: 33 in ROS 1, three more in ROS 2.
 _ERRORS = _fields(
-    [("bool", "joint_position_limits_violation joint_reflex cartesian_reflex communication_constraints_violation")]
+    [*_ERRORS_ROS1, ("bool", "joint_p2p_insufficient_torque_for_planning tau_j_range_violation instability_detected")]
 )
 _MODE = [("uint8", "robot_mode"), ("franka_msgs/Errors", "current_errors last_motion_errors")]
 FRANKA_ROS1 = _fields(

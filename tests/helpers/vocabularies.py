@@ -25,7 +25,8 @@ VOCABULARIES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "kuka rsi": ("t", ("AIPos.A#", "", "MACur.A#"), ("ASPos.A#",)),
     "abb egm": ("t", ("feedBack.joints.joints[#]", "", "motorCurrents[#]"), ("planned.joints.joints[#]",)),
     "doosan": ("time", ("actual_joint_position_#", "actual_joint_velocity_#", "raw_joint_torque_#"),
-               ("target_joint_position_#", "external_joint_torque_#", "actual_motor_torque_#")),
+               ("target_joint_position_#", "external_joint_torque_#", "actual_motor_torque_#",
+                "actual_joint_position_abs_#", "actual_joint_velocity_abs_#", "actual_joint_torque_#")),
     "kinova": ("t", ("actuators[#].position", "actuators[#].velocity", "actuators[#].torque"),
                ("actuators[#].current_motor", "actuators[#].voltage")),
     "units": ("t_s", ("q_deg_#", "dq_degps_#", "i_A_#"), ("tau_model_nm_#",)),
@@ -46,7 +47,7 @@ def header(name: str, joints: int, base: int, seed: int) -> list[str]:
 
 
 #: Vocabularies whose positions and velocities are in degrees, and those whose efforts are currents.
-DEGREES = frozenset({"kuka rsi", "abb egm", "kinova", "units"})
+DEGREES = frozenset({"kuka rsi", "abb egm", "doosan", "kinova", "units"})
 CURRENTS = frozenset({"ur rtde", "ur realtime", "kuka rsi", "abb egm", "units"})
 #: Torque of every joint in N·m for each ampere of :func:`table_of`.
 TORQUE_CONSTANT = 2.5

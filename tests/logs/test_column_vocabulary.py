@@ -165,6 +165,17 @@ def test_matlab_s_names_of_a_message_s_columns(tmp_path: Path) -> None:
         read_log((path,), LogConfig(), robot_joints=["b", "a"])
 
 
+@pytest.mark.parametrize("stated", [{}, {"csv": {"position": "actual_joint_position_{i0}"}}])
+def test_doosan_s_state_is_in_degrees_and_a_like_named_one_is_not(tmp_path: Path, stated: dict[str, Any]) -> None:
+    # dsr_msgs2/RobotStateRt of Doosan: [deg]; raw_joint_torque is the sensor's, actual_joint_torque an estimate.
+    own = _write(tmp_path / "a.csv", "t,actual_joint_position_0,actual_joint_torque_0,raw_joint_torque_0")
+    other = _write(tmp_path / "b.csv", "t,actual_joint_position_0,actual_joint_torque_0")
+    for path, first, effort in ((own, np.deg2rad(1.0), 3.0), (other, 1.0, 2.0)):
+        log = read_log((path,), LogConfig.model_validate({"units": {"time": "s"}, **stated}), robot_joints=["a"])
+        assert log.position_rad[0, 0] == pytest.approx(first)
+        assert stated or (log.effort is not None and log.effort[0, 0] == effort)
+
+
 MOTOR = "t,motor_q0,motor_q1,motor_dq0,motor_dq1,motor_torque0,motor_torque1"
 
 

@@ -100,3 +100,8 @@ def test_milliseconds_of_a_fast_arm_are_asked_about(rate_hz: float, tmp_path: Pa
     path = write(tmp_path, "t", np.arange(ROWS) * 1e3 / rate_hz)
     assert read(path)[1]["log-time-unit-suspect"] == "error"
     assert read(path, time="ms")[0].time_s[1] == pytest.approx(1 / rate_hz)
+
+
+def test_seconds_and_microseconds(tmp_path: Path) -> None:
+    path = write(tmp_path, "feedBack.time.sec,feedBack.time.usec", [f"17,{round(t * 1e6)}" for t in TIME_S])
+    np.testing.assert_allclose(read(path)[0].time_s, TIME_S, atol=1e-9)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.tables.column_groups import Choice
-from collaudit.core.logs.tables.column_patterns import Found, column_index, match_pattern
+from collaudit.core.logs.tables.column_groups import Choice, numbered_groups
+from collaudit.core.logs.tables.column_patterns import Found, column_index, match_pattern, without_unit
 from collaudit.core.logs.tables.column_recognition import recognise
 from collaudit.core.logs.tables.column_vocabulary import MARK, UNIT_WORDS, is_label, meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
@@ -57,7 +57,7 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
     if isinstance(pattern, str):
         if "{" in pattern:
             found = match_pattern(names, pattern)
-            return found if found is None else replace(found, unit=_unit_in(pattern))
+            return found if found is None else replace(found, unit=_unit_in(names, found))
         pattern = [pattern]
     indices = [column_index(names, key) for key in pattern]
     if all(index is None for index in indices):
@@ -72,12 +72,14 @@ def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> 
     return Found(joints, tuple(index for index in indices if index is not None), "")
 
 
-def _unit_in(pattern: str) -> str:
+def _unit_in(names: Sequence[str], found: Found) -> str:
     """The unit that a pattern's own words spell, or degrees where their source documents them; "" for none."""
-    meaning = meaning_of(re.sub(r"\{\w+\}", MARK, pattern))
+    groups = numbered_groups([without_unit(name) for name in names])
+    meaning = next((group.meaning for group in groups if group.columns == found.columns), None)
+    meaning = meaning or meaning_of(re.sub(r"\{\w+\}", MARK, found.pattern))
     if meaning is None or meaning.unit in ("deg", "deg/s"):
         return meaning.unit if meaning is not None else ""
-    spelt = any(word in UNIT_WORDS for word in words_of(re.sub(r"\{\w+\}", MARK, pattern)))
+    spelt = any(word in UNIT_WORDS for word in words_of(re.sub(r"\{\w+\}", MARK, found.pattern)))
     return meaning.unit if spelt and meaning.unit in UNIT_WORDS.values() else ""
 
 

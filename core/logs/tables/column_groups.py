@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from collaudit.core.logs.tables.column_vocabulary import (
     CONVERTED,
@@ -17,6 +18,7 @@ from collaudit.core.logs.tables.column_vocabulary import (
 )
 
 _NUMBER = re.compile(r"\d+")
+_DOOSAN = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,24 @@ def numbered_groups(names: Sequence[str]) -> list[Group]:
         if meaning is not None:
             number = "{i0}" if numbers[0] == 0 else "{i}"
             groups.append(Group(stem.replace(MARK, number), tuple(index for _, index in hits), meaning))
-    return groups
+    return _as_doosan(groups)
+
+
+def _as_doosan(groups: list[Group]) -> list[Group]:
+    """Doosan's real-time state, told by columns that only it has beside ``actual_joint_position``.
+
+    By its public definition (dsr_msgs2/RobotStateRt) it is in degrees, and ``actual_joint_torque`` is estimated.
+    """
+    letters = [re.sub(r"\{\w+\}|[^a-z{}]", "", group.pattern.lower()) for group in groups]
+    if "actualjointposition" not in letters or not _DOOSAN.intersection(letters):
+        return groups
+    known: dict[str, dict[str, Any]] = {
+        "actualjointposition": {"unit": "deg"},
+        "actualjointvelocity": {"unit": "deg/s"},
+        "actualjointtorque": {"role": "model"},
+    }
+    pairs = zip(letters, groups, strict=True)
+    return [replace(group, meaning=replace(group.meaning, **known.get(name, {}))) for name, group in pairs]
 
 
 def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) -> Choice:

@@ -98,6 +98,8 @@ _KNOWN: dict[str, Meaning] = {
     "jointvelocityestimated": Meaning("velocity", "filtered", "velocity", "rad/s"),  # lcmt_iiwa_status
     "estimatedjointvelocities": Meaning("velocity", "filtered", "velocity", "rad/s"),
     "actualjointposition": Meaning("position", "measured", "position", ""),
+    "actualjointpositionabs": Meaning("position", "side", "position", "deg"),  # Doosan: encoder of the link
+    "actualjointvelocityabs": Meaning("velocity", "side", "velocity", "deg/s"),
     "rawjointtorque": Meaning("effort", "measured", "torque", ""),  # Doosan: joint torque sensor
     "dynamictor": Meaning("effort", "model", "tor", "Nm"),  # Doosan
     "commandedtorque": Meaning("effort", "commanded", "torque", ""),

@@ -206,8 +206,8 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
     if period_s is not None:
         return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns
-    if assignment.fraction is not None:
-        joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION))
+    if assignment.fraction is not None and FRACTION in columns.values:
+        joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION), file.reader.names[assignment.fraction])
         if joined is not None:
             time_s, start, _ = seconds_of(joined, "ns")
             return time_s, start, "s", columns

@@ -23,9 +23,11 @@ _WORDS = frozenset({"t", "time", "timestamp", "stamp", "elapsed", "rosbagtimesta
 #: Words in front of them that say nothing; ``x`` is what MATLAB puts before a name that begins with no letter.
 _FRONT = frozenset({"x", "field", "header", "state", "robot", "sim", "ros", "log", "record", "recv", "receive", "time"})
 _SECONDS = frozenset({"s", "sec", "secs", "second", "seconds"})
-_NANOSECONDS = frozenset({"ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds"})
-#: Group of the column of nanoseconds beside the time column.
-FRACTION = "nanoseconds"
+#: Words of the rest of a second, and its nanoseconds.
+_REST = dict.fromkeys(("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds"), 1)
+_REST |= dict.fromkeys(("us", "usec", "usecs", "microsec", "microsecond", "microseconds"), 1000)
+#: Group of the column of the rest of a second beside the time column.
+FRACTION = "rest of a second"
 _NS = 1_000_000_000
 
 
@@ -50,30 +52,31 @@ def guess_time(names: Sequence[str]) -> int | None:
 
 
 def fraction_of(names: Sequence[str], time: int) -> int | None:
-    """Index of the column of nanoseconds that goes with one of whole seconds, by the rest of its name."""
+    """Index of the column of nano- or microseconds that goes with one of whole seconds, by the rest of its name."""
     front = _words(names[time])
     if not front or front[-1] not in _SECONDS:
         return None
     for index, name in enumerate(names):
         words = _words(name)
-        if words and words[-1] in _NANOSECONDS and words[:-1] == front[:-1]:
+        if words and words[-1] in _REST and words[:-1] == front[:-1]:
             return index
     return None
 
 
-def joined_stamps(stamps: Any, fraction: FloatArray) -> Any | None:
-    """Stamps in ns from whole seconds and nanoseconds; None where the two columns are no split stamp.
+def joined_stamps(stamps: Any, fraction: FloatArray, name: str) -> Any | None:
+    """Stamps in ns from whole seconds and the rest of each; None where the two columns are no split stamp.
 
     Args:
         stamps: the seconds, an Arrow array.
-        fraction: (n, 1) the nanoseconds, 0 to 1e9; rows where either is missing become null.
+        fraction: (n, 1) the nano- or microseconds, less than a second; rows where either is missing become null.
+        name: of its column.
     """
     import pyarrow as pa
 
     if pa.types.is_timestamp(stamps.type):
         return None
     whole = stamps.combine_chunks() if isinstance(stamps, pa.ChunkedArray) else stamps
-    seconds, rest = numbers_of(whole), fraction[:, 0]
+    seconds, rest = numbers_of(whole), fraction[:, 0] * _REST[_words(name)[-1]]
     known = np.isfinite(seconds) & np.isfinite(rest)
     if not known.any() or bool((seconds[known] % 1 != 0).any()) or bool(((rest < 0) | (rest >= _NS))[known].any()):
         return None

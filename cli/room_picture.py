@@ -17,6 +17,7 @@ ROOMS = (
     "robot",
     "logs",
     "conditioning",
+    "arm_states",
     "prepare",
     "identification",
     "friction",

@@ -60,10 +60,17 @@ def without_stuck(recorded: JointLog) -> JointLog:
     bus = np.zeros(0, dtype=np.bool_) if recorded.effort is None else np.asarray(_all_repeat(recorded.effort) & arm)
     count = range(len(recorded.joint_names))
 
+    alive = arm if recorded.effort is None else np.asarray((recorded.effort != 0.0).any(axis=1))  # else drives are off
+
     def effort_of(j: int) -> _Held:
         assert recorded.effort is not None
         return _Held(
-            j, tuple(_stuck(np.ascontiguousarray(recorded.effort[:, j]), np.asarray(moving[:, j] | bus), arm, period))
+            j,
+            tuple(
+                _stuck(
+                    np.ascontiguousarray(recorded.effort[:, j]), np.asarray((moving[:, j] | bus) & alive), arm, period
+                )
+            ),
         )
 
     def position_of(j: int) -> _Held:
@@ -131,7 +138,9 @@ def _stuck(x: FloatArray, judged: BoolArray, moving: BoolArray, period: float) -
     bound = max(float(least), _bound(x, same & moving, int(np.count_nonzero(moving & ~same)), least))
     extremes = (np.nanmin(x), np.nanmax(x))  # a drive at its limit is another finding
     long = length >= bound
-    return [(int(a), int(b)) for a, b in zip(starts[long], stops[long], strict=True) if x[a] not in extremes]
+    return [
+        (int(a), int(b)) for a, b in zip(starts[long], stops[long], strict=True) if x[a] == 0.0 or x[a] not in extremes
+    ]
 
 
 def _bound(x: FloatArray, same: BoolArray, steps: int, least: int) -> float:

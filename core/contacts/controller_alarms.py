@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from collaudit.core.arm_states.state_names import state_of
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
 from collaudit.core.data.joint_log import Annotation
@@ -46,7 +47,7 @@ def controller_alarms_s(series: UniformSeries, config: DetectConfig) -> list[flo
     labelled = {
         start
         for label in series.annotations
-        if not is_named(label, config.true_events)
+        if not is_named(label, config.true_events) and state_of(label.name) not in ("guided", "off")
         for start, _ in label.intervals_s
     }
     return sorted(labelled | set(config.controller_alarms_s))

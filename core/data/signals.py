@@ -30,6 +30,7 @@ class State(IntEnum):
     GAP = 9
     TOO_BRIEF = 10
     UNUSABLE = 11
+    NOT_DRIVEN = 12
 
     @property
     def code(self) -> str:
@@ -60,6 +61,7 @@ _TEXT = {
     State.GAP: "gap in the log",
     State.TOO_BRIEF: "between unjudged samples, for fewer than n in a row: the rule cannot fire there",
     State.UNUSABLE: "a finding forbids judging this joint",
+    State.NOT_DRIVEN: "drives off, braking, stopped by the controller, or guided by hand",
 }
 
 

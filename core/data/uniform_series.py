@@ -38,6 +38,8 @@ class UniformSeries:
         temperature_c: (n, j), or None.
         bridged: (n,) samples that were lost and interpolated; None where that is not told.
         couplings: those of the log.
+        not_driven: (n,) True where the drives were off, braking or stopped, or the arm was guided by hand; None
+            where that never was.
     """
 
     time_s: FloatArray
@@ -62,6 +64,7 @@ class UniformSeries:
     temperature_c: FloatArray | None = None
     bridged: BoolArray | None = None
     couplings: tuple[Coupling, ...] = ()
+    not_driven: BoolArray | None = None
 
     def column(self, joint: str) -> int:
         """Index of a joint's column."""

@@ -21,6 +21,8 @@ _NOTABLE_LEVEL = 0.05
 #: A push of the persistence this many times the threshold is to be seen.
 _SHORT_PUSH_FACTOR = 1.3
 _LISTED_CUTS = 50
+#: What cuts an event off: signals that end or mean nothing there.
+_BLIND = [State.SATURATED, State.NOT_A_NUMBER, State.GAP, State.EDGE, State.NOT_DRIVEN]
 
 
 def detection_findings(series: UniformSeries, run: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
@@ -78,7 +80,7 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
     above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
-    blind = (state == State.SATURATED) | (state == State.NOT_A_NUMBER) | (state == State.GAP) | (state == State.EDGE)
+    blind = np.isin(state, _BLIND)
     starts, stops = run_bounds(above | blind)
     length = np.concatenate(([0], np.cumsum(above)))
     out = []

@@ -176,6 +176,26 @@ KINDS: dict[str, Kind] = {
         "Look at the encoder or the logger. No joint's torque is known then; the stretch counts as not judged.",
         _SPAN,
     ),
+    "arm-off": Kind(
+        "The drives were off or the brakes on: the efforts are zero under load, repeat exactly, or the log says so.",
+        "Nothing, if the drives were meant to be off then. The stretch counts as not judged.",
+        _INFO,
+    ),
+    "arm-braked": Kind(
+        "The arm braked and its drives went off; nothing is judged from the braking on.",
+        "Find out what stopped the arm. Stopped by a contact or not: the log cannot tell from there on.",
+        _SPAN,
+    ),
+    "arm-stopped": Kind(
+        "The controller itself stopped the arm (protective, emergency or user stop); not judged while it says so.",
+        "Find out what stopped the arm; look for a contact just before.",
+        _SPAN,
+    ),
+    "arm-guided": Kind(
+        "The log says that the arm was guided by hand (freedrive); not judged there.",
+        "Nothing, if that was meant. The stretch counts as not judged.",
+        _INFO,
+    ),
     "log-nan": Kind(
         "Some values are not numbers; these samples are not judged.",
         "Look for the signal's gaps at its source. These samples count as not judged.",

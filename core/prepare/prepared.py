@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
@@ -167,7 +168,9 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     findings = [*start.findings, *commanded.findings]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
-    findings += raw_effort_findings(series)
+    states = find_arm_states(series, rigid, config.detect.true_events)
+    series = without_states(series, states)
+    findings += [*states.findings, *raw_effort_findings(series)]
     gains: tuple[EffortGain, ...] = ()
     delay = None
     if rigid is not None and series.effort is not None:

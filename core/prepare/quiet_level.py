@@ -27,7 +27,7 @@ _LEAST_S, _LEAST_SHARE = 1.0, 0.05
 #: Standard deviation of a normal distribution over its median absolute deviation.
 _SD_PER_MAD = 1.4826
 #: Changes count from this many spreads on, and from this share of the joint's rated torque: sensors are no better.
-_SPREADS, _RATED_SHARE = 6.0, 0.01
+_SPREADS, _RATED_SHARE = 6.0, 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)

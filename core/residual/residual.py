@@ -249,4 +249,7 @@ def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, ba
         has_law = state < State.NO_FRICTION
         raise_to(~np.isfinite(torque) & has_law, State.NOT_A_NUMBER)
     raise_to(balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s), State.SATURATED)
+    if series.not_driven is not None:
+        reached = balance.kernel.reach(series.not_driven[:, None], series.segments, series.period_s)
+        raise_to(np.asarray(reached), State.NOT_DRIVEN)
     state[~recorded] = State.GAP

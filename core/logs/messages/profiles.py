@@ -99,6 +99,7 @@ def _seven(prefix: str) -> str:
 _FRANKA_STOPS = (
     ("reflex", "robot_mode==4"),
     ("user_stop", "robot_mode==5"),
+    ("guiding", "robot_mode==3"),
     ("joint_reflex", "current_errors.joint_reflex"),
     ("cartesian_reflex", "current_errors.cartesian_reflex"),
 )
@@ -238,6 +239,13 @@ PROFILES: tuple[Profile, ...] = (
             ("violation", "mode==8"),
             ("fault", "mode==9"),
         ),
+    ),
+    Profile(
+        name="ur-robot-mode",
+        role="label",
+        types=("ur_dashboard_msgs/msg/RobotMode",),
+        stamp=None,
+        annotations=(("backdrive", "mode==6"), ("power_off", "mode==3,4,5")),
     ),
     Profile(
         name="ur-robot-mode-data",

@@ -21,6 +21,7 @@ from collaudit.core.logs.tables.column_faults import column_fault
 from collaudit.core.logs.tables.column_findings import guess_findings, stated_units, time_findings
 from collaudit.core.logs.tables.column_patterns import counts_message, is_numbered
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
+from collaudit.core.logs.tables.mode_columns import mode_columns
 from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.table_stamps import named_unit, seconds_of
 from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps
@@ -198,7 +199,7 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
     run = run_column(file, settings.csv)
     if run is not None:
         groups[RUN] = (run,)
-    asked = annotation_columns(settings.csv)
+    asked = (*annotation_columns(settings.csv), *mode_columns(file.reader.names))
     texts = [index for index, name in enumerate(file.reader.names) if name in asked]
     columns = file.reader.read(groups, None if period_s is not None else assignment.time, texts)
     rows = len(next(iter(columns.values.values()))) if columns.stamps is None else len(columns.stamps)

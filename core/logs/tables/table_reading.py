@@ -18,6 +18,7 @@ from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
 from collaudit.core.logs.tables.joined_tables import JointTable, annotation_columns, join_tables
+from collaudit.core.logs.tables.mode_columns import mode_annotations
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 if TYPE_CHECKING:
@@ -184,12 +185,12 @@ def _annotations(
             hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
         )
     findings: list[Finding] = []
-    if not asked:
+    if not texts:
         return [], [], findings
     good = np.flatnonzero(np.isfinite(time_s))
     good = good[np.argsort(time_s[good], kind="stable")]
     stamps = time_s[good]
-    annotations = []
+    annotations = mode_annotations(texts, good, stamps, where)
     for name in settings.labels:
         holds = np.array([text.strip().lower() not in _NO for text in texts[name]], dtype=np.bool_)
         if holds.any():

@@ -1,0 +1,92 @@
+"""All states of an arm in one log that are not to be judged, with a finding for each stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.arm_states.drives_off import DrivesOff, drives_off
+from collaudit.core.arm_states.state_names import WORDS, state_of
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.findings.finding_kinds import Severity
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+
+_LISTED = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmStates:
+    """Samples at which the arm was not driven as the model takes it.
+
+    Attributes:
+        not_driven: (n,) drives off, braking, stopped by the controller, or guided by hand.
+        findings: one for each stretch.
+    """
+
+    not_driven: BoolArray
+    findings: tuple[Finding, ...]
+
+
+def find_arm_states(series: UniformSeries, rigid_nm: FloatArray | None, true_events: Collection[str] = ()) -> ArmStates:
+    """Look for them in the log's own flags and in the signals.
+
+    Args:
+        series: all joints of the log.
+        rigid_nm: (n, j) model torque, or None.
+        true_events: names of labels, or their sources, that mark what is to be found, and are no states.
+    """
+    mask = np.zeros(series.time_s.size, dtype=np.bool_)
+    findings = _flagged(series, mask, true_events)
+    for found in drives_off(series, rigid_nm):
+        if not mask[found.span.slice].all():
+            findings.append(_finding(series, found))
+        mask[found.span.slice] = True
+    mask.flags.writeable = False
+    return ArmStates(mask, tuple(findings[:_LISTED]))
+
+
+def without_states(series: UniformSeries, states: ArmStates) -> UniformSeries:
+    """The series with what was not driven marked; its effort counts as missing there, for fitting as for judging."""
+    if series.effort is None or not states.not_driven.any():
+        return series
+    effort = np.array(series.effort, order="F")
+    effort[states.not_driven] = np.nan
+    return replace(series, effort=frozen(effort), not_driven=states.not_driven)
+
+
+def _flagged(series: UniformSeries, mask: BoolArray, true_events: Collection[str]) -> list[Finding]:
+    """Findings of the log's own flags; their samples are set in ``mask``."""
+    findings = []
+    for label in series.annotations:
+        kind = state_of(label.name)
+        if kind is None or label.name in true_events or label.source in true_events:
+            continue
+        for start, end in label.intervals_s:
+            mask |= (series.time_s >= start) & (series.time_s <= end + series.period_s)
+            text = (
+                f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s: the arm was {WORDS[kind]}; not "
+                "judged there."
+            )
+            severity: Severity = "warning" if kind == "stopped" else "info"
+            findings.append(Finding(f"arm-{kind}", severity, text, label.source, None, start, end))
+    return findings
+
+
+def _finding(series: UniformSeries, found: DrivesOff) -> Finding:
+    first, last = (float(series.time_s[k]) for k in (found.span.start, found.span.stop - 1))
+    since = float(series.time_s[found.off.start])
+    why = "are zero although gravity loads the arm" if found.zero else "repeat exactly while the arm rests"
+    text = (
+        f"The efforts of all joints {why}, from {since:.4g} to {last:.4g} s: drives off, brakes on, or nothing "
+        "measured; not judged there."
+    )
+    if found.braked:
+        text += (
+            f" The arm was moving until then: its braking from {first:.4g} s on belongs to it. What stopped the arm "
+            "may have been a contact."
+        )
+        return Finding("arm-braked", "warning", text, start_s=first, end_s=last)
+    return Finding("arm-off", "info", text, start_s=first, end_s=last)

@@ -1,0 +1,138 @@
+"""Drives that were switched off, told from the signals: efforts of all joints zero under load, or the same for ever.
+
+A drive that holds or moves an arm has an effort that is never even. Where the efforts of all joints are zero although
+gravity pulls, or repeat exactly while the arm rests, brakes hold it, or nothing is measured: nobody can tell whether
+anything touches the arm. The ramp to standstill that ends there is the braking, and belongs to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, log
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.runs import run_bounds
+
+#: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
+_ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0
+#: Zero for this long, or the same for this long, s.
+_ZERO_S, _SAME_S = 0.1, 0.3
+#: With fewer joints all efforts pass zero together by the arm's motion: there, zero is a value that repeats.
+_MANY_JOINTS = 3
+#: Repeats in a row that chance makes less often than this, and this many times the usual.
+_CHANCE, _TIMES = 1e-6, 5.0
+#: Between standstill and power off, s; longest braking, s.
+_REST_S, _BRAKING_S = 0.2, 2.0
+#: The speed of a ramp may rise again by this much, rad/s: encoder noise.
+_RIPPLE_RAD_S = 0.01
+#: Braking is as steep as this share of the steepest of the ramp; its slope is told over this time, s.
+_STEEP, _SLOPE_S = 0.3, 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class DrivesOff:
+    """One stretch without drives.
+
+    Attributes:
+        span: samples, the braking before it included.
+        off: samples in which the efforts tell it.
+        braked: whether the arm was moving when the drives went off.
+        zero: whether the efforts are zero; else they repeat.
+    """
+
+    span: Span
+    off: Span
+    braked: bool
+    zero: bool
+
+
+def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[DrivesOff]:
+    """Stretches in which the drives were off, with the braking before them.
+
+    Args:
+        series: all joints of the log.
+        rigid_nm: (n, j) model torque; without it only repeated efforts tell.
+    """
+    if series.effort is None or series.effort.shape[1] == 0:
+        return []
+    speed = np.nan_to_num(np.abs(series.velocity_rad_s)).max(axis=1)
+    same = _repeats(series.effort)
+    exact = same & (series.effort == 0.0).all(axis=1)
+    zero = np.asarray(_zero(series.effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
+    out: list[DrivesOff] = []
+    for spans, is_zero in ((_long(zero, _ZERO_S, series.period_s), True), (_repeated(series, same, speed), False)):
+        for off in spans:
+            if any(known.off.start < off.stop and off.start < known.off.stop for known in out):
+                continue
+            start = _braking(speed, off.start, series)
+            braked = start < off.start or float(speed[off.start]) >= MOVING_RAD_S
+            out.append(DrivesOff(Span(start, off.stop), off, braked, is_zero))
+    return sorted(out, key=lambda found: found.span.start)
+
+
+def _repeats(effort: FloatArray) -> BoolArray:
+    """(n,) samples at which every joint's effort is that of the sample before."""
+    out = np.zeros(effort.shape[0], dtype=np.bool_)
+    out[1:] = (effort[1:] == effort[:-1]).all(axis=1)
+    return out
+
+
+def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> BoolArray:
+    """(n,) samples at which no joint has an effort although some joint has a load."""
+    size = np.abs(effort)
+    known = np.isfinite(size).any(axis=0)
+    if rigid_nm is None or not known.any():
+        return np.zeros(effort.shape[0], dtype=np.bool_)
+    limit = _ZERO_SHARE * np.nanquantile(size[:, known], 0.95, axis=0)
+    none = (size[:, known] <= limit).all(axis=1)
+    if np.count_nonzero(limit > 0) < _MANY_JOINTS:
+        none &= same
+    with np.errstate(invalid="ignore"):
+        load = np.abs(rigid_nm[:, known])
+        usual = np.nanquantile(load, 0.95, axis=0)
+        loaded = (load > np.maximum(_LOAD_TIMES * _ZERO_SHARE * usual, 1.0)).any(axis=1)
+    return np.asarray(none & loaded)
+
+
+def _repeated(series: UniformSeries, same: BoolArray, speed: FloatArray) -> list[Span]:
+    """Stretches at rest in which all efforts repeat for longer than the log's own repeats explain."""
+    still = speed < MOVING_RAD_S
+    starts, stops = run_bounds(np.asarray(same & still))
+    length = stops - starts
+    least = max(10, ceil(_SAME_S / series.period_s))
+    if not (length >= least).any():
+        return []
+    usual = length[length < least]
+    repeats, steps = float(usual.sum()), float(np.count_nonzero(~same))
+    share = (repeats + 1.0) / (repeats + steps + 2.0)
+    bound = max(least, log(steps / _CHANCE + 1.0) / -log(share), _TIMES * float(usual.max(initial=0)))
+    return [Span(int(a) - 1, int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= bound]
+
+
+def _long(mask: BoolArray, least_s: float, period_s: float) -> list[Span]:
+    starts, stops = run_bounds(mask)
+    least = max(10, ceil(least_s / period_s))
+    return [Span(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= least]
+
+
+def _braking(speed: FloatArray, off: int, series: UniformSeries) -> int:
+    """First sample of the ramp to standstill that ends at ``off`` or just before; ``off`` where there is none."""
+    floor = max((segment.start for segment in series.segments if segment.start <= off), default=0)
+    near = max(floor, off - ceil(_REST_S / series.period_s))
+    moving = np.flatnonzero(speed[near : off + 1] >= MOVING_RAD_S)
+    if moving.size == 0:
+        return off
+    last = near + int(moving[-1])
+    first = max(floor, last - ceil(_BRAKING_S / series.period_s))
+    back = speed[first : last + 1][::-1]
+    falls = np.flatnonzero(back < np.maximum.accumulate(back) - _RIPPLE_RAD_S)
+    top = int(np.argmax(back[: falls[0]])) if falls.size else int(np.argmax(back))  # from here on speed only falls
+    step = max(1, round(_SLOPE_S / series.period_s))
+    ramp = speed[max(floor, last - top) : last + step + 1]
+    if ramp.size <= 2 * step:
+        return max(floor, last - top)
+    slope = ramp[:-step] - ramp[step:]
+    return max(floor, last - top) + int(np.argmax(slope > _STEEP * slope.max()))

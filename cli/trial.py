@@ -119,6 +119,7 @@ def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:
         velocity_rad_s=cut(log.velocity_rad_s),
         effort=cut(log.effort),
         temperature_c=cut(log.temperature_c),
+        joint_torque_nm=cut(log.joint_torque_nm),
         wrench=wrench,
         annotations=_within(log.annotations, origin, end),
         phases=_within(log.phases, origin, end),

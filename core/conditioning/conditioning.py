@@ -56,6 +56,7 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     bandwidth = _bandwidth_hz(config, period)
     position = _to_grid(angles.position_rad, base, smooth=True)
     heat = None if log.temperature_c is None else _to_grid(log.temperature_c, base)
+    sensed = None if log.joint_torque_nm is None else _to_grid(log.joint_torque_nm, base)
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
@@ -96,6 +97,7 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
         phases=log.phases,
         bridged=base.bridged,
         couplings=log.couplings,
+        joint_torque_nm=None if sensed is None else frozen(sensed),
     )
 
 

@@ -28,6 +28,11 @@ class CsvConfig(ConfigTable):
     temperature: ColumnPattern | None = Field(
         None, description="Joint temperature columns, °C: friction is then compared with them."
     )
+    joint_torque: ColumnPattern | None = Field(
+        None,
+        description="Columns of torque sensors behind the gears, N·m, beside `effort` of the drives: friction is then "
+        "their difference.",
+    )
     wrench: list[str] | list[int] | None = Field(None, description="Six columns: fx, fy, fz, mx, my, mz.")
     delimiter: str = Field("auto", description="`auto`, or the character between cells.")
     decimal: Literal["auto", ".", ","] = Field("auto", description="Decimal mark.")

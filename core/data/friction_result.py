@@ -133,7 +133,8 @@ class FrictionFit:
         identifiability: singular values, correlations, open sides, and what motion would settle them.
         robust: how outlying points were treated: ``none``, ``huber`` or ``bisquare``.
         r_squared: share of the points' variance that the curve explains.
-        motion: ``sections`` of constant velocity, or ``any`` motion.
+        motion: ``sections`` of constant velocity, ``any`` motion, or ``sensors``: the difference between effort and a
+            joint torque sensor over any motion.
         unphysical: parameters that the points want beyond what friction can be, by more than their uncertainty; the
             fit holds them at the bound.
         dissipates: whether friction opposes the motion; False where it is negative beyond its uncertainty.
@@ -161,6 +162,6 @@ class FrictionFit:
     robust: str = "none"
     r_squared: float | None = None
     rmse_share: float | None = None
-    motion: Literal["sections", "any"] = "sections"
+    motion: Literal["sections", "any", "sensors"] = "sections"
     unphysical: tuple[str, ...] = ()
     dissipates: bool = True

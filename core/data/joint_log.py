@@ -104,6 +104,7 @@ class JointLog:
         annotations: alarms of the controller and notes of true events that the log holds.
         phases: the phases that the log itself states, one annotation a value.
         temperature_c: (n, j) temperature of each joint, °C; None when the log has none.
+        joint_torque_nm: (n, j) of torque sensors behind the gears, where ``effort`` is the drives'; None without.
         couplings: motors that turn with several joints, as the configuration states them.
     """
 
@@ -119,11 +120,12 @@ class JointLog:
     annotations: tuple[Annotation, ...] = ()
     phases: tuple[Annotation, ...] = ()
     temperature_c: FloatArray | None = None
+    joint_torque_nm: FloatArray | None = None
     couplings: tuple[Coupling, ...] = ()
 
     def __post_init__(self) -> None:
         n, j = self.time_s.shape[0], len(self.joint_names)
-        for name in ("position_rad", "velocity_rad_s", "effort", "temperature_c"):
+        for name in ("position_rad", "velocity_rad_s", "effort", "temperature_c", "joint_torque_nm"):
             array = getattr(self, name)
             if array is not None and array.shape != (n, j):
                 raise ValueError(f"{name} has shape {array.shape}, expected {(n, j)}")

@@ -37,6 +37,7 @@ class UniformSeries:
         annotations, phases: those of the log.
         temperature_c: (n, j), or None.
         bridged: (n,) samples that were lost and interpolated; None where that is not told.
+        joint_torque_nm: (n, j) of torque sensors behind the gears, not filtered; or None.
         couplings: those of the log.
         not_driven: (n,) True where the drives were off, braking or stopped, or the arm was guided by hand; None
             where that never was.
@@ -63,6 +64,7 @@ class UniformSeries:
     phases: tuple[Annotation, ...] = ()
     temperature_c: FloatArray | None = None
     bridged: BoolArray | None = None
+    joint_torque_nm: FloatArray | None = None
     couplings: tuple[Coupling, ...] = ()
     not_driven: BoolArray | None = None
 

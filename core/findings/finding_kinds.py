@@ -257,6 +257,11 @@ KINDS: dict[str, Kind] = {
         _INFO,
         setting="robot.reduction",
     ),
+    "friction-two-channels": Kind(
+        "Friction was measured directly, as the difference of the torques before and behind the gear.",
+        "Nothing, if both channels are in N·m at the joint.",
+        _INFO,
+    ),
     "friction-coupled": Kind(
         "A motor turns with several joints; its friction was told apart from theirs, or could not be.",
         "Nothing where it was told. Else let the joints of the wrist move at different speeds in the fitting run.",

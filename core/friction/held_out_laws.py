@@ -61,7 +61,7 @@ def held_out_laws(
         for log, found in zip(rest, sections, strict=True):
             if joint not in log.judged:
                 continue
-            if fit.motion == "any":
+            if fit.motion != "sections":
                 points += motion_points(log, joint)
             else:
                 points += friction_points(log.series, found.of(joint), log.rigid_nm, config.friction)

@@ -18,6 +18,7 @@ from collaudit.core.friction.motion_points import any_motion_tells_more, beyond,
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.gear_torque import sensed
 from collaudit.core.prepare.prepared import Prepared
 
 #: A friction file may hold a joint without a law and without a reason.
@@ -66,9 +67,10 @@ def _fit_joint(
         torque = [p for p in prepared if p.series.effort_unit == "Nm" and joint in p.judged]
         loose = [point for p in torque for point in motion_points(p, joint)]
         wanted = config.fit.motion == "any" or fit.model is None
-        if wanted or any_motion_tells_more(points, loose, moving_speeds(prepared, joint)):
+        direct = bool(torque) and all(sensed(p, joint) for p in torque)
+        if direct or wanted or any_motion_tells_more(points, loose, moving_speeds(prepared, joint)):
             other = _fitted([*loose, *beyond(loose, points)], units, config)
-            fit = fit if other.model is None else replace(other, motion="any")
+            fit = fit if other.model is None else replace(other, motion="sensors" if direct else "any")
     rated = float(robot.effort_limit_nm[column])
     share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
     lost = dict(rejected[joint].most_common())
@@ -108,7 +110,13 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
             text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
             findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
         rest = fit.n_points - fit.n_pairs
-        if fit.motion == "any":
+        if fit.motion == "sensors":
+            text = (
+                f"The friction of joint '{joint}' is the difference between effort and the torque behind the gear: no "
+                "error of the model goes into it, but an error of either channel's gain does."
+            )
+            findings.append(Finding("friction-two-channels", "info", text, joint=joint))
+        elif fit.motion == "any":
             text = (
                 f"The friction of joint '{joint}' was estimated from arbitrary motion: {fit.section_count} "
                 "constant-velocity sections show too few of the speeds it is used at, or were not asked for. Errors of "

@@ -13,6 +13,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.prepare.gear_torque import gear_torque, sensed
 from collaudit.core.prepare.prepared import Prepared
 
 _BINS = 14
@@ -34,16 +35,16 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     The standard error is from the scatter between stretches of one second, since neighbouring samples err alike.
 
     Args:
-        prepared: a log with a model torque and effort in torque units.
+        prepared: a log with effort in torque units, and a model torque or a joint torque sensor.
         joint: its name.
     """
     series = prepared.series
-    if prepared.rigid_nm is None or series.effort is None:
+    known = gear_torque(prepared, joint)
+    if known is None or series.effort is None:
         return ()
     j = series.column(joint)
-    known = prepared.rigid_nm[:, j]
-    if prepared.contact_nm is not None:
-        known = known + prepared.contact_nm[:, j]
+    if sensed(prepared, joint):  # as noisy as the effort
+        known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     v = series.velocity_rad_s[:, j]
     friction = np.sign(v) * (effort - known)

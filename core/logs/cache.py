@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 #: Raised when what is stored, or how logs are read, changes.
 CACHE_FORMAT = 4
 _META = b"collaudit"
-_QUANTITIES = ("position_rad", "velocity_rad_s", "effort", "temperature_c")
+_QUANTITIES = ("position_rad", "velocity_rad_s", "effort", "temperature_c", "joint_torque_nm")
 
 
 def cache_key(
@@ -74,6 +74,7 @@ def load(folder: Path, key: str) -> JointLog | None:
             annotations=_annotations(meta["annotations"]),
             phases=_annotations(meta["phases"]),
             temperature_c=parts.get("temperature_c"),
+            joint_torque_nm=parts.get("joint_torque_nm"),
         )
     except (OSError, KeyError, ValueError, TypeError, pa.ArrowException):
         return None

@@ -237,6 +237,7 @@ def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
         velocity_rad_s=take(log.velocity_rad_s),
         effort=take(log.effort),
         temperature_c=take(log.temperature_c),
+        joint_torque_nm=take(log.joint_torque_nm),
     )
 
 
@@ -275,4 +276,5 @@ def _of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
         saturated=series.saturated[:, columns],
         raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
         temperature_c=None if series.temperature_c is None else take(series.temperature_c),
+        joint_torque_nm=None if series.joint_torque_nm is None else take(series.joint_torque_nm),
     )

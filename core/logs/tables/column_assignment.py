@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: Words that say the numbers are currents.
 CURRENT_WORDS = ("current", "i_act")
 MOTION = ("position", "velocity", "effort")
-QUANTITIES = (*MOTION, "temperature")
+QUANTITIES = (*MOTION, "temperature", "joint_torque")
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -233,6 +234,18 @@ def test_a_huge_mcap_is_described_by_its_summary(tmp_path: Path) -> None:
     assert describe_by_overview([path]) is None
     bare = w.write_mcap(tmp_path / "y.mcap", w.motion(COUNT), summary=False)
     assert describe_by_overview([bare], least_bytes=0) is None
+
+
+@pytest.mark.parametrize("stray_ns", [1, 9 * 10**18])
+def test_a_summary_s_garbage_stamp_is_no_length(stray_ns: int, tmp_path: Path) -> None:
+    said = w.motion(200)
+    plain = describe_by_overview([w.write_mcap(tmp_path / "x.mcap", said, chunk_size=1 << 12)], least_bytes=0)
+    stray = [*said[:90], replace(said[90], log_ns=stray_ns), *said[91:]]
+    short = describe_by_overview([w.write_mcap(tmp_path / "y.mcap", stray, chunk_size=1 << 12)], least_bytes=0)
+    assert plain is not None and short is not None
+    assert short.duration_s == pytest.approx(plain.duration_s, rel=0.01)
+    assert short.start_ns == plain.start_ns
+    assert "none of this recording" in short.findings[0].text and "none of this" not in plain.findings[0].text
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])

@@ -90,3 +90,10 @@ def test_findings_are_made_with_severities_of_the_table() -> None:
                         if isinstance(part, ast.Constant) and part.value in ("info", "warning", "error"):
                             assert part.value in KINDS[code.value].effects, f"{path.name}: {code.value}"
     assert len(made) > 70
+
+
+def test_codes_that_change_a_verdict_are_named_in_a_test() -> None:
+    texts = "".join(path.read_text(encoding="utf-8") for path in (PROJECT / "tests").rglob("*.py"))
+    effective = [code for code, kind in KINDS.items() if set(kind.effects.values()) - {"none"}]
+    assert len(effective) > 20
+    assert [code for code in effective if f'"{code}"' not in texts] == []

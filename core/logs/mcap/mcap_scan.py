@@ -79,6 +79,7 @@ class McapIndex:
     damage: list[Damage] = field(default_factory=list)
     profile: str = ""
     span_ns: tuple[int, int] | None = None
+    chunk_spans_ns: list[tuple[int, int]] = field(default_factory=list)
 
     def record(self, op: int, body: bytes) -> None:
         """Take note of a schema, channel, header or statistics record; a malformed one is damage."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
+import numpy as np
+
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_scan import (
     CHANNEL,
@@ -17,6 +19,7 @@ from collaudit.core.logs.mcap.mcap_scan import (
     McapIndex,
     chunk_records,
 )
+from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Overview
 
@@ -46,7 +49,21 @@ def overview_of(path: Path) -> Overview | None:
     if reader.index.lacks_schemas():
         reader.close()
         return None
-    return Overview(reader, index.counts, index.span_ns, text)
+    first, last, astray = _plausible_span(index)
+    if astray:
+        text += f" Times that are none of this recording stand in {astray} of the chunks; the length leaves them out."
+    return Overview(reader, index.counts, (first, last), text)
+
+
+def _plausible_span(index: McapIndex) -> tuple[int, int, int]:
+    """First and last time by the chunks' own, without garbage, and how many chunks have some."""
+    assert index.span_ns is not None
+    spans = np.array(index.chunk_spans_ns, dtype=np.uint64).reshape(-1, 2)
+    far = garbage_stamps(spans.ravel() / 1e9).reshape(-1, 2)
+    if not far.any():
+        return (*index.span_ns, 0)
+    good = spans[~far]
+    return int(good.min()), int(good.max()), int(np.count_nonzero(far.any(axis=1)))
 
 
 def _first_chunks(index: McapIndex) -> McapIndex:
@@ -89,6 +106,8 @@ def read_summary(file: RandomFile) -> McapIndex | None:
             if chunk is None:
                 return None
             index.chunks.append(chunk)
+            if chunk.index:  # a chunk without messages states zeros
+                index.chunk_spans_ns.append(struct.unpack_from("<QQ", body))
     usable = bool(index.channels) and bool(index.counts) and index.span_ns is not None and not index.damage
     return index if usable else None
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_lag import Lag, lag_rows, pooled_s, velocity_lag
+from collaudit.core.conditioning.velocity_lag import Lag, ahead, lag_rows, pooled_s, velocity_lag
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
@@ -95,8 +95,12 @@ def choose_velocity(
                 chosen, said = own, _kept(joint_names[j], own, said)
             elif chosen is own:
                 lag = velocity_lag(compare, smooth, rows, period_s, MOVING_RAD_S)
-                late = lag is not None and lag.matters(period_s)
+                late = lag is not None and lag.heavy(period_s)
                 chosen = derived if source == "position" or (late and source == "auto") else own
+                if chosen is own and source == "auto" and lag is not None and lag.matters(period_s):
+                    # what a controller has stays as logged: the raw velocity is not touched
+                    prompt = ahead(compare, lag.seconds, segments, period_s)
+                    velocity[:, j] = prompt
             if chosen is not own:
                 changed[j] = chosen
                 if chosen is derived:
@@ -124,20 +128,27 @@ def choose_velocity(
 
 def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: float, source: str) -> list[Finding]:
     """Which velocities are late, by how much, and what is done about it."""
-    late = [
-        f"'{joint}' {1e3 * lag.seconds:.1f} ms (95 %: {1e3 * lag.ci95[0]:.1f} to {1e3 * lag.ci95[1]:.1f})"
-        for joint, lag in zip(joint_names, lags, strict=True)
-        if lag is not None and lag.matters(period_s)
-    ]
-    if not late:
-        return []
-    kept = source == "logged"
-    done = "used all the same, as [conditioning] velocity asks" if kept else "derived from position instead"
-    text = (
-        "The logged velocity is behind the positions, as one that the drive filters is: "
-        f"{', '.join(late)}. Of {'this joint' if len(late) == 1 else 'these joints'} it was {done}."
-    )
-    return [Finding("log-velocity-late", "warning", text)]
+    late = [(joint, lag) for joint, lag in zip(joint_names, lags, strict=True) if lag is not None]
+    heavy = [(joint, lag) for joint, lag in late if lag.heavy(period_s)]
+    light = [(joint, lag) for joint, lag in late if lag.matters(period_s) and not lag.heavy(period_s)]
+    done = {
+        "logged": "used all the same, as [conditioning] velocity asks",
+        "position": "derived from position, as [conditioning] velocity asks",
+    }
+    findings = []
+    for found, auto in ((heavy, "derived from position instead"), (light, "moved ahead by as much")):
+        if not found:
+            continue
+        named = ", ".join(
+            f"'{joint}' {1e3 * lag.seconds:.1f} ms (95 %: {1e3 * lag.ci95[0]:.1f} to {1e3 * lag.ci95[1]:.1f})"
+            for joint, lag in found
+        )
+        text = (
+            f"The logged velocity is behind the positions, as one that the drive filters is: {named}. "
+            f"Of {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
+        )
+        findings.append(Finding("log-velocity-late", "warning" if found is heavy else "info", text))
+    return findings
 
 
 def _choose(

@@ -148,8 +148,8 @@ KINDS: dict[str, Kind] = {
     ),
     "log-velocity-late": Kind(
         "The logged velocity lags behind the positions, as one that the drive filters does.",
-        "Nothing: position was used. Record the drive's unfiltered velocity if there is one.",
-        _WARNING,
+        "Nothing: it was moved ahead or derived from position. Record the drive's unfiltered velocity, if any.",
+        _EITHER,
     ),
     "log-effort-missing": Kind(
         "The log has no usable effort for a joint.",
@@ -344,6 +344,11 @@ KINDS: dict[str, Kind] = {
         "A stretch between gaps is too short to be used.",
         "Avoid the gaps on either side. The stretch counts as not judged.",
         _WARNING,
+    ),
+    "model-bandwidth": Kind(
+        "The acceleration is noisy: the model torque of some joints is used only up to a lower frequency.",
+        "Log faster, or with finer positions. A stated [conditioning] bandwidth_hz is used as it is.",
+        _INFO,
     ),
     "effort-sign-inverted": Kind(
         "Effort runs against the model's gravity torque, or along the motion where friction opposes it: its sign looks "

@@ -8,7 +8,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.channel_delays import audit_delays, effort_delay, is_significant, wrench_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
-from collaudit.core.prepare.channel_shift import Delay
+from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.prepared import Prepared
 
 _MATTERS_S = 0.02
@@ -17,19 +17,21 @@ _MATTERS_S = 0.02
 def audit_channels(prepared: Prepared, config: Config) -> tuple[ChannelFacts, list[Finding]]:
     """Everything that can be said about the channels of one log."""
     effort, wrench = effort_delay(prepared), wrench_delay(prepared, config)
-    shown = effort is not None and is_significant(effort, prepared.series.period_s)
-    spoils_gains = shown and effort is not None and abs(effort.seconds) > _MATTERS_S
+    told = effort if isinstance(effort, Delay) else None
+    pulled = wrench if isinstance(wrench, Delay) else None
+    spoils_gains = told is not None and is_significant(told, prepared.series.period_s)
+    spoils_gains &= told is not None and abs(told.seconds) > _MATTERS_S
     calibration = calibrate_sensor(prepared, config)
     velocity = prepared.series.velocity_lag_s
     facts = ChannelFacts(
-        effort_delay_ms=_ms(effort),
-        effort_delay_ci95_ms=_bounds_ms(effort),
+        effort_delay_ms=_ms(told),
+        effort_delay_ci95_ms=_bounds_ms(told),
         velocity_delay_ms=None if velocity is None else 1e3 * velocity,
-        wrench_delay_ms=_ms(wrench),
-        wrench_delay_ci95_ms=_bounds_ms(wrench),
+        wrench_delay_ms=_ms(pulled),
+        wrench_delay_ci95_ms=_bounds_ms(pulled),
         sensor=None if calibration is None else sensor_facts(calibration, config),
     )
-    findings = audit_effort(prepared, effort if spoils_gains else None)
+    findings = audit_effort(prepared, told if spoils_gains else None)
     findings += audit_delays(prepared, config, effort, wrench)
     return facts, findings + audit_force_sensor(prepared, config, facts.sensor)
 

@@ -12,19 +12,20 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.channel_shift import (
-    Delay,
     basis_of,
-    best_shift,
     effort_shift,
     left_over,
     thinned,
 )
+from collaudit.core.prepare.delay_estimate import Delay, Undetermined, best_shift
 from collaudit.core.prepare.prepared import Prepared
 
 _UNSHARP_S = 0.03
+#: A delay, why there is none, or nothing to ask of.
+Found = Delay | Undetermined | None
 
 
-def audit_delays(prepared: Prepared, config: Config, effort: Delay | None, wrench: Delay | None) -> list[Finding]:
+def audit_delays(prepared: Prepared, config: Config, effort: Found, wrench: Found) -> list[Finding]:
     """Findings on channels whose offset is clearly not zero, with the line that would correct it.
 
     Args:
@@ -38,6 +39,9 @@ def audit_delays(prepared: Prepared, config: Config, effort: Delay | None, wrenc
         (wrench, "wrench-delay", "wrench", "wrench_delay_ms", config.log.wrench_delay_ms),
     ):
         if delay is None or (channel == "effort" and prepared.sign_delay is not None):  # preparation said it
+            continue
+        if isinstance(delay, Undetermined):
+            findings.append(Finding(code, "info", f"The delay of the {channel} is not determinable: {delay.why}."))
             continue
         low, high = delay.ci95
         size, span = f"{1e3 * abs(delay.seconds):.1f} ms", f"95 %: {1e3 * low:.1f} to {1e3 * high:.1f} ms"
@@ -60,7 +64,7 @@ def is_significant(delay: Delay, period_s: float) -> bool:
     return high - low <= _UNSHARP_S and not low <= 0 <= high and abs(delay.seconds) >= period_s
 
 
-def effort_delay(prepared: Prepared) -> Delay | None:
+def effort_delay(prepared: Prepared) -> Found:
     """Delay of effort against the model torque of the motion; None without a model or enough motion."""
     if prepared.rigid_nm is None:
         return None
@@ -75,7 +79,7 @@ def _velocity_words(series: UniformSeries) -> str:
     return f" The logged velocity is {1e3 * lag:.1f} ms behind the positions, as one that the drive filters is."
 
 
-def wrench_delay(prepared: Prepared, config: Config) -> Delay | None:
+def wrench_delay(prepared: Prepared, config: Config) -> Found:
     """Delay of the wrench's force against the turning of the sensor under gravity; None where it does not turn."""
     series, frame = prepared.series, config.log.wrench_frame
     if series.wrench is None or frame is None or prepared.robot.bodies is None:

@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.channel_shift import Delay
+from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_delay import gains_at
 from collaudit.core.prepare.effort_gain import EffortGain
 from collaudit.core.prepare.prepared import Prepared

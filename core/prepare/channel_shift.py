@@ -1,9 +1,8 @@
-"""By how much a channel is stamped late: the shift at which it follows the motion best, block of time by block."""
+"""By how much a channel is stamped late: what it is compared with, shift by shift."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,30 +11,16 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import MEDIAN_INEFFICIENCY, parabola_minimum, robust_sd
+from collaudit.core.prepare.delay_estimate import Delay, Undetermined, best_shift, reach
 from collaudit.core.robot.robot_model import RobotModel
 
-_REACH_S = (-0.2, 0.7)
-_COARSE_S = 0.01
 _STEADY_S = 0.1
-_BLOCKS = 10
 _MAX_ROWS = 12_000
-
-#: Of some samples (their numbers): the sums of squares (k,) at a shift in samples of the grid.
-Costs = Callable[[IntArray], Callable[[int], FloatArray]]
-
-
-@dataclass(frozen=True, slots=True)
-class Delay:
-    """How much later than the motion a channel is, s, with the interval from blocks of time."""
-
-    seconds: float
-    ci95: tuple[float, float]
 
 
 def effort_shift(
     series: UniformSeries, robot: RobotModel, joints: Sequence[str], contact: FloatArray | None
-) -> Delay | None:
+) -> Delay | Undetermined | None:
     """Delay of effort against the model torque of the motion; None without enough motion.
 
     At each shift effort is regressed on model torque, sgn(v), v and a constant; the joints' sums of squares, each
@@ -98,49 +83,11 @@ def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
 
 def thinned(rows: IntArray, series: UniformSeries, channel: FloatArray) -> IntArray:
     """At most ``_MAX_ROWS`` of the rows, none without the channel (n, k) within reach of the shifts."""
-    back, ahead = _reach(series.period_s)
+    back, ahead = reach(series.period_s)
     holes = np.concatenate([[0], np.cumsum(~np.isfinite(channel).all(axis=1))])
     rows = rows[(rows + back >= 0) & (rows + ahead < channel.shape[0])]
     rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
     return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
-
-
-def best_shift(count: int, costs: Costs, period_s: float) -> Delay | None:
-    """Best shift by a parabola through the smallest cost, in each block of time; mean and t interval over blocks.
-
-    Args:
-        count: number of samples, in order of time.
-        costs: sums of squares to be made small.
-        period_s: of the grid.
-    """
-    if count < 40 * _BLOCKS:
-        return None
-    every = np.arange(count)
-    back, ahead = _reach(period_s)
-    step = max(1, round(_COARSE_S / period_s))
-    coarse = np.arange(back, ahead + 1, step)
-    thin = costs(every[::3])
-    total = np.array([thin(int(k)) for k in coarse])
-    weights = np.maximum(total.min(axis=0), 1e-30)
-    near = int(coarse[int(np.argmin((total / weights).sum(axis=1)))])
-    shifts = np.arange(max(back, near - 2 * step - 2), min(ahead, near + 2 * step + 2) + 1)
-    best = []
-    for part in np.array_split(every, _BLOCKS):
-        cost = costs(part)
-        sums = np.array([(cost(int(k)) / weights).sum() for k in shifts])
-        k = int(np.clip(np.argmin(sums), 1, shifts.size - 2))
-        move = float(parabola_minimum(*sums[k - 1 : k + 2]))
-        best.append((shifts[k] + float(np.clip(move, -1, 1))) * period_s)
-    from scipy.stats import t
-
-    values = np.array(best)
-    middle = float(np.median(values))
-    spread = robust_sd(values - middle)
-    # a block without acceleration says nothing of time: medians, and the efficiency of a median
-    half = (
-        float(t.ppf(0.975, _BLOCKS - 1)) * MEDIAN_INEFFICIENCY * max(spread, 0.02 * period_s) / float(np.sqrt(_BLOCKS))
-    )
-    return Delay(middle, (middle - half, middle + half))
 
 
 def basis_of(columns: FloatArray) -> FloatArray:
@@ -157,11 +104,6 @@ def left_over(basis: FloatArray, target: FloatArray) -> float:
     if basis.shape[1] == 0:
         return 0.0
     return max(0.0, float(target @ target) - float(np.sum((target @ basis) ** 2)))
-
-
-def _reach(period_s: float) -> tuple[int, int]:
-    back, ahead = (round(x / period_s) for x in _REACH_S)
-    return min(back, -3), max(ahead, 3)
 
 
 def steady(v: FloatArray, slowest: float, margin: int) -> BoolArray:

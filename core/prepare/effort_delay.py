@@ -12,7 +12,8 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.channel_shift import Delay, effort_shift
+from collaudit.core.prepare.channel_shift import effort_shift
+from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gain_findings, effort_gains, unknown_sign_findings
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -49,7 +50,7 @@ def effort_findings(
     if not inverted:
         return findings, None
     delay = effort_shift(series, robot, [g.joint for g in gains], contact)
-    if delay is None or delay.ci95[0] < _LATE_S:
+    if not isinstance(delay, Delay) or delay.ci95[0] < _LATE_S:
         return findings, None
     undone = {g.joint for g in gains_at(series, rigid, delay, contact) if not g.inverted} & inverted
     if not undone:

@@ -22,12 +22,13 @@ from collaudit.core.prepare.calibration import (
     calibrated_series,
     missing_sensor_findings,
 )
-from collaudit.core.prepare.channel_shift import Delay
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, model_torques, tool_force
+from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_delay import effort_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
 from collaudit.core.prepare.effort_source import EffortSource, effort_source
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
+from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -165,7 +166,16 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     else:
         commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
         rigid = robot.inverse_dynamics(*motion) if robot.has_inertials else None
-    findings = [*start.findings, *commanded.findings]
+    quiet: list[Finding] = []
+    if (
+        rigid is not None
+        and (known is None or rigid is not known.rigid_nm)
+        and config.conditioning.bandwidth_hz is None
+    ):
+        rigid, quiet = quiet_model(series, rigid, commanded.torque_nm)
+    elif known is not None and rigid is known.rigid_nm:
+        quiet = [finding for finding in known.findings if finding.code == "model-bandwidth"]
+    findings = [*start.findings, *commanded.findings, *quiet]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     states = find_arm_states(series, rigid, config.detect.true_events)

@@ -107,8 +107,25 @@ def test_a_late_velocity_is_measured_and_derived_instead() -> None:
     assert errors["auto"][0] == errors["logged"][0], "the prompt velocity is kept"
 
 
-def test_a_lag_within_what_it_cannot_spoil_is_left_alone() -> None:
-    for late_s in (0.0, 0.003, -0.01):
+def test_a_small_lag_is_undone_and_the_raw_velocity_is_kept() -> None:
+    """A quarter of a sample and more; what a controller has stays as logged."""
+    t, q, v, a = late_log(0.003)
+    errors = {}
+    for source in ("auto", "logged", "position"):
+        series = condition(make_log(t, q, v, q, ("joint1", "joint2")), ConditioningConfig(velocity=source))  # type: ignore[arg-type]
+        errors[source] = np.std((series.acceleration_rad_s2 - a)[200:-200], axis=0)
+        if source == "auto":
+            assert np.array_equal(series.raw_velocity_rad_s, v)
+            said = next(f for f in series.findings if f.code == "log-velocity-late")
+            assert "'joint2' 3.0 ms" in said.text
+            assert "moved ahead" in said.text
+            assert said.severity == "info"
+    assert errors["auto"][1] < 0.4 * errors["logged"][1]
+    assert errors["auto"][0] == errors["logged"][0]
+
+
+def test_a_lag_below_a_quarter_sample_is_left_alone() -> None:
+    for late_s in (0.0, 0.0003, -0.01):
         t, q, v, _ = late_log(late_s)
         series = condition(make_log(t, q, v, q, ("joint1", "joint2")), CONFIG)
         assert not any(f.code.startswith("log-velocity") for f in series.findings)

@@ -1,0 +1,137 @@
+"""How fast a model torque may be subtracted: as wide as the noise of the acceleration allows, joint by joint.
+
+Inertia torque is computed from the second derivative of positions. On a slow log with coarse positions its upper bands
+are noise, and subtracting them makes the residual larger. In each band the effort tells: where the model's content is
+motion, the effort contains it too, and their regression is one; where it is noise, it is zero, and subtracting the band
+raises the residual's power as soon as it is below a half.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.filters import low_pass
+from collaudit.core.numeric.parallel import ordered_map
+
+#: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
+_LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
+#: The bands are judged in so many blocks of time, on so many samples at most.
+_BLOCKS, _MOST_SAMPLES = 20, 120_000
+#: Subtracting a band raises the residual's power below this regression; a clearly negative one is no noise but a sign.
+_HALF, _SIGN = 0.5, -0.3
+#: Leaving bands out must lower the power of the residual above the slowest band by this share.
+_WORTH = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class ModelBandwidth:
+    """Up to where the model torque of one joint is used.
+
+    Attributes:
+        joint: its name.
+        bandwidth_hz: of the model torque, Hz.
+        before_nm, after_nm: RMS of effort less model torque above a quarter of the filters' bandwidth, N·m.
+    """
+
+    joint: str
+    bandwidth_hz: float
+    before_nm: float
+    after_nm: float
+
+
+def quiet_model(
+    series: UniformSeries, rigid_nm: FloatArray, contact_nm: FloatArray | None
+) -> tuple[FloatArray, list[Finding]]:
+    """Model torque without the bands that are noise, and what was left out; the same array where nothing is.
+
+    Args:
+        series: the log, with effort in N·m.
+        rigid_nm: (n, j) rigid-body torque from its filtered acceleration.
+        contact_nm: (n, j) torque of the commanded tool force, or None.
+    """
+    if series.effort is None or series.effort_unit != "Nm":
+        return rigid_nm, []
+    effort = series.effort if contact_nm is None else series.effort - np.nan_to_num(contact_nm)
+    spans = _part(series.segments)
+
+    def one(j: int) -> ModelBandwidth | None:
+        columns = (np.ascontiguousarray(x[: spans[-1].stop, j]) for x in (effort, rigid_nm))
+        return _bandwidth(series, spans, j, *columns)
+
+    found = [b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None]
+    if not found:
+        return rigid_nm, []
+    out = np.array(rigid_nm, order="F")
+    for b in found:
+        j = series.column(b.joint)
+        out[:, j] = low_pass(np.ascontiguousarray(rigid_nm[:, j]), series.segments, series.period_s, b.bandwidth_hz)
+    return out, [_finding(found, series.bandwidth_hz)]
+
+
+def _part(segments: tuple[Span, ...]) -> list[Span]:
+    """The first stretches of a log, as many samples as are enough to judge by."""
+    out: list[Span] = []
+    left = _MOST_SAMPLES
+    for span in segments:
+        if left > 0:
+            out.append(Span(span.start, min(span.stop, span.start + left)))
+            left -= len(out[-1])
+    return out
+
+
+def _bandwidth(
+    series: UniformSeries, spans: list[Span], j: int, effort: FloatArray, rigid: FloatArray
+) -> ModelBandwidth | None:
+    """The bandwidth of one joint's model torque; None where all of it serves."""
+    ends = [share * series.bandwidth_hz for share in _LADDER]
+    both = np.column_stack([effort, rigid])
+    levels = [low_pass(both, spans, series.period_s, end) for end in ends]
+    use = np.isfinite(levels[0]).all(axis=1) & ~series.edge[: both.shape[0]]
+    if np.count_nonzero(use) < 50 * _BLOCKS:
+        return None
+    bands = [(a - b)[use] for a, b in pairwise(levels)]
+    kept = 0
+    for band in bands:
+        if not _is_noise(band[:, 0], band[:, 1]):
+            break
+        kept += 1
+    if not kept:
+        return None
+    fast = (levels[0] - levels[-1])[use]
+    before = fast[:, 0] - fast[:, 1]
+    after = before + np.sum([band[:, 1] for band in bands[:kept]], axis=0)
+    rms = [float(np.sqrt(np.mean(x**2))) for x in (before, after)]
+    if rms[1] ** 2 > (1.0 - _WORTH) * rms[0] ** 2:
+        return None
+    return ModelBandwidth(series.joint_names[j], ends[kept], rms[0], rms[1])
+
+
+def _is_noise(effort: FloatArray, model: FloatArray) -> bool:
+    """Whether a band of the model torque is clearly not in the effort, by blocks of time."""
+    starts = np.arange(_BLOCKS) * effort.size // _BLOCKS
+    power = np.add.reduceat(model * model, starts)
+    shared = np.add.reduceat(effort * model, starts)
+    total = float(power.sum())
+    if total <= 0.0:
+        return False
+    slope = float(shared.sum()) / total
+    error = float(np.sqrt(np.sum((shared - slope * power) ** 2))) / total
+    return slope + 2.0 * error < _HALF and slope - 2.0 * error > _SIGN
+
+
+def _finding(found: list[ModelBandwidth], filters_hz: float) -> Finding:
+    slow = f"above {_LADDER[-1] * filters_hz:.3g} Hz"
+    named = ", ".join(
+        f"'{b.joint}' {b.bandwidth_hz:.3g} Hz (RMS {slow} {b.before_nm:.2g} to {b.after_nm:.2g} N·m)" for b in found
+    )
+    text = (
+        f"The acceleration is too noisy for the filters' {filters_hz:.3g} Hz: the effort does not contain the model "
+        f"torque's upper bands, and subtracting them would make the residual larger. It is used up to: {named}."
+    )
+    return Finding("model-bandwidth", "info", text)

@@ -1,0 +1,60 @@
+"""The model torque is used as far up as the effort contains it, and not where it is noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from collaudit.core import api
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.prepare.model_bandwidth import quiet_model
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.simulation import SimulatedFiles
+
+Maker = Callable[..., SimulatedFiles]
+Fitted = Callable[[str], FrictionFile]
+
+
+def prepared_of(files: SimulatedFiles) -> Prepared:
+    return api.prepare(list(files.log), load_config(files.config))
+
+
+def test_a_well_sampled_log_stays_as_it_is(made: Maker, robot: str) -> None:
+    log = prepared_of(made("free-clean", robot, duration_s=20.0))
+    assert log.rigid_nm is not None
+    out, said = quiet_model(log.series, log.rigid_nm, log.contact_nm)
+    assert out is log.rigid_nm
+    assert not said
+
+
+def test_noise_in_the_acceleration_is_not_subtracted(made: Maker, friction_of: Fitted) -> None:
+    """100 Hz and coarse positions: the residual is smaller than with the filters' bandwidth, and that is said."""
+    files = made("free-clean", "paper6", duration_s=20.0, imperfections=("slow-currents",))
+    result = audit_simulated(files, friction_of("paper6")).result
+    text = next(f.text for f in result.findings if f.code == "model-bandwidth")
+    assert "joint2" in text
+    log = prepared_of(files)
+    assert log.series.effort is not None
+    assert log.rigid_nm is not None
+    motion = (log.series.position_rad, log.series.velocity_rad_s, log.series.acceleration_rad_s2)
+    noisy = log.robot.inverse_dynamics(*motion)
+    quiet, with_noise = (np.nanstd(log.series.effort - model, axis=0)[1] for model in (log.rigid_nm, noisy))
+    assert quiet < with_noise
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_the_effort_contains_is_kept_whatever_its_sign(made: Maker, sign: float) -> None:
+    log = prepared_of(made("free-clean", "paper6", duration_s=20.0))
+    assert log.rigid_nm is not None
+    rng = np.random.default_rng(0)
+    noise = 3.0 * rng.standard_normal(log.rigid_nm.shape)
+    noisy = np.asarray(log.rigid_nm + noise)
+    assert not quiet_model(replace(log.series, effort=sign * noisy), noisy, None)[1]
+    out, said = quiet_model(replace(log.series, effort=np.asarray(log.rigid_nm)), noisy, None)
+    assert [f.code for f in said] == ["model-bandwidth"]
+    assert np.nanstd(out - log.rigid_nm) < 0.8 * np.nanstd(noise)

@@ -47,7 +47,7 @@ class ModelBandwidth:
 
 def quiet_model(
     series: UniformSeries, rigid_nm: FloatArray, contact_nm: FloatArray | None
-) -> tuple[FloatArray, list[Finding]]:
+) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Model torque without the bands that are noise, and what was left out; the same array where nothing is.
 
     Args:
@@ -56,7 +56,7 @@ def quiet_model(
         contact_nm: (n, j) torque of the commanded tool force, or None.
     """
     if series.effort is None or series.effort_unit != "Nm":
-        return rigid_nm, []
+        return rigid_nm, ()
     effort = series.effort if contact_nm is None else series.effort - np.nan_to_num(contact_nm)
     spans = _part(series.segments)
 
@@ -66,12 +66,12 @@ def quiet_model(
 
     found = [b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None]
     if not found:
-        return rigid_nm, []
+        return rigid_nm, ()
     out = np.array(rigid_nm, order="F")
     for b in found:
         j = series.column(b.joint)
         out[:, j] = low_pass(np.ascontiguousarray(rigid_nm[:, j]), series.segments, series.period_s, b.bandwidth_hz)
-    return out, [_finding(found, series.bandwidth_hz)]
+    return out, (_finding(found, series.bandwidth_hz),)
 
 
 def _part(segments: tuple[Span, ...]) -> list[Span]:

@@ -71,6 +71,7 @@ class Prepared:
         findings: of the log, the model and the checks.
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
+        quiet: of the findings, those on noise that was kept out of the model torque.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
 
@@ -85,6 +86,7 @@ class Prepared:
     findings: tuple[Finding, ...]
     calibration: Calibration
     start: ConditionedLog
+    quiet: tuple[Finding, ...] = ()
     judged_series: UniformSeries = field(init=False)
 
     def __post_init__(self) -> None:
@@ -166,15 +168,11 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     else:
         commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
         rigid = robot.inverse_dynamics(*motion) if robot.has_inertials else None
-    quiet: list[Finding] = []
-    if (
-        rigid is not None
-        and (known is None or rigid is not known.rigid_nm)
-        and config.conditioning.bandwidth_hz is None
-    ):
+    quiet: tuple[Finding, ...] = ()
+    if known is not None and rigid is known.rigid_nm:
+        quiet = known.quiet
+    elif rigid is not None and config.conditioning.bandwidth_hz is None:
         rigid, quiet = quiet_model(series, rigid, commanded.torque_nm)
-    elif known is not None and rigid is known.rigid_nm:
-        quiet = [finding for finding in known.findings if finding.code == "model-bandwidth"]
     findings = [*start.findings, *commanded.findings, *quiet]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
@@ -207,6 +205,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         tuple(findings),
         calibration,
         start,
+        quiet,
     )
 
 

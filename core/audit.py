@@ -44,6 +44,7 @@ from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.friction.applied_friction import AppliedFriction, applied_friction
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
+from collaudit.core.friction.gear.correction_fit import correction_findings, friction_corrections
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.coupled_axes import fit_coupled
@@ -90,11 +91,13 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     if coupled:
         known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
     fits = fit_joints(known, config)
+    corrections = friction_corrections(known, fits)
     variation = merged([friction_variation(log, fits) for log in known])
     findings = [f for log, (_, found) in zip(prepared, audited, strict=True) for f in (*log.findings, *found)]
     findings += about_axes
     findings += [f for log in known for f in fit_pattern_findings(log, fits)]
-    findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(variation, fits)
+    findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(variation)
+    findings += correction_findings(corrections)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=fits,
@@ -108,7 +111,8 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
         channels=channels,
         trends=variation,
         coupled=coupled,
-        thresholds=fitted_thresholds(known, fits, variation, config),
+        thresholds=fitted_thresholds(known, fits, variation, corrections, config),
+        corrections=corrections,
     )
 
 

@@ -12,6 +12,7 @@ from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts
+from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
 from collaudit.core.data.sensitivity_result import Sensitivity
@@ -51,7 +52,7 @@ class FrictionFile:
     ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
     each log's channels; ``trends`` what moves in each joint's friction;
     ``coupled`` the friction of axes that turn with several joints, by the motor's own joint.
-    ``thresholds`` those for ``gamma_nm = "auto"``.
+    ``thresholds`` those for ``gamma_nm = "auto"``; ``corrections`` what a joint's friction goes with besides speed.
     """
 
     schema: str
@@ -63,6 +64,7 @@ class FrictionFile:
     trends: dict[str, FrictionVariation] = field(default_factory=dict)
     coupled: dict[str, CoupledFriction] = field(default_factory=dict)
     thresholds: FittedThresholds | None = None
+    corrections: dict[str, FrictionCorrection] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -480,10 +480,14 @@ KINDS: dict[str, Kind] = {
         "Record the joint's temperature, or fit without it.",
         _INFO,
     ),
-    "friction-load": Kind("Friction changes with the load on the gear.", "Fit and judge with similar loads.", _INFO),
+    "friction-load": Kind(
+        "Friction rises with the load on the gear; the residual follows it.",
+        "Nothing. Beyond the loads of the fit the threshold is raised: fit and judge with similar loads.",
+        _INFO,
+    ),
     "friction-ripple": Kind(
-        "A ripple of the gear over position explains part of the residual.",
-        "Allow for the ripple in the threshold.",
+        "A ripple of the gear over position is known and taken off the residual, where the judged log confirms it.",
+        "Nothing. Fit again after a joint was opened or its zero was set anew.",
         _INFO,
     ),
     "gamma-from-fit": Kind(

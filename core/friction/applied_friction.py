@@ -10,6 +10,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.prepare.prepared import Prepared
@@ -50,6 +51,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         findings = _mismatch(friction, prepared)
     laws, missing = friction_models(fits, series)
     if friction is not None:
+        laws = corrected_laws(laws, friction.corrections)
         laws, more = laws_at_temperature(laws, friction.trends, series)
         missing += more
     quiet = {joint: level for joint, level in quiet_levels(prepared).items() if joint not in laws}

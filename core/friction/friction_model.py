@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.data.friction_correction import LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction.temperature_model import TemperatureModel
@@ -55,6 +56,7 @@ class FrictionModel:
         breakaway_known: whether friction towards zero speed is determined.
         temperature_model: how friction goes with the joint's temperature, where that is to be used.
         spread: how far its points determine the curve; None where that is not known.
+        load, ripple: what it is corrected by.
     """
 
     name: str
@@ -63,6 +65,8 @@ class FrictionModel:
     breakaway_known: bool
     temperature_model: TemperatureModel | None = None
     spread: CurveSpread | None = None
+    load: LoadFriction | None = None
+    ripple: tuple[RippleWave, ...] = ()
 
     @classmethod
     def of(cls, fit: FrictionFit) -> FrictionModel | None:

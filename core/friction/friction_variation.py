@@ -25,7 +25,6 @@ _MOST_SAMPLES = 60_000
 _KNOTS = 8
 _TOGETHER = 4  # neighbouring blocks err alike
 _SHARE_LEFT = 1e-4  # of the column's power, to be separated from a law
-_NOTEWORTHY = 0.1
 _ALONG = "there is too little motion at equal speeds; what went along with the speeds is in the law"
 
 
@@ -56,7 +55,7 @@ def friction_slope(
         return None
     weight = float(friction @ friction)
     middle = float(friction**2 @ against) / weight
-    found = _jackknifed(friction * (against - middle), residual, beside, label // _TOGETHER)
+    found = jackknifed(friction * (against - middle), residual, beside, label // _TOGETHER)
     return None if found is None else Slope(*found, middle, float(residual @ friction) / weight)
 
 
@@ -73,10 +72,10 @@ def any_law(friction: FloatArray, speed: FloatArray, torque_rate: FloatArray) ->
     return np.column_stack([np.ones_like(speed), torque_rate, *(np.sign(friction) * hat for hat in hats)])
 
 
-def _jackknifed(
+def jackknifed(
     column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
 ) -> tuple[float, Bounds] | None:
-    """Coefficient of one column beside others, its interval from leaving stretches of time out in turn.
+    """Coefficient of one column beside others, its 95 % interval from leaving stretches of time out in turn.
 
     A stretch that alone separates some of the others from the column weighs as it should: without it the coefficient
     moves (MacKinnon, Nielsen and Webb, J. Appl. Econometrics 38, 2023: the cluster jackknife).
@@ -229,27 +228,18 @@ def merged(parts: Sequence[dict[str, FrictionVariation]]) -> dict[str, FrictionV
     return out
 
 
-_CODES = {"time": "friction-warm-up", "temperature": "friction-temperature", "load": "friction-load"}
+#: Load and ripple are said where they are shown well enough to be used: core/friction/gear/correction_fit.py.
+_CODES = {"time": "friction-warm-up", "temperature": "friction-temperature"}
 
 
-def friction_variation_findings(
-    joints: Mapping[str, FrictionVariation], fits: Mapping[str, FrictionFit]
-) -> list[Finding]:
-    """Findings on trends whose interval excludes zero, and on ripple that explains much of the residual."""
+def friction_variation_findings(joints: Mapping[str, FrictionVariation]) -> list[Finding]:
+    """Findings on trends with time and temperature whose interval excludes zero."""
     findings = []
     for joint, found in joints.items():
         for trend in found.trends:
-            if trend.shown:
+            if trend.shown and trend.against in _CODES:
                 text = f"The friction of joint '{joint}' {trend_words(trend)}."
                 findings.append(Finding(_CODES[trend.against], "info", text, joint=joint))
-        for wave in found.ripple:
-            if wave.explained > _NOTEWORTHY:
-                text = (
-                    f"A ripple of {wave.amplitude_nm:.2g} {fits[joint].effort_unit} with {wave.cycles_per_turn:.0f} "
-                    f"cycles a turn explains {100 * wave.explained:.0f} % of what friction and model leave on joint "
-                    f"'{joint}'."
-                )
-                findings.append(Finding("friction-ripple", "info", text, joint=joint))
     return findings
 
 

@@ -77,6 +77,7 @@ class Settled:
         torque_rate: N·m/s, of the model's torque and the tool's: what an effort stamped late is off by, a second.
         load: size of the model's torque and the tool's: what the gear carries.
         temperature: of the joint, °C; None without such a channel.
+        torque: the model's and the tool's, with its sign.
     """
 
     time_s: FloatArray
@@ -87,6 +88,7 @@ class Settled:
     torque_rate: FloatArray
     load: FloatArray
     temperature: FloatArray | None
+    torque: FloatArray
 
 
 def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Settled | None:
@@ -114,7 +116,7 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
     position = series.position_rad[rows, j]
     speed, load = np.abs(v[rows]), np.abs(known[rows])
     rate = np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows])
-    return Settled(series.time_s[rows], position, left[rows], friction[rows], speed, rate, load, at)
+    return Settled(series.time_s[rows], position, left[rows], friction[rows], speed, rate, load, at, known[rows])
 
 
 def _settled(v: FloatArray, margin: int) -> IntArray:

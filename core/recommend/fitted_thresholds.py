@@ -8,6 +8,7 @@ from math import inf, sqrt
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
@@ -31,6 +32,7 @@ def fitted_thresholds(
     prepared: Sequence[Prepared],
     fits: Mapping[str, FrictionFit],
     variation: Mapping[str, FrictionVariation],
+    corrections: Mapping[str, FrictionCorrection],
     config: Config,
 ) -> FittedThresholds:
     """Thresholds of every judged joint.
@@ -38,10 +40,10 @@ def fitted_thresholds(
     Args:
         prepared: the logs as they were fitted.
         fits: their friction.
-        variation: what friction goes with.
+        variation, corrections: what friction goes with besides speed.
         config: detector, persistence, folds.
     """
-    residuals = held_out_residuals(prepared, fits, variation, config)
+    residuals = held_out_residuals(prepared, fits, variation, corrections, config)
     joints = {joint: _joint(joint, fit, residuals, config) for joint, fit in fits.items()}
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
@@ -82,7 +84,8 @@ def _too_little(seconds: float) -> str:
 def threshold_level(data: Sequence[CleanResidual], persistence_s: float) -> ThresholdLevel | None:
     """Threshold at one persistence: what the tail of the sustained peaks reaches once in ``TARGET_H`` hours.
 
-    At least ``MARGIN`` times the largest level that the data sustained for n samples. The squares of the peaks are
+    Or the largest level that the data sustained for n samples, whichever is higher; and ``MARGIN`` times that, for the
+    motion that is judged is not the motion of the fit. The squares of the peaks are
     taken to have the exponential tail (Weibull, shape 2): the residual is a sum of many errors, each bounded or
     Gaussian, and an exponential tail of the peaks themselves would double the thresholds of logs of half a minute.
     """
@@ -93,7 +96,7 @@ def threshold_level(data: Sequence[CleanResidual], persistence_s: float) -> Thre
     tail = clean_tail(peaks**2, seconds / 3600.0)
     if tail is None:
         return None
-    gamma = max(MARGIN * float(peaks.max()), sqrt(tail.level_at(1.0 / TARGET_H)))
+    gamma = MARGIN * max(float(peaks.max()), sqrt(tail.level_at(1.0 / TARGET_H)))
     lasting = max(n * d.period_s for n, d in zip(counts, data, strict=True))
     return ThresholdLevel(max(counts), lasting, gamma, tail.rate_per_hour(gamma**2))
 

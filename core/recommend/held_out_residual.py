@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.held_out_laws import fold_of_sample, held_out_laws
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
@@ -49,6 +51,7 @@ def held_out_residuals(
     prepared: Sequence[Prepared],
     fits: Mapping[str, FrictionFit],
     variation: Mapping[str, FrictionVariation],
+    corrections: Mapping[str, FrictionCorrection],
     config: Config,
 ) -> list[HeldOutResidual]:
     """Residuals of logs whose effort is in N·m and whose robot has inertials; the others have none.
@@ -56,20 +59,21 @@ def held_out_residuals(
     Args:
         prepared: the logs as they were fitted.
         fits: friction of all of them together, where a stretch cannot be held out.
-        variation: what friction goes with, as an audit would use it.
+        variation, corrections: what friction goes with besides speed, as an audit would use it.
         config: detector and rule.
     """
     usable = [log for log in prepared if log.rigid_nm is not None and log.series.effort_unit == "Nm"]
     if not usable:
         return []
     folds = [held_out_laws(usable, fits, config, k) for k in range(config.fit.blocks)]
-    return [_of_log(log, fits, variation, folds, config) for log in usable]
+    return [_of_log(log, fits, variation, corrections, folds, config) for log in usable]
 
 
 def _of_log(
     log: Prepared,
     fits: Mapping[str, FrictionFit],
     variation: Mapping[str, FrictionVariation],
+    corrections: Mapping[str, FrictionCorrection],
     folds: Sequence[Mapping[str, FrictionModel]],
     config: Config,
 ) -> HeldOutResidual:
@@ -83,7 +87,7 @@ def _of_log(
     barred = joints_not_judged(log.findings, log.judged)
     for k, found in enumerate(folds):
         laws = {joint: found.get(joint, law) for joint, law in whole.items()}
-        laws, _ = laws_at_temperature(laws, variation, series)
+        laws, _ = laws_at_temperature(corrected_laws(laws, corrections), variation, series)
         residual = detector.residual(log, ResidualInputs(laws, barred), config.detect)
         rows = fold == k
         torque[rows], state[rows] = residual.torque_nm[rows], residual.state[rows]

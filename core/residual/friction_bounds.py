@@ -13,6 +13,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 
@@ -63,7 +64,13 @@ class FrictionBounds:
 
 
 def friction_bounds(
-    series: UniformSeries, j: int, velocity: FloatArray, law: FrictionModel, slow: float | None, travel_rad: float
+    series: UniformSeries,
+    j: int,
+    velocity: FloatArray,
+    law: FrictionModel,
+    slow: float | None,
+    travel_rad: float,
+    load_nm: FloatArray | None = None,
 ) -> FrictionBounds:
     """Bounds of one joint's friction.
 
@@ -74,8 +81,11 @@ def friction_bounds(
         law: the fitted law.
         slow: below this speed the joint is taken to rest; just below the slowest fitted speed when None.
         travel_rad: travel after which friction is steady.
+        load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
     sliding = law.torque(velocity)
+    if load_nm is not None and law.load is not None:
+        sliding = sliding + load_torque(law.load, load_nm, velocity)
     slowest = slow or _BELOW_RANGE * law.speed_range[0]
     steady, travel = _settled(series, j, velocity, slowest, travel_rad)
     if not np.isfinite(sliding.sum()):

@@ -13,6 +13,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.extrapolation import extrapolation_doubt
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.gear.load_term import load_doubt
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
@@ -23,6 +24,7 @@ from collaudit.core.prepare.quiet_level import QuietLevel
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.friction_bounds import FrictionBounds, friction_bounds
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
+from collaudit.core.residual.gear_terms import carried_load, known_ripple
 from collaudit.core.residual.isolation import EachJoint, Isolation
 from collaudit.core.residual.rest_changes import fill_changes
 
@@ -111,7 +113,8 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     def fill_joint(j: int) -> FrictionLevel:
         """Fill one joint's columns; only its level is handed on."""
         columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], hidden[:, j])
-        return _fill_joint(series, j, balance, inputs.laws[names[j]], config, columns)
+        law = inputs.laws[names[j]]
+        return _fill_joint(series, j, balance, law, config, columns, carried_load(prepared, names[j], law))
 
     levels = {names[j]: level for j, level in zip(known, ordered_map(fill_joint, known), strict=True)}
     if usable:
@@ -144,32 +147,43 @@ class _Columns:
 
 
 def _fill_joint(
-    series: UniformSeries, j: int, balance: Balance, law: FrictionModel, config: DetectConfig, columns: _Columns
+    series: UniformSeries,
+    j: int,
+    balance: Balance,
+    law: FrictionModel,
+    config: DetectConfig,
+    columns: _Columns,
+    load_nm: FloatArray | None,
 ) -> FrictionLevel:
     """Residual, state and uncertainty of one joint with a friction law, and its friction level."""
     assert balance.total_nm is not None
     velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
-    band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad)
+    band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
     beyond = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
     friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
+    usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
+    ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
+    total -= ripple
     sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
-        usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
     _take_off(total, friction, level, columns)
     columns.uncertainty_nm[undecided] = 0.0
     columns.torque_nm[undecided], columns.hidden_nm[undecided] = _beyond(total, band, level, around, undecided)
     columns.state[undecided] = State.FRICTION_INTERVAL
     doubt = extrapolation_doubt(law, velocity)
+    columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
+    if law.load is not None and load_nm is not None:
+        doubt += load_doubt(law.load, load_nm, velocity)
     if doubt.any():
         smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
         np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
-        widest = config.beyond_range * np.abs(band.sliding_nm)
-        columns.state[beyond & ~(doubt <= widest)] = State.TOO_FAST
+    if ripple_doubt_nm > 0:
+        np.add(columns.uncertainty_nm, ripple_doubt_nm, out=columns.uncertainty_nm)
     return level
 
 

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data import (
     detection_result,
+    friction_correction,
     friction_result,
     identification_result,
     sensitivity_result,
@@ -70,6 +71,7 @@ def _dataclass(name: str) -> type:
     homes = (
         result_types,
         detection_result,
+        friction_correction,
         friction_result,
         identification_result,
         sensitivity_result,

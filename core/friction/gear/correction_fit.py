@@ -1,0 +1,166 @@
+"""Load-dependent friction and gear ripple that are used in the residual: only what time left out confirms.
+
+An error of the inertials looks like friction of the load for as long as loads and directions happen to go together.
+So the slope is taken beside such errors (a gain, gravity over the joint's angle, any law of speed), has to stand four
+standard errors from zero, errors alike over stretches of time, and has to lessen the residual of blocks left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.data.friction_correction import FrictionCorrection, LoadFriction
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.findings import Finding
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_variation import any_law, jackknifed
+from collaudit.core.friction.gear.load_term import load_torque
+from collaudit.core.friction.gear.ripple_fit import ripple_waves
+from collaudit.core.friction.motion_points import Settled, settled_residual
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.prepare.prepared import Prepared
+
+_STRETCH_S, _FOLDS = 4.0, 5
+_FEWEST_STRETCHES = 10
+_MOST_SAMPLES = 60_000
+#: Standard errors that the slope must lie from zero.
+_SURE = 4.0
+#: Share of the residual's RMS that the load must take away on blocks left out.
+_WORTH = 0.005
+#: Speeds at which the load that the law has seen is kept.
+_SPEEDS = 8
+_LEAST_SPAN = 0.5  # of friction's mean: a smaller span of loads shows nothing
+
+
+def friction_corrections(
+    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit]
+) -> dict[str, FrictionCorrection]:
+    """Corrections of every joint that has any.
+
+    Args:
+        prepared: the logs that the friction was fitted on.
+        fits: friction of all of them together.
+    """
+    out = {}
+    for joint, fit in fits.items():
+        law = FrictionModel.of(fit)
+        if law is None or fit.effort_unit == "raw":
+            continue
+        logs = [p for p in prepared if joint in p.judged and p.series.effort_unit == "Nm"]
+        parts = [found for p in logs if (found := settled_residual(p, joint, law)) is not None]
+        correction = joint_correction(parts) if parts else None
+        if correction is not None:
+            out[joint] = correction
+    return out
+
+
+def joint_correction(parts: Sequence[Settled]) -> FrictionCorrection | None:
+    """Corrections of one joint from its settled samples, one entry a log; None where nothing is shown."""
+    step = max(1, sum(p.time_s.size for p in parts) // _MOST_SAMPLES)
+    thin = [_thinned(p, step) for p in parts]
+    stretch, count = [], 0
+    for part in thin:
+        _, label = np.unique(np.floor(part.time_s / _STRETCH_S), return_inverse=True)
+        stretch.append(label + count)
+        count += int(label.max()) + 1
+    if count < _FEWEST_STRETCHES:
+        return None
+    data, cluster = _joined(thin), np.concatenate(stretch).astype(np.int64)
+    fold = cluster % _FOLDS
+    before = float(np.sqrt(np.mean(data.residual**2)))
+    waves, left = ripple_waves(data.position, np.sign(data.friction), data.residual, cluster, fold)
+    data = replace(data, residual=left)
+    load = _load_friction(data, cluster, fold)
+    if load is not None:
+        left = left - load_torque(load, data.load, np.sign(data.friction) * data.speed)
+    if load is None and not waves:
+        return None
+    return FrictionCorrection(load, waves, before, float(np.sqrt(np.mean(left**2))))
+
+
+def _load_friction(data: Settled, cluster: IntArray, fold: IntArray) -> LoadFriction | None:
+    low, high = (float(x) for x in np.quantile(data.load, [0.02, 0.98]))
+    if high - low < _LEAST_SPAN * float(np.mean(np.abs(data.friction))):
+        return None
+    sign, held = np.sign(data.friction), np.clip(data.load, low, high)
+    errors = np.column_stack([data.torque, np.cos(data.position), np.sin(data.position)])
+    beside = np.column_stack([any_law(data.friction, data.speed, data.torque_rate), errors])
+    column = sign * (held - float(held.mean()))
+    found = jackknifed(column, data.residual, beside, cluster)
+    if found is None:
+        return None
+    slope, (lower, upper) = found
+    sd = 0.5 * ((upper or 0.0) - (lower or 0.0)) / STANDARD_ERRORS_95
+    if not slope > _SURE * sd:
+        return None
+    speeds, usual = _usual_loads(data.speed, held)
+    change = sign * (held - np.interp(data.speed, speeds, usual))
+    after = np.empty_like(data.residual)
+    for k in range(_FOLDS):
+        rest = fold != k
+        again = jackknifed(column[rest], data.residual[rest], beside[rest], cluster[rest])
+        if again is None or not again[0] > 0:
+            return None
+        after[~rest] = (data.residual - again[0] * change)[~rest]
+    gained = [_rms(after[fold == k]) < _rms(data.residual[fold == k]) for k in range(_FOLDS)]
+    if sum(gained) < _FOLDS - 1 or _rms(after) > (1.0 - _WORTH) * _rms(data.residual):
+        return None
+    return LoadFriction(slope, sd, tuple(map(float, speeds)), tuple(map(float, usual)), (low, high))
+
+
+def _usual_loads(speed: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Speeds, rising, and the mean load that came with each."""
+    edges = np.unique(np.quantile(speed, np.linspace(0.0, 1.0, _SPEEDS + 1)))
+    place = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, max(edges.size - 2, 0))
+    count = np.maximum(np.bincount(place), 1)
+    return np.bincount(place, weights=speed) / count, np.bincount(place, weights=load) / count
+
+
+def _rms(x: FloatArray) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def _thinned(part: Settled, step: int) -> Settled:
+    def take(x: FloatArray) -> FloatArray:
+        return x[::step]
+
+    return Settled(
+        take(part.time_s), take(part.position), take(part.residual), take(part.friction), take(part.speed),
+        take(part.torque_rate), take(part.load), None, take(part.torque),
+    )  # fmt: skip
+
+
+def _joined(parts: Sequence[Settled]) -> Settled:
+    def all_of(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Settled(
+        all_of("time_s"), all_of("position"), all_of("residual"), all_of("friction"), all_of("speed"),
+        all_of("torque_rate"), all_of("load"), None, all_of("torque"),
+    )  # fmt: skip
+
+
+def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[Finding]:
+    """What the residual will be corrected by, one finding a joint and part."""
+    findings = []
+    for joint, found in corrections.items():
+        gain = (
+            f"the residual of settled motion falls from {found.rms_nm:.3g} to {found.held_out_rms_nm:.3g} N·m (RMS, "
+            "on time left out)"
+        )
+        if found.load is not None:
+            half = STANDARD_ERRORS_95 * found.load.per_nm_sd
+            text = (
+                f"The friction of joint '{joint}' rises with the load on the gear by {found.load.per_nm:.2g} N·m per "
+                f"N·m (± {half:.1g}), which the residual follows; {gain}."
+            )
+            findings.append(Finding("friction-load", "info", text, joint=joint))
+        if found.ripple:
+            waves = ", ".join(f"{wave.cycles_per_turn:.0f}" for wave in found.ripple)
+            text = f"Gear ripple of joint '{joint}' with {waves} cycles a turn is taken off the residual; {gain}."
+            findings.append(Finding("friction-ripple", "info", text, joint=joint))
+    return findings

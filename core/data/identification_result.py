@@ -23,6 +23,7 @@ class IdentifiedJoint:
         offset_ci95: its interval; open where the motion tells no offset.
         armature_kg_m2: rotor inertia used from now on.
         armature_file_kg_m2: rotor inertia of the robot's description.
+        armature_ci95: interval of the rotor inertia used, from data and prior; None where it was not estimated.
         samples: of this joint in motion.
         rms_file_nm, rms_nm: residual in motion with the inertials of the robot's description, and as identified.
         held_out_rms_file_nm, held_out_rms_nm: the same on blocks of time that were left out.
@@ -39,6 +40,7 @@ class IdentifiedJoint:
     rms_nm: float | None
     held_out_rms_file_nm: float | None
     held_out_rms_nm: float | None
+    armature_ci95: Bounds | None = None
 
 
 @dataclass(frozen=True, slots=True)

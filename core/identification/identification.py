@@ -186,6 +186,7 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
             offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),
             armature_file_kg_m2=float(file_only.armature[j]),
+            armature_ci95=_armature_interval(job, j),
             samples=int(np.count_nonzero(moving[:, j])),
             rms_file_nm=rms[0][j],
             rms_nm=rms[1][j],
@@ -193,6 +194,16 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
             held_out_rms_nm=out[1][j],
         )
     return joints
+
+
+def _armature_interval(job: _Job, j: int) -> Bounds | None:
+    """Interval of joint j's rotor inertia, or None where it was held."""
+    p = job.solution.inertials.size
+    if not job.solution.free[p + j]:
+        return None
+    at = int(np.count_nonzero(job.solution.free[: p + j]))
+    low, high = _interval(float(job.solution.armature[j]), float(np.sqrt(max(job.errors.covariance[at, at], 0.0))))
+    return (max(0.0, low or 0.0), high)
 
 
 def _leader_armature(robot: RobotModel) -> FloatArray:

@@ -47,7 +47,11 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple
     armature = robot.armature[leader]
     armature_prior_sd = np.zeros(len(names))
     if "inertials" in estimate:
-        armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * _joint_inertia(robot, prepared[0]))
+        inertia = _joint_inertia(robot, prepared[0])
+        armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * inertia)
+        # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them
+        widest = ARMATURE_SHARE * float(inertia.max())
+        armature_prior_sd = np.where(armature > 0, armature_prior_sd, np.maximum(armature_prior_sd, widest))
     gain = np.ones(len(names))
     if "gain" in estimate:
         for found in prepared[0].gains:

@@ -66,7 +66,7 @@ def _identified(found: Identified) -> Iterator[Table]:
             name,
             NONE if j.gain is None else _with(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not asked for",
             _with(j.offset_nm, j.offset_ci95),
-            f"{significant(j.armature_kg_m2)} ({significant(j.armature_file_kg_m2)})",
+            f"{_with(j.armature_kg_m2, j.armature_ci95)} ({significant(j.armature_file_kg_m2)})",
             f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
         )
         for name, j in found.joints.items()

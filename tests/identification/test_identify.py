@@ -288,3 +288,19 @@ def test_a_joint_that_moves_one_way_has_no_offset_of_its_own() -> None:
     assert found.joints["joint2"].offset_nm == 0.0
     assert found.joints["joint2"].offset_ci95 == (None, None)
     assert found.joints["joint1"].offset_ci95[0] is not None
+
+
+def test_a_rotor_inertia_that_no_file_states_lies_in_its_interval() -> None:
+    truth, config = arm(settings()), settings(fit={"estimate": ["friction", "inertials"]})
+    unstated = config.model_copy(update={"robot": config.robot.model_copy(update={"armature_kg_m2": None})})
+    held = 0
+    for seed in range(3):
+        found = identify([prepared_log(unstated, truth, seed=seed)], unstated)
+        assert found is not None
+        for name, value in zip(NAMES, ARMATURE, strict=True):
+            low, high = found.joints[name].armature_ci95 or (None, None)
+            assert low is not None
+            assert high is not None
+            held += low <= value <= high
+        assert found.joints["joint3"].armature_kg_m2 == pytest.approx(0.4, rel=0.3)
+    assert held >= 8

@@ -27,6 +27,7 @@ class Line:
         why: what the value rests on.
         active: whether the line counts, or is commented out.
         guess: whether the value was not stated anywhere.
+        choice: whether it is one answer to a question; then it is commented out, too.
     """
 
     key: str
@@ -34,6 +35,7 @@ class Line:
     why: str = ""
     active: bool = True
     guess: bool = False
+    choice: bool = False
 
     @property
     def remark(self) -> str:
@@ -63,9 +65,18 @@ class Section:
     remarks: list[str] = field(default_factory=list)
     lines: list[Line] = field(default_factory=list)
 
-    def add(self, key: str, value: object, why: str = "", *, active: bool = True, guess: bool = False) -> None:
+    def add(
+        self,
+        key: str,
+        value: object,
+        why: str = "",
+        *,
+        active: bool = True,
+        guess: bool = False,
+        choice: bool = False,
+    ) -> None:
         """Append a line."""
-        self.lines.append(Line(key, value, why, active, guess))
+        self.lines.append(Line(key, value, why, active and not choice, guess, choice))
 
     def give(self, key: str, value: object) -> None:
         """Put what the user stated in place of a guess or an example."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.config_text import Section, document
+from collaudit.cli.draft_settings import add_rule, add_units
 from collaudit.cli.given_keys import given_keys
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
-from collaudit.core.logs.tables.column_findings import standard_unit
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label
 
@@ -64,8 +64,8 @@ class Draft:
         self._robot()
         self._signals(topic)
         self._names(topic)
-        self._units(topic)
-        self._rule()
+        add_units(self.sections["log.units"], topic, self._columns_found, table=bool(self.summary.csv_columns))
+        add_rule(self.sections)
         for dotted, value in self._given.items():
             table, _, key = dotted.rpartition(".")
             if dotted == "log.joint_names" and isinstance(value, dict):
@@ -208,7 +208,7 @@ class Draft:
             )
             csv.remarks.append(f"QUESTION: {problem}. {answer}")
             for pattern in patterns:
-                csv.add(quantity, pattern, active=False)
+                csv.add(quantity, pattern, choice=True)
         return found.open
 
     def _names(self, topic: TopicInfo | None) -> None:
@@ -227,10 +227,10 @@ class Draft:
             self.problems.append(guess.problem)
             questions.remarks.append(f"QUESTION: {guess.problem}. Take the # away from one, or write another:")
             for why, mapping in guess.candidates.items():
-                questions.add("joint_names", dict(mapping), f"by {why}", active=False)
+                questions.add("joint_names", dict(mapping), f"by {why}", choice=True)
             for chain in guess.chains:
                 words = "the joints of the robot that the log is of: then its joints are these, in this order"
-                self.sections["robot"].add("joints", list(chain), words, active=False)
+                self.sections["robot"].add("joints", list(chain), words, choice=True)
 
     def _guess(self, topic: TopicInfo) -> JointGuess:
         guessed = self._csv_guess.position if self._csv_guess is not None else None
@@ -247,53 +247,3 @@ class Draft:
             message_order=ordered,
             judged=tuple(given) if isinstance(given, list) else (),
         )
-
-    def _units(self, topic: TopicInfo | None) -> None:
-        units = self.sections["log.units"]
-        if self.summary.csv_columns:
-            named = self._columns_found.units.get("time") if self._columns_found is not None else None
-            units.add("time", named or "auto", "by the name of its column" if named else "by the size of its numbers")
-            self._column_units(units)
-        elif topic is not None:
-            units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
-            units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
-        names = list(topic.joints[:2]) if topic else ["joint1"]
-        units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
-        units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
-
-    def _column_units(self, units: Section) -> None:
-        stated = self._columns_found.units if self._columns_found is not None else {}
-        said = "by the names of the columns, or what their source documents"
-        free = "or deg: what is stated is taken without a check"
-        for quantity, usual in (("position", "rad"), ("velocity", "rad/s")):
-            named = stated.get(quantity)
-            unit = standard_unit(quantity, named) if named else None
-            if named or quantity == "position":
-                why = said if unit else f"the columns are in {named}, which is not converted" if named else free
-                units.add(quantity, unit or usual, why, active=unit is not None)
-        effort = stated.get("effort")
-        unit = standard_unit("effort", effort) if effort else "Nm"
-        if unit == "A":
-            units.add("effort", "A", f"{said}; needs torque_constant_nm_per_a, or write raw")
-        elif unit is None:
-            units.add("effort", "raw", f"the columns are in {effort}, which is not converted", active=False)
-        else:
-            why = said if effort else "CSV files state no unit; A needs torque constants"
-            units.add("effort", "Nm", why, guess=not effort)
-
-    def _rule(self) -> None:
-        self.sections["friction"].add(
-            "file", "friction.json", "from collaudit fit; else fitted on each log", active=False
-        )
-        detect = self.sections["detect"]
-        detect.add(
-            "gamma_nm", 4.0, "one number, or by joint; collaudit recommend derives it from clean runs", guess=True
-        )
-        detect.add("persistence_ms", 25, "rounded up to whole samples", guess=True)
-        detect.add("watch", "auto", "joints under force control are not judged; or a list of names")
-        phases = self.sections["phases"]
-        phases.add("approach", [[0.0, 25.0]], "s from the log's first sample", active=False)
-        phases.add("contact", [[25.0, 53.0]], active=False)
-        phases.add("retreat", [[53.0, 57.5]], active=False)
-        self.sections["policy"].add("max_collisions", 0)
-        self.sections["policy"].add("max_near_misses_per_hour", 10, active=False)

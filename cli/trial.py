@@ -50,8 +50,8 @@ class Trial:
         return _duration(self.log) if self.log is not None else 0.0
 
 
-def try_log(files: LogFiles, loaded: LoadedConfig) -> Trial:
-    """Read a log with a configuration and audit it, or a stretch of it."""
+def try_log(files: LogFiles, loaded: LoadedConfig, *, audit: bool = True) -> Trial:
+    """Read a log with a configuration and audit it, or a stretch of it; or only prepare it."""
     from collaudit.core.api import open_log
 
     try:
@@ -61,10 +61,10 @@ def try_log(files: LogFiles, loaded: LoadedConfig) -> Trial:
         return Trial(obstacle=error)
     phases = loaded.config.phases
     whole = phases.approach or phases.contact or phases.retreat  # they count from the beginning of the log
-    return try_again(Trial(stretch_of(log, MOST_VALUES, moving=not whole), _duration(log)), loaded)
+    return try_again(Trial(stretch_of(log, MOST_VALUES, moving=not whole), _duration(log)), loaded, audit=audit)
 
 
-def try_again(trial: Trial, loaded: LoadedConfig) -> Trial:
+def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Trial:
     """Audit what an earlier trial read with other settings, which must read the log alike."""
     from collaudit.core.api import load_robot
     from collaudit.core.audit import audit_log
@@ -84,10 +84,12 @@ def try_again(trial: Trial, loaded: LoadedConfig) -> Trial:
         known = None if friction is None else Calibration.of(friction, config)
         prepared = prepare(log, robot, config, known)
         trial = replace(trial, prepared=prepared, findings=tuple(asked_findings(prepared, config)))
-        audit = audit_log(prepared, config, friction, make_provenance(loaded, None, robot.sha256))
+        if not audit:
+            return trial
+        judged = audit_log(prepared, config, friction, make_provenance(loaded, None, robot.sha256))
     except CollauditError as error:
         return replace(trial, obstacle=error)
-    return replace(trial, result=audit.result)
+    return replace(trial, result=judged.result)
 
 
 def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:

@@ -35,6 +35,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
 
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
+    from collaudit.cli.choice_evidence import add_choice_evidence
     from collaudit.cli.draft import Draft
     from collaudit.cli.draft_evidence import add_channel_facts, add_measurements
     from collaudit.cli.log_arguments import one_log
@@ -68,6 +69,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
         raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may
     if trial.obstacle is not None and summary.csv_columns and not draft.problems:
         draft.sections["log.csv"].remarks.append("MISSING: " + " ".join(trial.obstacle.render().split()))
+    if draft.problems and robot is not None:
+        add_choice_evidence(draft.sections, draft.text(), files, place)
     add_measurements(draft.sections, trial)
     if trial.prepared is not None:
         delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)

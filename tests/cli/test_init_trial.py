@@ -95,3 +95,42 @@ def test_a_long_log_is_tried_on_a_stretch_and_said(arm, collaudit, tmp_path: Pat
     monkeypatch.setattr(trials, "MOST_VALUES", 2 * 250 * 20)
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert re.search(r"tried on 20 s of the \d+(\.\d+)? s of this log", outcome.err), outcome.err
+
+
+def test_each_answer_to_a_question_has_its_evidence(arm, collaudit, tmp_path: Path) -> None:
+    header, *lines = arm.clean.read_text().splitlines()
+    values = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    other = np.random.default_rng(3).normal(0, 3, (len(values), 2))
+    log, robot = tmp_path / "two.csv", tmp_path / "robot.toml"
+    names = header.replace("tau", "torque_sensor_a_") + ",torque_sensor_b_1,torque_sensor_b_2"
+    np.savetxt(log, np.column_stack([values, other]), delimiter=",", header=names, comments="", fmt="%.9g")
+    robot.write_text(arm.config.read_text().partition("[log.csv]")[0])
+    outcome = collaudit("init", log, "-c", robot, "-o", tmp_path / "c.toml")
+    assert outcome.code == 3
+    shown = dict(
+        re.findall(r'^# effort = "torque_sensor_(.)_\{i\}"  # the model explains (\d+) %', _text(tmp_path), re.M)
+    )
+    assert int(shown["a"]) > 70 > 10 > int(shown["b"])
+    assert "effort" not in tomllib.loads(_text(tmp_path))["log"]["csv"], "evidence decides nothing"
+
+
+def test_the_order_of_the_joints_has_its_evidence(arm, collaudit, tmp_path: Path) -> None:
+    """The columns count a message's joints, which the robot sorts otherwise than the alphabet."""
+    robot = tmp_path / "robot.toml"
+    text = arm.config.read_text().partition("[log.csv]")[0]
+    robot.write_text(
+        text.replace("{ a = 0.4", '{ name = "lift", a = 0.4').replace("{ a = 0.3", '{ name = "bend", a = 0.3')
+    )
+    header, rest = arm.clean.read_text().split("\n", 1)
+    for stem, field in (("dq", "velocity"), ("tau", "effort"), ("q", "position")):
+        header = re.sub(rf"\b{stem}(\d)", rf"/joint_states/{field}.\1", header)
+    log = tmp_path / "message.csv"
+    log.write_text(f"{header}\n{rest}")
+    assert collaudit("init", log, "-c", robot, "-o", tmp_path / "c.toml").code == 3
+    shown = re.findall(r'^# joint_names = \{ joint1 = "(\w+)".*the model explains (\d+) %', _text(tmp_path), re.M)
+    assert [name for name, _ in shown] == ["lift", "bend"]
+    assert int(shown[0][1]) > int(shown[1][1])
+
+
+def _text(folder: Path) -> str:
+    return (folder / "c.toml").read_text()

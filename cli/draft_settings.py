@@ -1,0 +1,70 @@
+"""The lines of a draft that hardly depend on its log: units, rule, phases, policy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from collaudit.core.logs.tables.column_findings import standard_unit
+
+if TYPE_CHECKING:
+    from collaudit.cli.config_text import Section
+    from collaudit.core.logs import TopicInfo
+    from collaudit.core.logs.column_guess import ColumnGuess
+
+
+def add_units(units: Section, topic: TopicInfo | None, columns: ColumnGuess | None, *, table: bool) -> None:
+    """Lines of ``[log.units]``.
+
+    Args:
+    units: the section.
+    topic: of the joint states.
+    columns: what the names of a table's columns say.
+    table: whether the log is one.
+    """
+    if table:
+        named = columns.units.get("time") if columns is not None else None
+        units.add("time", named or "auto", "by the name of its column" if named else "by the size of its numbers")
+        _add_column_units(units, columns)
+    elif topic is not None:
+        units.add("position", "rad", f"{topic.type} defines radians; what is stated wins", active=False)
+        units.add("effort", "Nm", f"{topic.type} defines N·m; drives often publish currents", guess=True)
+    names = list(topic.joints[:2]) if topic else ["joint1"]
+    units.add("torque_constant_nm_per_a", dict.fromkeys(names, 0.1), 'with effort = "A"', active=False)
+    units.add("effort_sign", {names[0]: -1} if names else {}, "for joints whose effort is inverted", active=False)
+
+
+def _add_column_units(units: Section, columns: ColumnGuess | None) -> None:
+    stated = columns.units if columns is not None else {}
+    said = "by the names of the columns, or what their source documents"
+    free = "or deg: what is stated is taken without a check"
+    for quantity, usual in (("position", "rad"), ("velocity", "rad/s")):
+        named = stated.get(quantity)
+        unit = standard_unit(quantity, named) if named else None
+        if named or quantity == "position":
+            why = said if unit else f"the columns are in {named}, which is not converted" if named else free
+            units.add(quantity, unit or usual, why, active=unit is not None)
+    effort = stated.get("effort")
+    unit = standard_unit("effort", effort) if effort else "Nm"
+    if unit == "A":
+        units.add("effort", "A", f"{said}; needs torque_constant_nm_per_a, or write raw")
+    elif unit is None:
+        units.add("effort", "raw", f"the columns are in {effort}, which is not converted", active=False)
+    else:
+        why = said if effort else "CSV files state no unit; A needs torque constants"
+        units.add("effort", "Nm", why, guess=not effort)
+
+
+def add_rule(sections: Mapping[str, Section]) -> None:
+    """Lines of friction, rule, phases and policy."""
+    sections["friction"].add("file", "friction.json", "from collaudit fit; else fitted on each log", active=False)
+    detect = sections["detect"]
+    detect.add("gamma_nm", 4.0, "one number, or by joint; collaudit recommend derives it from clean runs", guess=True)
+    detect.add("persistence_ms", 25, "rounded up to whole samples", guess=True)
+    detect.add("watch", "auto", "joints under force control are not judged; or a list of names")
+    phases = sections["phases"]
+    phases.add("approach", [[0.0, 25.0]], "s from the log's first sample", active=False)
+    phases.add("contact", [[25.0, 53.0]], active=False)
+    phases.add("retreat", [[53.0, 57.5]], active=False)
+    sections["policy"].add("max_collisions", 0)
+    sections["policy"].add("max_near_misses_per_hour", 10, active=False)

@@ -35,12 +35,12 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
 
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """
-    from collaudit.cli.choice_evidence import add_choice_evidence
-    from collaudit.cli.draft import Draft
-    from collaudit.cli.draft_evidence import add_channel_facts, add_measurements
+    from collaudit.cli.drafts.choice_evidence import add_choice_evidence
+    from collaudit.cli.drafts.draft import Draft
+    from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements
+    from collaudit.cli.drafts.trial import try_again, try_log
+    from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
-    from collaudit.cli.trial import try_again, try_log
-    from collaudit.cli.trial_words import came_of_it, missing, next_step
     from collaudit.core.config import parse_config
     from collaudit.core.logs import describe, guess_csv_columns
     from collaudit.core.robot.robot_description import describe_robot

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collaudit.cli import trial as trials
+from collaudit.cli.drafts import trial as trials
 
 
 def _moved(arm, path: Path, rows: int) -> Path:

@@ -7,7 +7,7 @@ import tomllib
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collaudit.cli.config_text import Section, document
+from collaudit.cli.drafts.config_text import Section, document
 from collaudit.core.config.toml_text import to_toml, toml_key
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.reports.files.dynamic_toml import dynamic_toml

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.cli.config_text import Section, document
-from collaudit.cli.draft_settings import add_rule, add_units
-from collaudit.cli.given_keys import given_keys
+from collaudit.cli.drafts.config_text import Section, document
+from collaudit.cli.drafts.draft_settings import add_rule, add_units
+from collaudit.cli.drafts.given_keys import given_keys
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints
 from collaudit.core.logs.tables.column_patterns import counts_message
 from collaudit.core.logs.tables.column_vocabulary import is_label

@@ -10,8 +10,8 @@ import numpy as np
 from collaudit.reports.values.words import visible
 
 if TYPE_CHECKING:
-    from collaudit.cli.config_text import Section
-    from collaudit.cli.trial import Trial
+    from collaudit.cli.drafts.config_text import Section
+    from collaudit.cli.drafts.trial import Trial
     from collaudit.core.conditioning.channel_scale import ChannelScale, JointScale
     from collaudit.core.config.schema import Config
     from collaudit.core.data.identification_result import Bounds, ChannelFacts

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from collaudit.core.logs.tables.column_findings import standard_unit
 
 if TYPE_CHECKING:
-    from collaudit.cli.config_text import Section
+    from collaudit.cli.drafts.config_text import Section
     from collaudit.core.logs import TopicInfo
     from collaudit.core.logs.column_guess import ColumnGuess
 

@@ -10,7 +10,7 @@ from collaudit.cli.obstacles import forbidding
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from collaudit.cli.trial import Trial
+    from collaudit.cli.drafts.trial import Trial
     from collaudit.core.data.audit_result import AuditResult
 
 _SHOWN = 6

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -107,25 +107,18 @@ def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:
     part = slice(start, start + rows)
     origin, end = float(log.time_s[start]), float(log.time_s[start + rows - 1])
 
-    def cut(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else values[part]
-
     wrench = log.wrench
     if wrench is not None:
         within = (wrench.time_s >= origin) & (wrench.time_s <= end)
         wrench = replace(wrench, time_s=wrench.time_s[within] - origin, wrench=wrench.wrench[within])
-    return replace(
-        log,
-        time_s=log.time_s[part] - origin,
-        position_rad=log.position_rad[part],
-        velocity_rad_s=cut(log.velocity_rad_s),
-        effort=cut(log.effort),
-        temperature_c=cut(log.temperature_c),
-        joint_torque_nm=cut(log.joint_torque_nm),
-        wrench=wrench,
-        annotations=_within(log.annotations, origin, end),
-        phases=_within(log.phases, origin, end),
-    )
+    samples: dict[str, Any] = {
+        each.name: value[part]
+        for each in fields(log)
+        if isinstance(value := getattr(log, each.name), np.ndarray) and value.shape[0] == log.time_s.shape[0]
+    }
+    samples["time_s"] = samples["time_s"] - origin
+    kept = replace(log, wrench=wrench, **samples)
+    return replace(kept, annotations=_within(log.annotations, origin, end), phases=_within(log.phases, origin, end))
 
 
 def _liveliest(position: FloatArray, rows: int) -> int:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.cli.trial import try_log
+from collaudit.cli.drafts.trial import try_log
 
 if TYPE_CHECKING:
-    from collaudit.cli.config_text import Section
+    from collaudit.cli.drafts.config_text import Section
     from collaudit.core.api import LogFiles
     from collaudit.core.prepare.prepared import Prepared
 

@@ -194,8 +194,8 @@ class PolicyConfig(ConfigTable):
     )
     observable_nm: Positive | dict[str, Positive] | None = Field(
         None,
-        description="External torque that must be noticeable, N·m; one number, or by joint; five times its `gamma_nm` "
-        "for a joint that has none.",
+        description="External torque that must be noticeable, N·m; one number, or by joint; for a joint that has "
+        "none its `gamma_nm` and breakaway friction together, at least 2 and at most 5 times `gamma_nm`.",
     )
     min_observable: Annotated[float, Field(ge=0, le=1)] = Field(
         0.5,
@@ -203,7 +203,7 @@ class PolicyConfig(ConfigTable):
         "alarmed; with less the log is not judged.",
     )
     max_hidden_s: Positive = Field(
-        600.0,
+        1800.0,
         description="Longest stretch in which a watched joint may hide a torque of `observable_nm`, at rest too, s; "
         "with a longer one the log is not judged.",
     )

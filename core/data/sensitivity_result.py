@@ -39,7 +39,7 @@ class TimeShares:
 class JointSensitivity:
     """The smallest external torque of one joint that would have alarmed, over the time in which it was to be judged.
 
-    A torque counts that lasts as long as the persistence, whatever its sign and wherever in its interval friction was.
+    A torque counts that outlasts filter and persistence, whatever its sign and wherever in its interval friction was.
 
     Attributes:
         observable_nm: the torque that is asked to be noticeable.

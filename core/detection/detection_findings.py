@@ -105,14 +105,15 @@ def _hidden_at_rest(
     series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, j: int, joint: str
 ) -> list[Finding]:
     """How long and how much a joint at rest or presliding hid."""
-    seconds = float(np.count_nonzero(run.detected.state[:, j] == State.FRICTION_INTERVAL)) * series.period_s
-    law = inputs.laws.get(joint)
-    if law is None or seconds == 0.0:
+    inside = np.asarray(run.detected.state[:, j] == State.FRICTION_INTERVAL)
+    hidden = run.residual.hidden_nm
+    if joint not in inputs.laws or hidden is None or not inside.any():
         return []
+    seconds = float(np.count_nonzero(inside)) * series.period_s
+    most = float((run.threshold.of(j)[inside] + hidden[inside, j]).max())
     text = (
         f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
-        f"{2.0 * law.hold + inputs.rule.gamma_nm[joint]:.3g} N·m (twice its breakaway friction and the threshold) can "
-        "go unseen. Not observable, not clean."
+        f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. Not observable, not clean."
     )
     return [Finding("hidden-at-rest", "info", text, joint=joint)]
 

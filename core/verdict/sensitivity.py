@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.config.schema import Config, PolicyConfig
-from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares, TorqueLevel
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
+from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import moving_samples
 from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
 
-#: A torque that is to be noticeable is this many times the threshold where the configuration states none. Friction's
-#: level is known to 10 % (SD), so a threshold that friction alone does not exceed is at least twice that, a fifth of
-#: friction: five thresholds are a torque as large as the largest friction that the threshold allows for.
-OBSERVABLE_THRESHOLDS = 5.0
+#: Bounds, in thresholds, of the torque that is to be noticeable where the configuration states none.
+_LEAST_THRESHOLDS, _MOST_THRESHOLDS = 2.0, 5.0
 #: Shares of the time at which the distribution is given.
 SHARES = (0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
 
@@ -36,25 +34,37 @@ class Observable:
     stated: bool
 
 
-def observable_torques(policy: PolicyConfig, rule: RuleFacts) -> dict[str, Observable]:
-    """What is to be noticeable on each joint with a threshold: as stated, else five thresholds.
+def observable_torques(
+    policy: PolicyConfig, gamma_nm: Mapping[str, float], laws: Mapping[str, FrictionModel]
+) -> dict[str, Observable]:
+    """What is to be noticeable on each joint with a threshold: as stated, else threshold and breakaway friction.
+
+    A contact as strong as the joint's own friction shows above the threshold while the joint slides. At least two
+    thresholds are asked, for what friction hides on a joint with little of it, and at most five.
+
+    Args:
+        policy: what is stated.
+        gamma_nm: thresholds of the judged joints.
+        laws: their friction.
 
     Raises:
         ConfigError: a torque is stated for a joint that is not judged.
     """
     stated = policy.observable_nm
-    if isinstance(stated, dict) and (unknown := sorted(stated.keys() - rule.gamma_nm.keys())):
+    if isinstance(stated, dict) and (unknown := sorted(stated.keys() - gamma_nm.keys())):
         raise ConfigError(
             "a torque is asked to be observable on a joint that is not judged",
             where="[policy] observable_nm",
             found=", ".join(unknown),
-            expected="some of " + ", ".join(rule.gamma_nm),
+            expected="some of " + ", ".join(gamma_nm),
         )
-    of_joint = stated if isinstance(stated, dict) else dict.fromkeys(rule.gamma_nm, stated)
+    of_joint = stated if isinstance(stated, dict) else dict.fromkeys(gamma_nm, stated)
     out = {}
-    for joint, gamma in rule.gamma_nm.items():
-        value = of_joint.get(joint)
-        out[joint] = Observable(OBSERVABLE_THRESHOLDS * gamma if value is None else value, value is not None)
+    for joint, gamma in gamma_nm.items():
+        value, law = of_joint.get(joint), laws.get(joint)
+        usual = gamma + (0.0 if law is None else law.hold)
+        usual = min(max(usual, _LEAST_THRESHOLDS * gamma), _MOST_THRESHOLDS * gamma)
+        out[joint] = Observable(usual if value is None else value, value is not None)
     return out
 
 
@@ -93,7 +103,7 @@ def measure_sensitivity(
     Raises:
         ConfigError: something is to be noticeable on a joint that is not judged.
     """
-    observable = observable_torques(config.policy, inputs.rule)
+    observable = observable_torques(config.policy, inputs.rule.gamma_nm, inputs.laws)
     series, states = prepared.judged_series, run.detected.state
     samples = _spread(np.flatnonzero((states != State.GAP).any(axis=1)), MOMENTS)
     at_samples = np.full((samples.size, states.shape[1]), np.inf)

@@ -70,7 +70,7 @@ def _hidden(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointC
     seen = motion.detectable_s
     if seen >= policy.min_observable * motion.time_s or motion.time_s - seen < _BRIEF_S:
         return None
-    asked = "as stated" if s.observable_stated else "five times its threshold"
+    asked = "as stated" if s.observable_stated else "its threshold and its friction"
     return (
         f"Joint '{joint}': a torque of {s.observable_nm:.3g} N·m ({asked}) would have alarmed in "
         f"{_percent(seen, motion)} of its {seconds_text(motion.time_s)} of motion (policy: at least "

@@ -108,7 +108,7 @@ def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
 def _not_judged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     """Findings that forbid a pass, then what is missing for the policy; a joint named by a finding is not repeated."""
     coverage = evidence.coverage
-    reasons = [f.text for f in evidence.findings if f.forbids_pass]
+    reasons = _texts([f for f in evidence.findings if f.forbids_pass])
     named = {f.joint for f in evidence.findings if f.effect == "not-judged-joint"}
     if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):
         reasons.append(
@@ -118,6 +118,19 @@ def _not_judged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
     if not any(s.all.detectable_s > 0 for s in evidence.sensitivity.values()):
         return [*reasons, _nothing(evidence)]
     return reasons + [short.text for short in evidence.shortfalls if short.joint not in named]
+
+
+def _texts(findings: Sequence[Finding]) -> list[str]:
+    """Texts of findings; what is said of several joints in the same words is said once."""
+    alike: dict[str, list[Finding]] = {}
+    for finding in findings:
+        words = finding.text if finding.joint is None else finding.text.replace(f"'{finding.joint}'", "")
+        alike.setdefault(words, []).append(finding)
+    out = []
+    for group in alike.values():
+        others = [f.joint for f in group[1:] if f.joint is not None]
+        out.append(group[0].text + (f" The same holds for {', '.join(others)}." if others else ""))
+    return out
 
 
 def _nothing(evidence: Evidence) -> str:

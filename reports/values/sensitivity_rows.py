@@ -58,7 +58,7 @@ def sensitivity_row(joint: str, result: AuditResult) -> SensitivityRow | None:
     )
     return SensitivityRow(
         joint=joint,
-        asked=f"{stated(s.observable_nm)} {unit}",
+        asked=f"{stated(s.observable_nm) if s.observable_stated else significant(s.observable_nm)} {unit}",
         detectable=_share(s.all.detectable_s, s.all),
         in_motion=_share(s.motion.detectable_s, s.motion),
         hidden=_share(s.all.hidden_s, s.all),

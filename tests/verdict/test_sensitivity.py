@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.robot import load_robot
-from collaudit.core.verdict.sensitivity import _lasting, level_at
+from collaudit.core.verdict.sensitivity import Observable, _lasting, level_at, observable_torques
 
 NAMES = ("joint1", "joint2")
 ROBOT = dh_robot(
@@ -143,8 +144,8 @@ def test_everyday_motion_passes_and_says_what_hides(friction: FrictionFile) -> N
     found = audit(log_of(one_standing(60.0)), friction)
     assert found.verdict == "pass", found.reasons
     (hidden,) = [text for text in found.exclusions if "Hidden by friction" in text]
-    assert "joint2 up to 30" in hidden and "of 60 s (asked: 20)" in hidden
-    assert "20 N·m" in found.reasons[0]
+    assert "joint2 up to 30" in hidden and "of 60 s (asked: 15" in hidden
+    assert "a torque of 8 N·m would have alarmed in 99 % of the motion" in found.reasons[0]
 
 
 @pytest.mark.parametrize(
@@ -172,6 +173,17 @@ def test_times_of_a_joint_add_up(friction: FrictionFile) -> None:
             assert time.detectable_s + time.hidden_s + time.not_judged_s == pytest.approx(time.time_s)
         assert joint.all.time_s == pytest.approx(30.0, abs=2 * PERIOD)
     assert found.sensitivity.joints["joint2"].motion.time_s == 0.0
+
+
+@pytest.mark.parametrize(
+    ("gamma", "hold", "asked"), [(4.0, 1.0, 8.0), (4.0, 10.0, 14.0), (4.0, 30.0, 20.0), (25.0, 10.0, 50.0)]
+)
+def test_what_is_to_be_noticeable_follows_from_threshold_and_friction(gamma: float, hold: float, asked: float) -> None:
+    law = SimpleNamespace(hold=hold)
+    found = observable_torques(config().policy, {"joint1": gamma}, {"joint1": law})  # type: ignore[dict-item]
+    assert found["joint1"] == Observable(asked, stated=False)
+    stated = config(policy={"observable_nm": 7.0}).policy
+    assert observable_torques(stated, {"joint1": gamma}, {}) == {"joint1": Observable(7.0, stated=True)}
 
 
 def test_a_torque_asked_for_on_an_unknown_joint_is_an_error(friction: FrictionFile) -> None:

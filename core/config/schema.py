@@ -172,6 +172,12 @@ class FitConfig(ConfigTable):
         "auto: sections, and arbitrary motion for joints whose sections show too few distinct speeds, or too little of "
         "the speeds they move at.",
     )
+    contact: Literal["find", "labelled", "none"] = Field(
+        "find",
+        description="Contact in the logs that are fitted. find: what does not go with the rest of the log is left out; "
+        "labelled: what `[detect] true_events` or a truth file marks is left out, and nothing else; none: the logs are "
+        "stated to be free of contact, nothing is left out, and what looks like contact is said.",
+    )
     cad_sd: Positive = Field(
         0.2,
         description="How far the robot file's inertials are believed: standard deviation of each, as a share of the "

@@ -16,6 +16,7 @@ from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
 from collaudit.core.data.sensitivity_result import Sensitivity
+from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding

@@ -507,6 +507,24 @@ KINDS: dict[str, Kind] = {
         "Record strokes at constant speeds: collaudit simulate friction shows a motion that serves.",
         _INFO,
     ),
+    "fit-left-out": Kind(
+        "Stretches of a log were left out of its fit: contact, a stop or a fault, found or labelled.",
+        'Nothing, if something did happen there. If the log is free of contact, state [fit] contact = "none".',
+        _EITHER,
+        setting="fit.contact",
+    ),
+    "fit-contact-suspected": Kind(
+        "A log that is stated to be free of contact, or labelled, has stretches that look like contact.",
+        "Look at these times. If something was touched, label it, or let the fit look for it.",
+        _WARNING,
+        setting="fit.contact",
+    ),
+    "fit-mostly-contact": Kind(
+        "So much of a log does not go with the rest of it that nothing was fitted on it.",
+        "Record motion without contact, or label the contacts: --truth, --labels.",
+        _WARNING,
+        setting="fit.contact",
+    ),
     "friction-not-physical": Kind(
         "The data ask for friction that cannot be: it would give power, or fall below a physical bound.",
         "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",

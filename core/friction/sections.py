@@ -125,15 +125,27 @@ def _split(
             lost.append((whole, "too short after settling"))
             continue
         inner = Span(whole.start + settle, whole.stop - settle)
-        if series.effort is None or not np.isfinite(series.effort[inner.slice, j]).all():
+        pieces = _known_pieces(inner, series, j, least)
+        if not pieces:
             lost.append((whole, "effort missing"))
-        elif series.saturated[inner.slice, j].any():
-            lost.append((whole, "effort saturated"))
-        elif not np.isfinite(series.position_rad[inner.slice]).all():
-            lost.append((whole, "position missing"))
-        else:
-            found.append(inner)
+        for piece in pieces:
+            if series.saturated[piece.slice, j].any():
+                lost.append((piece, "effort saturated"))
+            elif not np.isfinite(series.position_rad[piece.slice]).all():
+                lost.append((piece, "position missing"))
+            else:
+                found.append(piece)
     return found, lost
+
+
+def _known_pieces(inner: Span, series: UniformSeries, j: int, least: int) -> list[Span]:
+    """Parts of a section in which the effort is known, long enough to be sections: what was left out cuts it."""
+    if series.effort is None:
+        return []
+    starts, stops = run_bounds(np.isfinite(series.effort[inner.slice, j]))
+    return [
+        Span(inner.start + int(a), inner.start + int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= least
+    ]
 
 
 def _settling(length: int, series: UniformSeries, config: SectionsConfig) -> int:

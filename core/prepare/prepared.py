@@ -15,7 +15,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -150,6 +150,23 @@ def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> 
     if calibration == prepared.calibration:
         return prepared
     return _modelled(prepared.start, calibration, config, prepared)
+
+
+def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> Prepared:
+    """The same log with the effort unknown where it is to be left out: no stage uses it there.
+
+    Args:
+        prepared: the log.
+        left_out: (n,) samples.
+        config: as it was prepared with.
+    """
+    effort = prepared.start.series.effort
+    if effort is None or not left_out.any():
+        return prepared
+    known = effort.copy(order="F")
+    known[left_out] = np.nan
+    start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
+    return _modelled(start, prepared.calibration, config, prepared)
 
 
 def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, known: Prepared | None) -> Prepared:

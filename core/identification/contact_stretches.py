@@ -1,0 +1,233 @@
+"""Stretches of a log that do not go with the rest of it: contacts, stops and faults, found before anything is fitted.
+
+Each joint's effort is explained by a few columns: the model's torque and its rate, inertia, friction, gravity about the
+joint's own axis, an offset. The regression is robust, so that a minority of contacts does not move it; what lies many
+robust standard deviations off for several samples is left out of all joints, and the regression is made again without,
+until it settles. Nothing here is a result of its own: friction and inertials are fitted afterwards, on what remains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.data.left_out import LeftOut, LeftOutBy, LeftOutSpan
+from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.robust_regression import local_spread, robust_fit
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.prepare.channel_shift import steady
+from collaudit.core.prepare.prepared import Prepared
+
+#: A stretch begins where the residual exceeds this many robust standard deviations for this long …
+_FAR, _LASTING_S, _LASTING = 6.0, 0.02, 3
+#: … reaches as far as it exceeds this many, short dips included, and this much further.
+_NEAR, _DIP_S, _MARGIN_S = 2.5, 0.1, 0.1
+#: The spread of a residual is taken for no less than this share of the effort's own: no model is better than that.
+_LEAST_SHARE = 0.02
+#: A joint whose effort is not explained better than to this share of its spread tells nothing.
+_UNEXPLAINED = 0.9
+#: An effort of no more different values than this is known to a step at best.
+_COARSE = 60
+#: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.
+_SETTLED_S = 0.2
+_SLOW = (0.03, 0.1, 0.3)  # quantiles of speed over which friction may fall from breakaway
+_ROUNDS = 8
+_MAX_SAMPLES = 20_000
+_MIN_SAMPLES = 200
+_CELL_S = 4.0  # of samples that a condition needs for a spread of its own
+#: With more of the motion left out, margins aside, no majority is left to tell contact from motion by.
+MOSTLY = 0.42
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Joint:
+    """Moving samples of one joint: rows (k,) of the log, columns (k, c), effort (k,), conditions (k, 2); its step."""
+
+    name: str
+    rows: IntArray
+    columns: FloatArray
+    effort: FloatArray
+    conditions: FloatArray
+    step: float
+
+
+def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArray, LeftOut]:
+    """Look for contact in one log.
+
+    Args:
+        prepared: the log.
+        stated_free: the log is stated to be free of contact: what looks like it is reported and nothing left out.
+
+    Returns:
+        (n,) samples to leave out, and what there is to say about them.
+    """
+    series = prepared.series
+    n, period = series.time_s.size, series.period_s
+    joints = [found for j in range(len(series.joint_names)) if (found := _joint(prepared, j)) is not None]
+    moving = np.zeros(n, dtype=bool)
+    for joint in joints:
+        moving[joint.rows] = True
+    out = np.zeros(n, dtype=bool)
+    seen: list[tuple[str, FloatArray, BoolArray]] = []
+    rounds, settled = 0, False
+    while rounds < _ROUNDS and not settled and joints:
+        rounds += 1
+        seen = [(joint.name, *_stretches(joint, out, n, period)) for joint in joints]
+        fresh: BoolArray = np.any([core for _, _, core in seen], axis=0)
+        if rounds > _ROUNDS // 2:  # a stretch that comes and goes is left out
+            fresh = fresh | out
+        settled = bool(np.count_nonzero(fresh ^ out) <= 0.001 * np.count_nonzero(moving))
+        out = fresh
+    wide = _widened(out, ceil(_MARGIN_S / period))
+    spans = _spans(wide, [(name, ratio) for name, ratio, _ in seen], series.time_s)
+    facts = _facts("stated" if stated_free else "found", wide, out, moving, period, spans, rounds, settled)
+    return (np.zeros(n, dtype=bool) if stated_free else wide), facts
+
+
+def labelled_contact(prepared: Prepared, times_s: Sequence[tuple[float, float]]) -> tuple[BoolArray, LeftOut]:
+    """Leave out what labels or a truth file mark.
+
+    Args:
+        prepared: the log.
+        times_s: start and end of each event, seconds from the log's first sample.
+
+    Returns:
+        As :func:`find_contact` does.
+    """
+    series = prepared.series
+    out = np.zeros(series.time_s.size, dtype=bool)
+    for start, end in times_s:
+        a, b = np.searchsorted(series.time_s, [start, end], side="left")
+        out[a : max(b, a + 1)] = True
+    wide = _widened(out, ceil(_MARGIN_S / series.period_s))
+    moving = np.asarray((np.abs(series.velocity_rad_s) > MOVING_RAD_S).any(axis=1))
+    return wide, _facts("labels", wide, out, moving, series.period_s, _spans(wide, [], series.time_s), 1, True)
+
+
+def _facts(
+    by: LeftOutBy,
+    wide: BoolArray,
+    core: BoolArray,
+    moving: BoolArray,
+    period: float,
+    spans: tuple[LeftOutSpan, ...],
+    rounds: int,
+    settled: bool,
+) -> LeftOut:
+    motion = max(1, int(np.count_nonzero(moving)))
+    seen = int(np.count_nonzero(core & moving)) / motion
+    return LeftOut(
+        by=by,
+        spans=spans,
+        seconds=float(np.count_nonzero(wide)) * period,
+        share=int(np.count_nonzero(wide & moving)) / motion,
+        share_seen=seen,
+        rounds=rounds,
+        settled=settled,
+        refused=by != "stated" and seen > MOSTLY,
+    )
+
+
+def _joint(prepared: Prepared, j: int) -> _Joint | None:
+    """What explains one joint's effort while it moves; None where it hardly does, or its effort is not known."""
+    series = prepared.series
+    if series.effort is None:
+        return None
+    v, q, a = (x[:, j] for x in (series.velocity_rad_s, series.position_rad, series.acceleration_rad_s2))
+    effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
+    margin = round(_SETTLED_S / series.period_s)
+    known = np.isfinite(effort + v + q + a) & ~series.edge & ~series.saturated[:, j] & steady(v, MOVING_RAD_S, margin)
+    torque = None if prepared.rigid_nm is None else prepared.rigid_nm[:, j]
+    if torque is not None and prepared.contact_nm is not None:
+        torque = torque + prepared.contact_nm[:, j]
+    if torque is not None:
+        known &= np.isfinite(torque)
+    rows = np.flatnonzero(known)
+    if rows.size < _MIN_SAMPLES:
+        return None
+    sign, speed = np.sign(v[rows]), np.abs(v[rows])
+    columns = [np.ones(rows.size), sign, v[rows], a[rows], np.cos(q[rows]), np.sin(q[rows])]
+    columns += [sign * np.exp(-speed / max(s, 1e-6)) for s in np.quantile(speed, _SLOW)]
+    if torque is not None:
+        rate = np.nan_to_num(differentiate(torque, series.segments, series.period_s)[rows])
+        columns += [torque[rows], rate, sign * np.abs(torque[rows])]
+    conditions = np.column_stack([speed, np.abs(a[rows])])
+    step = _step(series.effort[rows, j])
+    return _Joint(series.joint_names[j], rows, np.column_stack(columns), effort[rows], conditions, step)
+
+
+def _step(effort: FloatArray) -> float:
+    """The step of an effort that takes few different values; 0 of a finer one."""
+    values = np.unique(np.round(effort, 9))
+    return float(np.median(np.diff(values))) if 1 < values.size <= _COARSE else 0.0
+
+
+def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[FloatArray, BoolArray]:
+    """(n,) residual in robust standard deviations, 0 where it is not known, and (n,) what is far off."""
+    kept = ~out[joint.rows]
+    if np.count_nonzero(kept) < _MIN_SAMPLES:
+        kept[:] = True
+    use = np.flatnonzero(kept)
+    use = use[:: max(1, use.size // _MAX_SAMPLES)]
+    rest = joint.effort - joint.columns @ robust_fit(joint.columns[use], joint.effort[use])
+    spread = local_spread(rest, kept, joint.conditions, max(_MIN_SAMPLES, round(_CELL_S / period)))
+    usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
+    ratio = np.zeros(n)
+    if robust_sd(rest[use]) > _UNEXPLAINED * usual:
+        return ratio, np.zeros(n, dtype=bool)
+    ratio[joint.rows] = np.abs(rest) / np.maximum(spread, max(_LEAST_SHARE * usual, joint.step, 1e-9))
+    dip = ceil(_DIP_S / period)
+    near = _closed(ratio > _NEAR, dip)
+    starts, stops = run_bounds(ratio > _FAR)
+    lasting = max(_LASTING, ceil(_LASTING_S / period))
+    core = np.zeros(n, dtype=bool)
+    long = stops - starts >= lasting
+    core[starts[long]] = True
+    first, last = run_bounds(near)
+    hit = np.add.reduceat(core, first) > 0 if first.size else np.zeros(0, dtype=bool)
+    # reduceat sums to the next start; no far sample lies between two near stretches, so that is the same
+    marks = np.zeros(n + 1)
+    np.add.at(marks, first[hit], 1)
+    np.add.at(marks, last[hit], -1)
+    return ratio, np.cumsum(marks[:-1]) > 0
+
+
+def _closed(mask: BoolArray, dip: int) -> BoolArray:
+    """The mask with holes shorter than ``dip`` filled."""
+    starts, stops = run_bounds(~mask)
+    short = (stops - starts <= dip) & (starts > 0) & (stops < mask.size)
+    marks = np.zeros(mask.size + 1)
+    np.add.at(marks, starts[short], 1)
+    np.add.at(marks, stops[short], -1)
+    return np.asarray(mask | (np.cumsum(marks[:-1]) > 0))
+
+
+def _widened(mask: BoolArray, margin: int) -> BoolArray:
+    starts, stops = run_bounds(mask)
+    marks = np.zeros(mask.size + 1)
+    np.add.at(marks, np.maximum(starts - margin, 0), 1)
+    np.add.at(marks, np.minimum(stops + margin, mask.size), -1)
+    return np.asarray(np.cumsum(marks[:-1]) > 0)
+
+
+def _spans(wide: BoolArray, ratios: Sequence[tuple[str, FloatArray]], time_s: FloatArray) -> tuple[LeftOutSpan, ...]:
+    """The stretches with the joints that show them."""
+    spans = []
+    for a, b in zip(*run_bounds(wide), strict=True):
+        peaks = sorted(((float(ratio[a:b].max()), name) for name, ratio in ratios), reverse=True)
+        shown = [(peak, name) for peak, name in peaks if peak > _FAR]
+        spans.append(
+            LeftOutSpan(
+                float(time_s[a]),
+                float(time_s[b - 1]),
+                tuple(name for _, name in shown),
+                shown[0][0] if shown else None,
+            )
+        )
+    return tuple(spans)

@@ -134,8 +134,19 @@ def rule_options(function: CommandFunction) -> CommandFunction:
 
 def labels_option(function: CommandFunction) -> CommandFunction:
     """The flag that says which labels of a log mark true events."""
-    words = "Labels of the log (topics, columns, names) that mark true events, to score against."
+    words = "Labels of the log (topics, columns, names) that mark true events."
     return _flag("--labels", "detect.true_events", _names, "NAMES", words)(function)
+
+
+def free_option(function: CommandFunction) -> CommandFunction:
+    """The flag that states the logs to be free of contact."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
+        if given:
+            ctx.meta.setdefault(_OVERRIDES, {})["fit.contact"] = "none"
+
+    words = "The logs are free of contact: nothing is left out, and what looks like contact is said."
+    return click.option("--free-of-contact", is_flag=True, callback=keep, expose_value=False, help=words)(function)
 
 
 def _all(flags: tuple[Decorator, ...], function: CommandFunction) -> CommandFunction:

@@ -152,13 +152,19 @@ def prepare(
     return prepared_of(log, robot, settings.config, calibration)
 
 
-def fit(logs: Sequence[Files | Prepared], settings: LoadedConfig, progress: Progress | None = None) -> FrictionFile:
+def fit(
+    logs: Sequence[Files | Prepared],
+    settings: LoadedConfig,
+    progress: Progress | None = None,
+    truth: Sequence[TruthFile | None] = (),
+) -> FrictionFile:
     """Fit friction, and what else ``[fit] estimate`` asks for, from one or several logs together.
 
     Args:
         logs: one entry a log: its files, or the log as :func:`prepare` gives it.
         settings: robot, log, sections, friction law.
         progress: of reading each log.
+        truth: for each log its known contacts, which are left out; without, the fit looks for contact.
 
     Returns:
         By joint: law, parameters with 95 % intervals, what the data cannot tell.
@@ -171,7 +177,7 @@ def fit(logs: Sequence[Files | Prepared], settings: LoadedConfig, progress: Prog
     from collaudit.core.provenance import make_provenance
 
     prepared = [log if isinstance(log, Prepared) else prepare(log, settings, progress=progress) for log in logs]
-    return fit_logs(prepared, settings.config, make_provenance(settings, None, prepared[0].robot.sha256))
+    return fit_logs(prepared, settings.config, make_provenance(settings, None, prepared[0].robot.sha256), truth)
 
 
 def audit(
@@ -216,16 +222,21 @@ def audit(
     return audit_log(prepared, settings.config, friction, provenance, truth)
 
 
-def recommend(audits: Sequence[Audit], persistence_s: float | None = None) -> dict[str, RecommendedRule]:
+def recommend(
+    audits: Sequence[Audit],
+    persistence_s: float | None = None,
+    contact: Sequence[Sequence[tuple[float, float]] | None] = (),
+) -> dict[str, RecommendedRule]:
     """Recommended gamma and n per joint over all given audits.
 
     Args:
         audits: judged logs.
         persistence_s: persistence in s; the longest the audits used when absent.
+        contact: for each audit the start and end of all contacts, s; None where the alarms are to be taken for it.
     """
     from collaudit.core.recommend.clean_evidence import recommend_rules
 
-    return recommend_rules(audits, persistence_s)
+    return recommend_rules(audits, persistence_s, contact)
 
 
 def residuals(audit: Audit) -> pd.DataFrame:

@@ -50,6 +50,7 @@ from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, wanted
 from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
@@ -58,7 +59,7 @@ from collaudit.core.recommend.clean_evidence import clean_residual, recommend_ru
 from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
 from collaudit.core.residual.rest_changes import change_findings
-from collaudit.core.scoring.known_events import score_detection
+from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import measure_coverage
@@ -70,20 +71,31 @@ from collaudit.core.verdict.verdict import Evidence, decide
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
 
 
-def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenance) -> FrictionFile:
+def fit_logs(
+    prepared: Sequence[Prepared],
+    config: Config,
+    provenance: Provenance,
+    truth: Sequence[TruthFile | None] = (),
+) -> FrictionFile:
     """Fit the friction of every judged joint from one or several logs, and identify what else was asked for.
 
     Args:
         prepared: the logs, without a calibration: what they tell of sensor, drives and arm is found here.
         config: what is identified, and how friction is fitted.
         provenance: versions and hashes.
+        truth: for each log a file of its contacts, which are left out; None where there is none.
+
+    Raises:
+        NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
     """
     audited = [audit_channels(log, config) for log in prepared]
+    clean = cleaned(prepared, config, known_contact_times(prepared, config, truth))
+    refuse_if_nothing_is_left(clean)
     channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
     sensor = Calibration.of_sensor(channels, config)
     if {"tool", "inertials"} & set(wanted(config)):
         sensor = replace(sensor, tool=None)  # the joint torques are to tell the tool
-    known = [calibrated(log, sensor, config) for log in prepared]
+    known = [calibrated(log, sensor, config) for log in clean.logs]
     identified = identify(known, config)
     if identified is not None:
         known = [calibrated(log, replace(sensor, identified=identified, tool=None), config) for log in known]
@@ -93,7 +105,8 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
     fits = fit_joints(known, config)
     corrections = friction_corrections(known, fits)
     variation = merged([friction_variation(log, fits) for log in known])
-    findings = [f for log, (_, found) in zip(prepared, audited, strict=True) for f in (*log.findings, *found)]
+    findings = [f for log, (_, found) in zip(clean.logs, audited, strict=True) for f in (*log.findings, *found)]
+    findings += clean.findings
     findings += about_axes
     findings += [f for log in known for f in fit_pattern_findings(log, fits)]
     findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(variation)
@@ -110,6 +123,7 @@ def fit_logs(prepared: Sequence[Prepared], config: Config, provenance: Provenanc
         identified=identified,
         channels=channels,
         trends=variation,
+        left_out=clean.left_out,
         coupled=coupled,
         thresholds=fitted_thresholds(known, fits, variation, corrections, config),
         corrections=corrections,

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from collaudit.cli.console import note, print_findings, progress, terminal_width
+from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
@@ -17,19 +18,23 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
     "collaudit fit friction-run.mcap -c collaudit.toml -o friction.json",
     "collaudit fit day1.bag day2.bag --urdf arm.urdf -o friction.json",
     "collaudit fit run.db3 -c collaudit.toml --model coulomb-viscous --json",
+    "collaudit fit touched.mcap -c collaudit.toml --truth contacts.csv -o friction.json",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to write friction.json.")
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
+@contact_options
 @config_option
 @robot_options
 @friction_options
-def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
+def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tuple[Path, ...]) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
     Every parameter comes with its 95 % interval; what the data cannot tell apart is named.
 
-    Exit code 3 when no joint could be fitted.
+    Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
+
+    Exit code 3 when no joint could be fitted, or the logs are mostly contact.
     """
     from collaudit.core import api
     from collaudit.reports.files.run_files import friction_json, write_friction
@@ -37,10 +42,12 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool) -> int:
 
     loaded = load_settings()
     prepared = []
-    for files in api.find_logs(logs, loaded):
+    found = api.find_logs(logs, loaded)
+    known = known_contact(truth, len(found))
+    for files in found:
         with progress(f"reading {files[0].name}") as report:
             prepared.append(api.prepare(files, loaded, progress=report))
-    friction = api.fit(prepared, loaded)
+    friction = api.fit(prepared, loaded, truth=known)
     if output is not None:
         write_friction(output, friction)
     if as_json:

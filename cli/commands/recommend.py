@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
@@ -17,6 +18,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, RecommendedRule
     from collaudit.core.data.detection_result import DynamicThreshold
+    from collaudit.core.recommend.clean_evidence import Times
 
 RECOMMEND_SCHEMA = "collaudit/recommend/1"
 
@@ -27,20 +29,23 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend out/monday out/tuesday --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
     "collaudit recommend run/ --dynamic >> collaudit.toml",
+    "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
 )
 @click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @click.option(
     "--dynamic", "as_dynamic", is_flag=True, help="Print [detect.dynamic] tables: thresholds that grow with the motion."
 )
+@contact_options
 @config_option
 @robot_options
 @rule_options
-def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
+def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool, truth: tuple[Path, ...]) -> int:
     """Recommend gamma and n per joint from collision-free residuals of finished runs, or of logs.
 
     All inputs count together. Each threshold comes with the hours it rests on, the false alarms they allow
-    for, and the evidence that is missing. Collisions found in the inputs are left out. With --dynamic, what comes
+    for, and the evidence that is missing. Collisions found in the inputs are left out; where --truth or --labels says
+    what was contact, that is left out instead, and with --free-of-contact nothing is. With --dynamic, what comes
     out goes into the configuration as it is, with gamma_nm = "dynamic".
 
     Exit code 3 when nothing could be recommended for any joint.
@@ -49,8 +54,8 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
     from collaudit.reports.files.dynamic_toml import dynamic_toml
     from collaudit.reports.terminal.rules_text import rules_text
 
-    audits = _audits(inputs)
-    rules = recommend(audits, _persistence_s(audits))
+    audits, known = _audits(inputs, truth)
+    rules = recommend(audits, _persistence_s(audits), known)
     laws = _dynamic(audits)
     if as_dynamic and not as_json:
         click.echo(dynamic_toml(laws), nl=False)
@@ -58,7 +63,8 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool) -> int:
         click.echo(_json(audits, rules, laws) if as_json else rules_text(rules, terminal_width()), nl=False)
     collisions = sum(len(audit.result.collisions) for audit in audits)
     if collisions:
-        note(f"{collisions} collisions in the inputs were left out")
+        stated = any(times is not None for times in known)
+        note(f"{collisions} alarms in the inputs: " + ("what is known of contact decided" if stated else "left out"))
     return EXIT_PASS if any(rule.gamma_nm is not None for rule in rules.values()) else EXIT_NOT_JUDGED
 
 
@@ -75,20 +81,31 @@ def _persistence_s(audits: Sequence[Audit]) -> float | None:
     return persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
 
 
-def _audits(inputs: Sequence[str]) -> list[Audit]:
-    """Runs are read, everything else is judged as a log."""
+def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], list[Times | None]]:
+    """Runs are read, everything else is judged as a log; and what is known of contact in each."""
     from collaudit.cli.log_arguments import audit_files
-    from collaudit.core.api import find_logs
+    from collaudit.core.api import find_logs, open_log
+    from collaudit.core.scoring.known_events import contact_times, label_times
     from collaudit.reports.files.run_files import AUDIT_NAME, read_run
 
     runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
     logs = [text for text in inputs if Path(text) not in runs]
     audits = [read_run(run) for run in runs]
     loaded = load_settings()
-    for files in find_logs(logs, loaded) if logs else []:
+    found = find_logs(logs, loaded) if logs else []
+    files_known = known_contact(truth, len(runs) + len(found))
+    labelled: list[Times | None] = [None] * len(audits)
+    for files in found:
         with progress(f"reading {files[0].name}") as report:
             audits.append(audit_files(files, loaded, report)[0])
-    return audits
+        wanted = loaded.config.detect.true_events
+        labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
+    if loaded.config.fit.contact == "none":
+        return audits, [() for _ in audits]
+    if files_known:
+        every = zip(files_known, audits, strict=True)
+        return audits, [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
+    return audits, labelled
 
 
 def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:

@@ -15,8 +15,8 @@ from collaudit.core.data.detection_result import Contact, DetectionFacts
 from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
-from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
@@ -53,7 +53,8 @@ class FrictionFile:
     ``identified`` is what else was identified, None when only friction was asked for; ``channels`` what was found of
     each log's channels; ``trends`` what moves in each joint's friction;
     ``coupled`` the friction of axes that turn with several joints, by the motor's own joint.
-    ``thresholds`` those for ``gamma_nm = "auto"``; ``corrections`` what a joint's friction goes with besides speed.
+    ``thresholds`` those for ``gamma_nm = "auto"``; ``corrections`` what a joint's friction goes with besides speed;
+    ``left_out`` what the fit did without, by log.
     """
 
     schema: str
@@ -66,6 +67,7 @@ class FrictionFile:
     coupled: dict[str, CoupledFriction] = field(default_factory=dict)
     thresholds: FittedThresholds | None = None
     corrections: dict[str, FrictionCorrection] = field(default_factory=dict)
+    left_out: dict[str, LeftOut] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

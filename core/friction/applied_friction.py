@@ -13,6 +13,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
+from collaudit.core.identification.log_cleaning import cleaned
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
 
@@ -45,10 +46,12 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     series = prepared.judged_series
     if friction is None:
         text = "Friction was fitted on the log it judges: a constant external force would be taken for friction."
-        fits, findings = fit_joints([prepared], config), [Finding("friction-same-log", "warning", text)]
+        clean = cleaned([prepared], config)
+        fits = fit_joints(clean.logs, config)
+        findings = [Finding("friction-same-log", "warning", text), *clean.findings]
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
-        findings = _mismatch(friction, prepared)
+        findings = [*_mismatch(friction, prepared), *_left_out(friction)]
     laws, missing = friction_models(fits, series)
     if friction is not None:
         laws = corrected_laws(laws, friction.corrections)
@@ -60,6 +63,19 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     fitted = {joint: fit for joint, fit in fits.items() if joint not in quiet}
     missing = [finding for finding in missing if finding.joint not in quiet]
     return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted), *missing), quiet)
+
+
+def _left_out(friction: FrictionFile) -> list[Finding]:
+    """What the fit of the file did without, in a word."""
+    out = []
+    for name, facts in friction.left_out.items():
+        if facts.spans and facts.by != "stated":
+            text = (
+                f"The friction was fitted without {100 * facts.share:.2g} % of the motion in {name}: "
+                f"{len(facts.spans)} stretches that look like contact, or are labelled so, were left out."
+            )
+            out.append(Finding("fit-left-out", "info", text, where=name))
+    return out
 
 
 def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:

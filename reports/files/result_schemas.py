@@ -74,6 +74,7 @@ def _dataclass(name: str) -> type:
         friction_correction,
         friction_result,
         identification_result,
+        left_out,
         sensitivity_result,
         threshold_result,
     )

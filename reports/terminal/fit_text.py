@@ -16,7 +16,22 @@ def fit_text(friction: FrictionFile, width: int | None = None) -> str:
         friction: the fit.
         width: columns of the terminal that tables are cut to; None: any.
     """
-    return f"{_fit_table(friction, width)}\n{_identification_text(friction, width)}"
+    return f"{_fit_table(friction, width)}\n{_left_out_text(friction)}{_identification_text(friction, width)}"
+
+
+def _left_out_text(friction: FrictionFile) -> str:
+    """What the fit did without, one line a log."""
+    why = {"found": "looks like contact, a stop or a fault", "labels": "labelled as contact"}
+    lines = []
+    for name, facts in friction.left_out.items():
+        if facts.by == "stated":
+            lines.append(f"{name}: stated to be free of contact, nothing left out\n")
+        elif facts.refused:
+            lines.append(f"{name}: mostly contact, nothing of it was fitted\n")
+        elif facts.spans:
+            what = f"{len(facts.spans)} stretches, {facts.seconds:.3g} s, {100 * facts.share:.2g} % of the motion"
+            lines.append(f"{name}: left out of the fit: {what} ({why[facts.by]})\n")
+    return "".join(lines)
 
 
 def _identification_text(friction: FrictionFile, width: int | None) -> str:

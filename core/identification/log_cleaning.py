@@ -1,0 +1,112 @@
+"""Logs on their way to a fit: contact left out, and what has to be said about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.left_out import LeftOut, LeftOutSpan
+from collaudit.core.errors import NotJudgedError
+from collaudit.core.findings import Finding
+from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
+from collaudit.core.prepare.prepared import Prepared, without_effort
+
+_SHOWN = 6  # stretches that a message lists
+Times = Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CleanedLogs:
+    """Logs as they are fitted.
+
+    Attributes:
+        logs: with the effort unknown where something was left out, in the order given; those refused are unknown
+            throughout.
+        left_out: by log.
+        findings: what was left out, and what looks like contact and was not.
+    """
+
+    logs: tuple[Prepared, ...]
+    left_out: dict[str, LeftOut]
+    findings: tuple[Finding, ...]
+
+
+def cleaned(prepared: Sequence[Prepared], config: Config, known: Sequence[Times | None] = ()) -> CleanedLogs:
+    """Leave contact out of logs that are to be fitted.
+
+    Args:
+        prepared: the logs.
+        config: ``[fit] contact``.
+        known: for each log the start and end of what is known to be contact, s; None where nothing is known.
+    """
+    logs, left_out, findings = [], {}, []
+    times = [*known, *[None] * (len(prepared) - len(known))]
+    for log, marked in zip(prepared, times, strict=True):
+        name = log.series.source.name
+        if marked is None:
+            mask, facts = find_contact(log, stated_free=config.fit.contact == "none")
+            suspected: tuple[LeftOutSpan, ...] = facts.spans if facts.by == "stated" else ()
+        else:
+            mask, facts = labelled_contact(log, marked)
+            suspected = find_contact(without_effort(log, mask, config), stated_free=True)[1].spans
+        if facts.refused:
+            mask = np.ones_like(mask)
+        logs.append(without_effort(log, mask, config))
+        left_out[name] = facts
+        findings += _findings(name, facts, suspected)
+    return CleanedLogs(tuple(logs), left_out, tuple(findings))
+
+
+def refuse_if_nothing_is_left(found: CleanedLogs) -> None:
+    """Fitting needs one log that is not mostly contact.
+
+    Raises:
+        NotJudgedError: there is none.
+    """
+    if found.left_out and all(facts.refused for facts in found.left_out.values()):
+        shares = ", ".join(f"{100 * facts.share_seen:.0f} % of {name}" for name, facts in found.left_out.items())
+        raise NotJudgedError(
+            "nothing can be fitted: most of the motion looks like contact, a stop or a fault",
+            found=shares,
+            expected="motion that for the most part is free of contact",
+            hint="record such a log, or say where the contacts are: --truth, --labels, or --free-of-contact",
+        )
+
+
+def times_text(spans: Sequence[LeftOutSpan]) -> str:
+    """Start and end of stretches, the first ones, with the joint that shows each most."""
+    listed = [
+        f"{span.start_s:.1f} to {span.end_s:.1f} s" + (f" ({span.joints[0]})" if span.joints else "")
+        for span in spans[:_SHOWN]
+    ]
+    more = len(spans) - len(listed)
+    return ", ".join(listed) + (f" and {more} more" if more > 0 else "")
+
+
+def _findings(name: str, facts: LeftOut, suspected: Sequence[LeftOutSpan]) -> list[Finding]:
+    out = []
+    if facts.refused:
+        text = (
+            f"{100 * facts.share_seen:.0f} % of the motion in {name} does not go with the rest of it: mostly contact, "
+            "stops or faults. Nothing of this log was fitted."
+        )
+        out.append(Finding("fit-mostly-contact", "warning", text, where=name))
+    elif facts.by != "stated" and facts.spans:
+        why = "labelled as contact" if facts.by == "labels" else "as it looks like contact, a stop or a fault"
+        text = (
+            f"{100 * facts.share:.2g} % of the motion in {name} was left out of the fit, in all joints, {why}: "
+            f"{times_text(facts.spans)}."
+        )
+        out.append(Finding("fit-left-out", "info" if facts.by == "labels" else "warning", text, where=name))
+    if suspected:
+        said = "labelled" if facts.by == "labels" else "stated to be free of contact"
+        beside = " beside its labels" if facts.by == "labels" else ""
+        text = (
+            f"{name} is {said} and has {len(suspected)} stretches that look like contact{beside}, used in the fit all "
+            f"the same: {times_text(suspected)}."
+        )
+        out.append(Finding("fit-contact-suspected", "warning", text, where=name))
+    return out

@@ -17,6 +17,7 @@ from collaudit.core.data import (
     friction_correction,
     friction_result,
     identification_result,
+    left_out,
     sensitivity_result,
     threshold_result,
 )

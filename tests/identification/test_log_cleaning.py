@@ -1,0 +1,174 @@
+"""Contacts inside a fitting log are found and left out; a clean log is left whole; mostly contact is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from collaudit.core import api
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
+from collaudit.core.identification.log_cleaning import cleaned
+from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.prepare.prepared import Prepared, _modelled
+from collaudit.core.scoring.truth_events import TruthFile
+from collaudit.fixtures.simulation import Reduction, SimulatedFiles
+
+FREE = {"duration_s": 60.0}
+
+
+@pytest.fixture(scope="module")
+def free(made: Callable[..., SimulatedFiles]) -> Callable[[str], tuple[Prepared, Any]]:
+    """A minute of fast motion without contact, and its settings."""
+    kept: dict[str, tuple[Prepared, Any]] = {}
+
+    def log(robot: str) -> tuple[Prepared, Any]:
+        if robot not in kept:
+            files = made("free-clean", robot, **FREE)
+            settings = load_config(files.config)
+            kept[robot] = (api.prepare(files.log, settings), settings)
+        return kept[robot]
+
+    return log
+
+
+def pushed(log: Prepared, settings: Any, share: float, seed: int = 1) -> tuple[Prepared, BoolArray]:
+    """The log with pushes of 5 to 60 N·m for this share of its time, each on the joints below some link."""
+    rng = np.random.default_rng(seed)
+    series = log.start.series
+    assert series.effort is not None
+    effort, n = series.effort.copy(order="F"), series.time_s.size
+    unit = np.array([1.0] * effort.shape[1])
+    touched = np.zeros(n, dtype=bool)
+    while touched.mean() < share:
+        start, length = int(rng.integers(0, n - 50)), int(rng.uniform(0.2, 1.5) / series.period_s)
+        stop = min(n, start + length)
+        if touched[start:stop].any():
+            continue
+        edge = np.minimum(1.0, np.minimum(np.arange(stop - start) + 1, stop - start - np.arange(stop - start)) / 20.0)
+        size = rng.uniform(5.0, 60.0) * rng.choice([-1, 1])
+        for joint in range(int(rng.integers(1, effort.shape[1] + 1))):
+            arm = 1.0 if joint == 0 else rng.uniform(0.2, 1.0) * rng.choice([-1, 1])
+            effort[start:stop, joint] += unit[joint] * size * arm * edge
+        touched[start:stop] = True
+    start_of = replace(log.start, series=replace(series, effort=effort))
+    return _modelled(start_of, log.calibration, settings.config, None), touched
+
+
+def errors(fitted: FrictionFile, clean: FrictionFile) -> dict[str, float]:
+    """Largest difference of each joint's friction from the fit without contact, as a share of it."""
+    from collaudit.core.friction.friction_model import FrictionModel
+
+    out = {}
+    for joint, fit in clean.joints.items():
+        law, other = FrictionModel.of(fit), FrictionModel.of(fitted.joints[joint])
+        assert law is not None
+        assert other is not None
+        grid = np.linspace(0.1, law.speed_range[1], 30)
+        out[joint] = float(np.max(np.abs(law.torque(grid) - other.torque(grid))) / np.mean(law.torque(grid)))
+    return out
+
+
+def test_a_clean_log_is_left_whole(free: Any, robot: str) -> None:
+    log, settings = free(robot)
+    found = cleaned([log], settings.config)
+    assert found.logs == (log,)  # the very log: the fit is the same to the last bit
+    (facts,) = found.left_out.values()
+    assert (facts.by, facts.spans, facts.share, facts.settled) == ("found", (), 0.0, True)
+    assert found.findings == ()
+
+
+@pytest.mark.parametrize("share", [0.3])
+def test_pushes_in_the_fitting_log_are_left_out(free: Any, robot: str, share: float) -> None:
+    clean, settings = free(robot)
+    log, touched = pushed(clean, settings, share)
+    out, facts = find_contact(log)
+    moving = (np.abs(log.series.velocity_rad_s) > 0.05).any(axis=1)
+    assert np.mean(out[touched & moving]) > 0.85
+    assert np.mean(out[~touched]) < 0.25
+    assert facts.settled
+    assert not facts.refused
+    assert facts.spans[0].joints
+    right, dirty = (api.fit([which], settings) for which in (clean, log))
+    kept = replace(settings, config=settings.config.model_copy(update={"fit": _contact(settings, "none")}))
+    wrong = errors(api.fit([log], kept), right)
+    rescued = errors(dirty, right)
+    assert max(rescued.values()) < 0.15
+    assert np.median(list(rescued.values())) < 0.5 * np.median(list(wrong.values()))
+    assert [f.code for f in dirty.findings if f.code.startswith("fit-")] == ["fit-left-out"]
+
+
+def _contact(settings: Any, how: str) -> Any:
+    return settings.config.fit.model_copy(update={"contact": how})
+
+
+def test_a_log_that_is_mostly_contact_is_refused(free: Any) -> None:
+    clean, settings = free("seven")
+    log, _ = pushed(clean, settings, 0.6)
+    with pytest.raises(NotJudgedError, match="most of the motion"):
+        api.fit([log], settings)
+    both = cleaned([clean, log], settings.config)
+    assert [f.code for f in both.findings] == ["fit-mostly-contact"]
+    assert both.logs[1].series.effort is not None
+    assert np.isnan(both.logs[1].series.effort).all()
+
+
+def test_a_wrong_statement_leaves_nothing_out_and_is_said(free: Any) -> None:
+    clean, settings = free("paper6")
+    stated = settings.config.model_copy(update={"fit": _contact(settings, "none")})
+    log, _ = pushed(clean, settings, 0.1)
+    found = cleaned([log], stated)
+    assert found.logs == (log,)
+    assert [f.code for f in found.findings] == ["fit-contact-suspected"]
+    assert cleaned([clean], stated).findings == ()
+
+
+def test_known_contact_is_left_out_and_nothing_else(free: Any) -> None:
+    clean, settings = free("paper6")
+    out, facts = labelled_contact(clean, [(10.0, 11.0), (20.0, 20.5)])
+    at = clean.series.time_s
+    assert out[(at >= 10.0) & (at <= 11.0)].all()
+    assert not out[(at > 11.3) & (at < 19.7)].any()
+    assert [span.joints for span in facts.spans] == [(), ()]
+    log, _ = pushed(clean, settings, 0.1)
+    truth = TruthFile("contacts.csv", "onset_s,end_s\n10,11\n20,20.5\n")
+    fitted = api.fit([log], settings, truth=[truth])
+    codes = [f.code for f in fitted.findings if f.code.startswith("fit-")]
+    assert codes == ["fit-left-out", "fit-contact-suspected"]
+    assert next(iter(fitted.left_out.values())).by == "labels"
+
+
+def test_labels_have_to_be_named(free: Any) -> None:
+    clean, settings = free("paper6")
+    asked = replace(settings, config=settings.config.model_copy(update={"fit": _contact(settings, "labelled")}))
+    with pytest.raises(ConfigError, match="no labels"):
+        api.fit([clean], asked)
+
+
+def test_polishing_is_no_contact_to_leave_out(made: Any, robot: str) -> None:
+    files = made("polish-sine", robot, 2)
+    settings = load_config(files.config)
+    _, facts = find_contact(api.prepare(files.log, settings))
+    assert facts.share < 0.06  # the pushes on the arm are found, the tool's force is not
+    assert all(any(abs(span.start_s - at) < 0.6 for at in (29.0, 41.0)) for span in facts.spans)
+
+
+def test_an_identification_run_is_left_whole(made: Any, robot: str) -> None:
+    files = made("friction", robot, reduction=Reduction(speeds=10))
+    _, facts = find_contact(api.prepare(files.log, load_config(files.config)))
+    assert facts.spans == ()
+
+
+def test_real_motion_is_nearly_left_whole(data_dir: Path, tmp_path: Path) -> None:
+    config = tmp_path / "c.toml"
+    config.write_text(f'[robot]\nurdf = "{data_dir}/urdf/ur10_robot.urdf"\n')
+    (log,) = (data_dir / "ur10_db3").glob("*.db3")
+    _, facts = find_contact(api.prepare(log, load_config(config)))
+    assert facts.share < 0.1

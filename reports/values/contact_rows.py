@@ -43,6 +43,10 @@ def contact_rows(result: AuditResult) -> list[ContactRow]:
     return [contact_row(contact, result) for contact in contacts_of(result)]
 
 
+#: Kinds as readers are told them.
+_KIND_WORDS = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}
+
+
 def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
     """A contact as text."""
     onset = fixed(contact.onset_s, time_decimals(result.log.sample_period_s))
@@ -54,7 +58,7 @@ def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
         link=contact.link or rows.NONE,
         note=contact.link_note,
         force=force_text(contact.force),
-        kind=contact.kind,
+        kind=_KIND_WORDS[contact.kind],
         evidence="; ".join(contact.evidence),
     )
 

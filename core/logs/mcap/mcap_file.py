@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_chunk import Located, heads_of, locate, located_of
-from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MAX_DAMAGE, SCHEMA, ChunkRef, McapIndex, scan
+from collaudit.core.logs.mcap.mcap_scan import CHANNEL, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress
+from collaudit.core.logs.storage.noted_file import NotedFile
+from collaudit.core.logs.storage.records import Batch, Channel, MessageReader, Progress
 from collaudit.core.numeric.parallel import THREADS, ordered_map
 
 _WINDOW = 1 << 20
@@ -31,7 +32,7 @@ class _Chunk:
     problem: str | None
 
 
-class McapFile:
+class McapFile(NotedFile):
     """An MCAP file (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     def __init__(self, path: Path, index: McapIndex | None = None) -> None:
@@ -50,10 +51,6 @@ class McapFile:
         encodings = {channel.encoding for channel in self.channels}
         known = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
         self.format = known
-
-    def close(self) -> None:
-        """Release the file."""
-        self.file.close()
 
     def _hidden_channels(self, *, after_all: bool = False) -> bool:
         """Whether channels stand only inside chunks."""
@@ -107,11 +104,6 @@ class McapFile:
             self._note(f"the chunk at byte {chunk.ref.at} has no check sum, unlike the others", lost=False)
         elif located.rest:
             self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
-
-    def _note(self, text: str, *, lost: bool = True) -> None:
-        damage = Damage(text, lost)
-        if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
-            self.damage.append(damage)
 
     def _split(
         self, data: np.ndarray[tuple[int], np.dtype[np.uint8]], located: Located, wanted: frozenset[int]

@@ -15,6 +15,7 @@ import numpy as np
 
 from collaudit.core.logs.mcap.mcap_run import MESSAGE, message_run
 from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
 from collaudit.core.numeric.arrays import IntArray
 
@@ -23,8 +24,6 @@ HEADER, FOOTER, SCHEMA, CHANNEL, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 6, 7
 CHUNK_INDEX, STATISTICS, DATA_END = 8, 11, 15
 HEAD = struct.Struct("<BQ")
 MESSAGE_HEAD = 31
-#: Further places of damage are not listed.
-MAX_DAMAGE = 20
 _WINDOW = 1 << 16
 _WIDE_WINDOW = 1 << 20
 _MAX_SMALL = 2 * MAX_SCHEMA_BYTES

@@ -17,13 +17,13 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.rosbag1.bag_chunk import BagLocated, fields_of, locate_bag
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
+from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
 MAGIC = b"#ROSBAG V2.0\n"
 MSG, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
-MAX_DAMAGE = 20
 _WINDOW = 1 << 14
 _MAX_HEADER = 1 << 20
 
@@ -49,7 +49,7 @@ class _Loaded:
     problem: str | None
 
 
-class BagFile:
+class BagFile(NotedFile):
     """A ROS 1 bag (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     format = "ros1-bag"
@@ -71,10 +71,6 @@ class BagFile:
                 self._connections_in(locate_bag(chunk.data, chunk.offsets))
         self.channels: tuple[Channel, ...] = tuple(self.connections[key] for key in sorted(self.connections))
 
-    def close(self) -> None:
-        """Release the file."""
-        self.file.close()
-
     def _check_version(self) -> None:
         head = self.file.read(0, 24)
         if head.startswith(MAGIC):
@@ -88,11 +84,6 @@ class BagFile:
             expected=MAGIC.decode("ascii").strip(),
             hint="write it again as version 2.0 with the tools of ROS 1: `rosbag fix OLD.bag NEW.bag`",
         )
-
-    def _note(self, text: str, *, lost: bool = True) -> None:
-        damage = Damage(text, lost)
-        if damage not in self.damage and len(self.damage) < MAX_DAMAGE:
-            self.damage.append(damage)
 
     def _walk(self) -> None:
         pos = len(MAGIC)

@@ -44,7 +44,7 @@ def contact_rows(result: AuditResult) -> list[ContactRow]:
 
 
 #: Kinds as readers are told them.
-_KIND_WORDS = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}
+KIND_WORDS = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}
 
 
 def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
@@ -58,7 +58,7 @@ def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
         link=contact.link or rows.NONE,
         note=contact.link_note,
         force=force_text(contact.force),
-        kind=_KIND_WORDS[contact.kind],
+        kind=KIND_WORDS[contact.kind],
         evidence="; ".join(contact.evidence),
     )
 

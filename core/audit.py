@@ -36,6 +36,7 @@ from collaudit.core.detection.detector_run import (
     run_detector,
 )
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
 from collaudit.core.detection.rest_rule import with_rest_thresholds
 from collaudit.core.detection.rule_settings import make_rule
@@ -245,7 +246,15 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     )
     found += pattern_findings(signals, rule.gamma_nm)
     found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
-    return _Judged(inputs, run, signals, clean, stats, facts, (*found, *detection_findings(series, run, inputs)))
+    return _Judged(
+        inputs,
+        run,
+        signals,
+        clean,
+        stats,
+        facts,
+        (*found, *detection_findings(series, run, inputs), *model_worth_findings(prepared, run, inputs)),
+    )
 
 
 def _recommended(judged: _Judged, period_s: float) -> dict[str, RecommendedRule]:

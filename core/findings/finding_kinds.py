@@ -490,6 +490,11 @@ KINDS: dict[str, Kind] = {
         "Nothing. Fit again after a joint was opened or its zero was set anew.",
         _INFO,
     ),
+    "model-no-gain": Kind(
+        "Subtracting model and friction does not make a joint's torque smaller; the likely cause is named.",
+        "Check what is named: sign and gain of the effort, its delay, inertials and tool, or the filter's bandwidth.",
+        _DOUBTS,
+    ),
     "gamma-from-fit": Kind(
         'Thresholds are those of the friction file (gamma_nm = "auto").',
         "Nothing. Fit on more motion, as fast and as loaded as the logs that are judged, for lower thresholds.",

@@ -196,6 +196,16 @@ KINDS: dict[str, Kind] = {
         "Nothing, if that was meant. The stretch counts as not judged.",
         _INFO,
     ),
+    "effort-switched": Kind(
+        "A joint's effort changes its unit or its sign in the middle of the log.",
+        "Look at what was set on the drive or recorder then; cut the log there, and judge each part with its unit.",
+        _ABSENT,
+    ),
+    "payload-changed": Kind(
+        "The weight at the tool changes during the log, in all poses alike.",
+        "Cut the log there, and judge each part with its [robot.tool]; or look for what pulled at the arm.",
+        _SPAN,
+    ),
     "log-nan": Kind(
         "Some values are not numbers; these samples are not judged.",
         "Look for the signal's gaps at its source. These samples count as not judged.",

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
+from collaudit.core.arm_states.payload_step import payload_findings
+from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
@@ -193,13 +195,17 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     findings = [*start.findings, *commanded.findings, *quiet]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
-    states = find_arm_states(series, rigid, config.detect.true_events)
+    contact = commanded.torque_nm
+    explained = rigid if rigid is None or contact is None else rigid + contact
+    switched = switched_efforts(series, explained, start.judged)
+    states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, states)
-    findings += [*states.findings, *raw_effort_findings(series)]
+    findings += [*switched, *states.findings, *raw_effort_findings(series)]
     gains: tuple[EffortGain, ...] = ()
     delay = None
     if rigid is not None and series.effort is not None:
-        contact = commanded.torque_nm
+        if not switched:
+            findings += payload_findings(series, robot, explained)
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
         late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.model_fields_set else None
         signed = _signed(config)

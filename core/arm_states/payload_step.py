@@ -1,0 +1,178 @@
+"""A weight picked up or put down during a log: a step in what the tool seems to weigh, in all poses alike.
+
+Torque beside the model's is taken as friction, an offset and m(t) times the torque of a kilogram at the tool, with
+m one number before a moment and another after it. Second by second m has a spread of its own: errors of the model and
+of friction make it. A step counts that stands out of it and stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.robot.robot_model import RobotModel
+
+_BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
+#: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.
+_LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
+#: Speed at which Coulomb friction is at its full size, rad/s.
+_SLIDING_RAD_S = 0.01
+_SD_PER_MAD = 1.4826
+
+
+@dataclass(frozen=True, slots=True)
+class PayloadStep:
+    """A step of the weight at the tool: when, by how much, and the spread of a second's estimate, kg."""
+
+    at_s: float
+    mass_kg: float
+    spread_kg: float
+
+
+def payload_findings(series: UniformSeries, robot: RobotModel, model_nm: FloatArray | None) -> tuple[Finding, ...]:
+    """A finding where the tool's weight changes for good.
+
+    Args:
+        series: all joints of the log, effort in N·m.
+        robot: the model.
+        model_nm: (n, j) model torque, the tool's commanded force included.
+    """
+    step = None if model_nm is None else payload_step(series, robot, model_nm)
+    if step is None:
+        return ()
+    verb = "gains" if step.mass_kg > 0 else "loses"
+    text = (
+        f"From {step.at_s:.4g} s on, the arm bears another weight: over all poses the tool {verb} "
+        f"{abs(step.mass_kg):.2g} kg (one second tells it to {step.spread_kg:.2g} kg). A tool or payload was changed, "
+        "or something pulls all the time; alarms after it may be that weight."
+    )
+    return (Finding("payload-changed", "warning", text, start_s=step.at_s),)
+
+
+def payload_step(series: UniformSeries, robot: RobotModel, model_nm: FloatArray) -> PayloadStep | None:
+    """The step that explains most; None where none stands out."""
+    frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
+    if frame is None or series.effort is None or series.effort_unit != "Nm" or robot.bodies is None:
+        return None
+    rows, block = _rows(series)
+    if rows.size == 0 or block[-1] + 1 < 2 * _LEAST_BLOCKS:
+        return None
+    position = series.position_rad[rows]
+    force = np.zeros((rows.size, 6))
+    force[:, :3] = -robot.gravity_in(position, frame)
+    per_kg = robot.wrench_torque(position, force, frame)
+    beside = series.effort[rows] - model_nm[rows]
+    known = np.isfinite(beside).all(axis=1) & np.isfinite(per_kg).all(axis=1)
+    if np.count_nonzero(known) < 0.5 * known.size:
+        return None
+    velocity = series.velocity_rad_s[rows][known]
+    return _step(beside[known], per_kg[known], velocity, block[known], series.time_s[rows][known])
+
+
+def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
+    """Samples that are enough, and the block of each, blocks without samples left out."""
+    recorded = np.zeros(series.time_s.size, dtype=np.bool_)
+    for segment in series.segments:
+        recorded[segment.slice] = True
+    recorded &= ~series.edge
+    length = max(_BLOCK_S, float(series.time_s[-1] - series.time_s[0]) / _MOST_BLOCKS)
+    every = max(1, round(length / _PER_BLOCK / series.period_s))
+    rows = np.flatnonzero(recorded)[::every]
+    _, block = np.unique(((series.time_s[rows] - series.time_s[0]) / length).astype(np.int64), return_inverse=True)
+    return rows, block.astype(np.int64)
+
+
+def _step(
+    beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, time_s: FloatArray
+) -> PayloadStep | None:
+    count = int(block[-1]) + 1
+    joints = [j for j in range(beside.shape[1]) if np.std(beside[:, j]) > 0 and np.max(np.abs(per_kg[:, j])) > 1e-3]
+    if not joints:
+        return None
+    best: tuple[float, int, FloatArray] | None = None
+    for cut in _cuts(count):
+        after = (block >= cut).astype(float)
+        left, mass = _split(beside, per_kg, velocity, after, joints)
+        if best is None or left < best[0]:
+            best = (left, cut, mass)
+    if best is None:
+        return None
+    cut = _refined(best[1], beside, per_kg, velocity, block, joints)
+    return _stands_out(cut, beside, per_kg, velocity, block, time_s, joints)
+
+
+def _cuts(count: int) -> list[int]:
+    """Blocks before which the step may lie: all of few, 40 of many."""
+    return [int(k) for k in np.unique(np.linspace(_LEAST_BLOCKS, count - _LEAST_BLOCKS, min(40, count)).astype(int))]
+
+
+def _refined(
+    cut: int, beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, joints: list[int]
+) -> int:
+    """The best cut among the neighbours of a coarse one."""
+    count = int(block[-1]) + 1
+    reach = max(1, count // 40)
+    near = range(max(_LEAST_BLOCKS, cut - reach), min(count - _LEAST_BLOCKS, cut + reach) + 1)
+    return min(near, key=lambda k: _split(beside, per_kg, velocity, (block >= k).astype(float), joints)[0])
+
+
+def _split(
+    beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, after: FloatArray, joints: list[int]
+) -> tuple[float, FloatArray]:
+    """Sum of squares left, each joint in its own spread, with one mass before and one after; and the two, kg.
+
+    Friction and offset of each joint are eliminated first.
+    """
+    gram, right, total = np.zeros((2, 2)), np.zeros(2), 0.0
+    for j in joints:
+        own, mass = _nuisance(velocity[:, j]), np.stack([per_kg[:, j] * (1 - after), per_kg[:, j] * after], axis=1)
+        scale = float(np.std(beside[:, j]))
+        basis, _ = np.linalg.qr(own)
+        y = (beside[:, j] - basis @ (basis.T @ beside[:, j])) / scale
+        x = (mass - basis @ (basis.T @ mass)) / scale
+        gram, right, total = gram + x.T @ x, right + x.T @ y, total + float(y @ y)
+    found = np.linalg.lstsq(gram, right, rcond=1e-9)[0]
+    return total - float(found @ right), np.asarray(found, dtype=np.float64)
+
+
+def _nuisance(velocity: FloatArray) -> FloatArray:
+    return np.stack([np.tanh(velocity / _SLIDING_RAD_S), velocity, np.ones_like(velocity)], axis=1)
+
+
+def _stands_out(
+    cut: int,
+    beside: FloatArray,
+    per_kg: FloatArray,
+    velocity: FloatArray,
+    block: IntArray,
+    time_s: FloatArray,
+    joints: list[int],
+) -> PayloadStep | None:
+    """The step, if the mass told by each block alone lies on its side of it nearly always and far enough from it."""
+    after = (block >= cut).astype(float)
+    _, mass = _split(beside, per_kg, velocity, after, joints)
+    count = int(block[-1]) + 1
+    top, bottom = np.zeros(count), np.zeros(count)
+    for j in joints:
+        scale = float(np.std(beside[:, j])) ** 2
+        known = per_kg[:, j] * np.where(after > 0, mass[1], mass[0])
+        own = _nuisance(velocity[:, j])
+        friction = own @ np.linalg.lstsq(own, beside[:, j] - known, rcond=None)[0]
+        top += np.bincount(block, per_kg[:, j] * (beside[:, j] - friction) / scale, count)
+        bottom += np.bincount(block, per_kg[:, j] ** 2 / scale, count)
+    usable = bottom > 0.05 * np.median(bottom)
+    each = top / np.maximum(bottom, 1e-12)
+    before, behind = each[:cut][usable[:cut]], each[cut:][usable[cut:]]
+    if min(before.size, behind.size) < _LEAST_BLOCKS:
+        return None
+    low, high = float(np.median(before)), float(np.median(behind))
+    change, middle = high - low, 0.5 * (low + high)
+    spread = _SD_PER_MAD * float(np.median(np.abs(np.concatenate((before - low, behind - high)))))
+    sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
+    if abs(change) < max(_LEAST_KG, _SPREADS * spread) or min(sides) < _ON_SIDE:
+        return None
+    return PayloadStep(float(time_s[int(np.argmax(block >= cut))]), change, spread)

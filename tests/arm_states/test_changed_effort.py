@@ -1,0 +1,57 @@
+"""Units and signs switched, and weights picked up, in the middle of a log: told with their time, and only then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from collaudit.core import api
+from collaudit.core.config import load_config
+from collaudit.core.findings import Finding
+from collaudit.fixtures.compare import read_truth
+from collaudit.fixtures.simulation import SimulatedFiles
+
+Maker = Callable[..., SimulatedFiles]
+CODES = ("effort-switched", "payload-changed")
+
+
+def found(files: SimulatedFiles) -> list[Finding]:
+    prepared = api.prepare(files.log, load_config(files.config))
+    return [finding for finding in prepared.findings if finding.code in CODES]
+
+
+def test_a_switched_unit_is_told_of_the_whole_arm(made: Maker, robot: str) -> None:
+    files = made("faulty-unit-switch", robot, duration_s=20.0)
+    (finding,) = found(files)
+    assert finding.joint is None
+    assert finding.effect == "not-judged-joint"
+    assert finding.start_s == pytest.approx(read_truth(files.truth)["fault"]["from_s"], abs=0.1)
+
+
+def test_a_switched_sign_is_told_of_its_joint(made: Maker, robot: str) -> None:
+    files = made("faulty-sign-switch", robot, duration_s=20.0)
+    fault = read_truth(files.truth)["fault"]
+    (finding,) = found(files)
+    assert finding.joint == fault["joint"]
+    assert finding.start_s == pytest.approx(fault["from_s"], abs=0.1)
+
+
+def test_a_payload_is_told_with_its_mass(made: Maker, robot: str) -> None:
+    files = made("faulty-payload", robot, duration_s=20.0)
+    fault = read_truth(files.truth)["fault"]
+    (finding,) = found(files)
+    assert finding.code == "payload-changed"
+    assert finding.forbids_pass
+    assert finding.start_s == pytest.approx(fault["from_s"], abs=1.1)
+    told = float(finding.text.split("gains ")[1].split(" kg")[0])
+    assert told == pytest.approx(fault["mass_kg"], rel=0.1)
+
+
+@pytest.mark.parametrize(("scenario", "more"), [("stop-go", {"duration_s": 30.0}), ("polish-sine", {"seed": 2})])
+def test_ordinary_runs_change_nothing(made: Maker, robot: str, scenario: str, more: dict[str, object]) -> None:
+    assert found(made(scenario, robot, **more)) == []
+
+
+def test_a_wrong_model_is_no_payload(made: Maker, robot: str) -> None:
+    assert found(made("free-clean", robot, duration_s=20.0, mismatch_percent=10.0)) == []

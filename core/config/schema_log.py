@@ -74,6 +74,9 @@ class FieldsConfig(ConfigTable):
     velocity: str | None = Field(None, description="Path of the velocities.")
     effort: str | None = Field(None, description="Path of the efforts.")
     temperature: str | None = Field(None, description="Path of the joints' temperatures, °C.")
+    joint_torque: str | None = Field(
+        None, description="Path of the torques behind the gears, N·m, beside `effort` of the drives."
+    )
     stamp: str | None = Field(
         None, description="Paths of the stamp's seconds and nanoseconds: `header.stamp.sec,header.stamp.nanosec`."
     )

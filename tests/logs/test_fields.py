@@ -152,3 +152,17 @@ def test_odd_json_stamps(seconds: str, usable: bool, tmp_path: Path) -> None:
     else:
         with pytest.raises(LogError, match="beyond all times"):
             read_log((path,), config, robot_joints=None)
+
+
+def test_a_second_torque_by_its_field_path(tmp_path: Path) -> None:
+    def data(k: int) -> bytes:
+        message = body(k)
+        for joint in message["arm"]:
+            joint["sensor"] = 0.5 * joint["tau"]
+        return json.dumps(message).encode()
+
+    path = write(tmp_path / "x.mcap", "json", data, b"{}", ["/robot", "/load"])
+    log = read_log((path,), settings(joint_torque="arm[*].sensor"), robot_joints=None)
+    assert log.effort is not None
+    assert log.joint_torque_nm is not None
+    np.testing.assert_allclose(log.joint_torque_nm, 0.5 * log.effort)

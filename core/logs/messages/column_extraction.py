@@ -203,9 +203,10 @@ def _count(parts: tuple[Numbers, ...]) -> int:
 
 
 def usable_counts(counts: dict[str, int]) -> dict[str, int]:
-    """Without temperatures that some joints lack: motion is not lost for that."""
+    """Without temperatures and second torques that some joints lack: motion is not lost for that."""
     motion = max((counts.get(name, 0) for name in MOTION), default=0)
-    return {name: count for name, count in counts.items() if name != "temperature" or count == motion}
+    beside = ("temperature", "joint_torque")
+    return {name: count for name, count in counts.items() if name not in beside or count == motion}
 
 
 def check_counts(profile: Profile, named: tuple[str, ...], counts: dict[str, int]) -> tuple[str, ...]:

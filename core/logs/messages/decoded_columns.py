@@ -14,7 +14,7 @@ _LEAST_ROWS = 4096
 #: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
 _MARGIN, _MOST_FORESEEN = 1.1, 1000
 MOTION = ("position", "velocity", "effort")
-QUANTITIES = (*MOTION, "temperature")
+QUANTITIES = (*MOTION, "temperature", "joint_torque")
 
 
 @dataclass(frozen=True, slots=True)

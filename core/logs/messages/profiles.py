@@ -42,6 +42,7 @@ class Profile:
         fixed_names: names in the order of the arrays, where the type has none of its own; ``{i}`` counts from 1.
         position, velocity, effort: paths of (j,) numbers.
         temperature: path of (j,) numbers, °C, where the type has them.
+        joint_torque: path of (j,) torques behind the gears, N·m, beside the drives' effort.
         effort_unit: unit of the effort by the type's definition.
         effort_gravity: whether the effort contains the arm's own weight; None where the type does not say.
         wrench: path of the six numbers, force then torque.
@@ -62,6 +63,7 @@ class Profile:
     effort_gravity: bool | None = None
     wrench: str | None = None
     temperature: str | None = None
+    joint_torque: str | None = None
     annotations: tuple[tuple[str, str], ...] = ()
     family: str = ""
 
@@ -69,7 +71,7 @@ class Profile:
         """Quantity (annotations with ``ANNOTATION`` in front) to field path, of those the profile has."""
         pairs = (
             ("position", self.position), ("velocity", self.velocity), ("effort", self.effort), ("wrench", self.wrench),
-            ("temperature", self.temperature),
+            ("temperature", self.temperature), ("joint_torque", self.joint_torque),
         )  # fmt: skip
         annotated = {f"{ANNOTATION}{name}": path.split("==")[0] for name, path in self.annotations}
         return {key: path for key, path in pairs if path is not None} | annotated
@@ -290,6 +292,7 @@ def configured(settings: LogConfig, topic: str, type_name: str) -> Profile | Non
             velocity=fields.velocity,
             effort=fields.effort,
             temperature=fields.temperature,
+            joint_torque=fields.joint_torque,
         )
     if fields.wrench is not None and _same(topic, settings.wrench):
         return Profile(CONFIGURED, "wrench", (type_name,), stamp=fields.wrench_stamp, wrench=fields.wrench)

@@ -138,6 +138,7 @@ def read_message_log(
         annotations=tuple(annotations),
         phases=tuple(phases),
         temperature_c=frozen(columns["temperature"]) if "temperature" in columns else None,
+        joint_torque_nm=frozen(columns["joint_torque"]) if "joint_torque" in columns else None,
     )
 
 

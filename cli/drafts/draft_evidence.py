@@ -97,14 +97,15 @@ def _add_delays(log: Section, prepared: Prepared, config: Config, facts: Channel
 
 def _add_sign_choice(units: Section, prepared: Prepared) -> None:
     """The signs that the data do not decide: only the joints that show an inverted one, or the whole drive alike."""
-    inverted = [g for g in prepared.gains if g.inverted]
-    if prepared.sign_delay is not None or not inverted:
+    found = {f.joint for f in prepared.findings if f.kind.setting == "log.units.effort_sign"}
+    inverted = [name for name in prepared.judged if name in found]
+    upright = [g.joint for g in prepared.gains if g.known and g.joint not in found]
+    silent = [name for name in prepared.judged if name not in (*inverted, *upright)]
+    if prepared.sign_delay is not None or len(inverted) < 2 or upright or not silent:
         return
-    upright = [g for g in prepared.gains if g.known and not g.inverted]
-    silent = [name for name in prepared.judged if all(name != g.joint for g in (*inverted, *upright))]
-    if len(inverted) < 2 or upright or not silent:
-        return
-    shown = "; ".join(f"{g.joint} {g.gain:.2f} ({g.ci95[0]:.2f} to {g.ci95[1]:.2f})" for g in inverted)
+    shown = "; ".join(
+        f"{g.joint} {g.gain:.2f} ({g.ci95[0]:.2f} to {g.ci95[1]:.2f})" for g in prepared.gains if g.inverted
+    )
     units.remarks.append(
         f"QUESTION: which efforts are inverted? Per N·m of model torque: {shown}, so these are, or the model is wrong "
         f"in the same way. {', '.join(silent)}: the motion does not show it; that every joint which shows its sign is "

@@ -87,10 +87,12 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
     file = str(config) if config is not None else "collaudit.toml"
     if fitted or result is None:
         return f"next: collaudit detect {log} -c {file} -o run"
-    return (
-        f"next: collaudit fit RUN -c {file} -o friction.json, with a run free of contact (here friction was fitted on "
-        "this very log, which hides a lasting contact)"
-    )
+    if any(fit.model is not None for fit in result.friction.values()):
+        why = "here friction was fitted on this very log, which hides a lasting contact"
+    else:
+        why = "here no friction could be fitted, and only what a resting arm shows was judged"
+    free = "with a run free of contact in which the joints move"
+    return f"next: collaudit fit RUN -c {file} -o friction.json, {free} ({why})"
 
 
 def _named(joints: Sequence[str]) -> str:

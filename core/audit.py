@@ -172,7 +172,7 @@ def audit_log(
     detected = judged.run.detected
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
-    short = shortfalls(config.policy, coverage, sensitivity.joints)
+    short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
     findings += [*coverage_findings(short), *scarce]
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)

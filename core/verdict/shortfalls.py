@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
@@ -24,7 +24,7 @@ class Shortfall:
 
 
 def shortfalls(
-    policy: PolicyConfig, coverage: Coverage, sensitivity: Mapping[str, JointSensitivity]
+    policy: PolicyConfig, coverage: Coverage, sensitivity: Mapping[str, JointSensitivity], forbidden: Collection[str]
 ) -> tuple[Shortfall, ...]:
     """What each watched joint lacks: motion that tells anything, motion that tells enough, rest that is not too long.
 
@@ -32,9 +32,12 @@ def shortfalls(
         policy: what is asked.
         coverage: seconds by joint and reason.
         sensitivity: of the watched joints.
+        forbidden: joints that a finding forbids judging; it says all there is to say.
     """
     out = []
     for joint, s in sensitivity.items():
+        if joint in forbidden:
+            continue
         cover = coverage.joints[joint]
         text = None
         if cover.moving_s > 0:

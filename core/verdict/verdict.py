@@ -106,10 +106,9 @@ def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
 
 
 def _not_judged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
-    """Findings that forbid a pass, then what is missing for the policy; a joint named by a finding is not repeated."""
+    """Findings that forbid a pass, then what is missing for the policy."""
     coverage = evidence.coverage
     reasons = _texts([f for f in evidence.findings if f.forbids_pass])
-    named = {f.joint for f in evidence.findings if f.effect == "not-judged-joint"}
     if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):
         reasons.append(
             f"{seconds_text(coverage.gaps_s)} of {seconds_text(coverage.recorded_s + coverage.gaps_s)} lie in gaps of "
@@ -117,7 +116,7 @@ def _not_judged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
         )
     if not any(s.all.detectable_s > 0 for s in evidence.sensitivity.values()):
         return [*reasons, _nothing(evidence)]
-    return reasons + [short.text for short in evidence.shortfalls if short.joint not in named]
+    return reasons + [short.text for short in evidence.shortfalls]
 
 
 def _texts(findings: Sequence[Finding]) -> list[str]:

@@ -11,7 +11,7 @@ from collaudit.core.findings import Finding
 from collaudit.reports.terminal.text_table import table
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
-from collaudit.reports.values.words import STATEMENT, plural, verdict_word, visible
+from collaudit.reports.values.words import STATEMENT, nothing_judged, plural, verdict_word, visible
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
@@ -32,7 +32,9 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
         worst = _highest(result, contacts, _MOST_CONTACTS)
         note = f", the {_MOST_CONTACTS} highest" if len(worst) < len(contacts) else ""
         parts += [f"\nContacts ({len(contacts)}{note})\n", contact_table(result, worst, width, evidence=False)]
-    parts += [*sensitivity_text(result, width), *_findings(result)]
+    if not nothing_judged(result):
+        parts += sensitivity_text(result, width)
+    parts += _findings(result)
     parts.append(f"\n{'' if more is None else f'More: {more}. '}{STATEMENT}\n")
     return "".join(parts)
 

@@ -118,6 +118,6 @@ def test_what_matters_comes_first_and_each_kind_once() -> None:
 def test_shares_and_levels_of_a_joint() -> None:
     row = sensitivity_row(JOINT, with_contacts(1))
     assert row is not None
-    assert (row.asked, row.detectable, row.hidden, row.not_judged) == ("20 N·m", "57.0 %", "38.0 %", "5.0 %")
+    assert (row.asked, row.detectable, row.hidden, row.not_judged) == ("20.0 N·m", "57.0 %", "38.0 %", "5.0 %")
     assert (row.half, row.most, row.always) == ("4.70 N·m", "–", "20.004 N·m")
     assert sensitivity_row(JOINT, samples.passed().result) is None

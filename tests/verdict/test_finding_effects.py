@@ -234,3 +234,16 @@ def test_a_collision_in_what_could_be_read_counts(clean: JointLog, friction: Fri
     found = audit(replace(clean, effort=clean.effort + push), friction, damaged).result
     assert found.verdict == "fail"
     assert damaged.text in found.reasons
+
+
+def test_the_same_words_about_several_joints_are_one_reason() -> None:
+    said = [Finding("effort-sign-inverted", "error", f"Joint '{j}' is inverted.", joint=j) for j in NAMES]
+    other = Finding("log-partial", "error", "The log is damaged.")
+    _, reasons = decide(PolicyConfig(), Evidence((), (), Coverage(10.0, 0.0, {}), {}, (), (*said, other)))
+    assert reasons[:2] == ("Joint 'joint1' is inverted. The same holds for joint2.", "The log is damaged.")
+
+
+def test_a_joint_that_a_finding_forbids_is_not_said_to_lack_coverage(clean: JointLog, friction: FrictionFile) -> None:
+    found = audit(without_effort(clean, 1, 0.0), friction).result
+    assert not [f for f in found.findings if f.code == "coverage-low"]
+    assert len(found.reasons) == 1

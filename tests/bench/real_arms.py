@@ -1,10 +1,10 @@
 """Writes docs/real-arms.md: what real arms do that the paper's does not, each simulated and judged out of the box.
 
 ``python real_arms.py LOGS [SEEDS [COMMAND [PAGE [NAME]]]]``: LOGS is a folder for the logs and results (kept, so that a
-run goes on where it ended), SEEDS how many, COMMAND the collaudit to measure (another version's, for the table
-"before"), PAGE the page whose table NAME ("after" if absent) is replaced ("-": none). A cell is one arm: friction is
-fitted on a minute of free motion and a log with graded pushes is judged, with ``init``, ``fit`` and ``detect``, told
-nothing but the robot and units.
+run goes on where it ended), SEEDS how many (0: what is kept), COMMAND the collaudit to measure (another version's, for
+the table "before"), PAGE the page whose table NAME ("after" if absent) is replaced ("-": none). A cell is one arm:
+friction is fitted on a minute of free motion and a log with graded pushes is judged, with ``init``, ``fit`` and
+``detect``, told nothing but the robot and units.
 """
 
 from __future__ import annotations
@@ -101,6 +101,16 @@ def robot_of(log: Path) -> Path:
     return path
 
 
+def measured(row: str, results: Path) -> list[Cell]:
+    """The cells of a row that are kept."""
+    return [_kept(path) for path in sorted(results.glob(f"{row.replace(' ', '-')}-[0-9]*.json"))]
+
+
+def _kept(path: Path) -> Cell:
+    held = json.loads(path.read_text(encoding="utf-8"))
+    return Cell(**{key: tuple(value) if isinstance(value, list) else value for key, value in held.items()})
+
+
 def measure(row: str, seed: int, logs: Path, results: Path, command: list[str]) -> Cell:
     """One cell; kept in ``results`` and not measured twice."""
     fitted, judged, imperfections = {**ROWS, **FAULTS}[row]
@@ -112,8 +122,7 @@ def measure(row: str, seed: int, logs: Path, results: Path, command: list[str]) 
         second = simulated(logs, judged, seed, imperfections)
         cell = _run(first, second, work, command)
         kept.write_text(json.dumps(cell), encoding="utf-8")
-    held = json.loads(kept.read_text(encoding="utf-8"))
-    return Cell(**{key: tuple(value) if isinstance(value, list) else value for key, value in held.items()})
+    return _kept(kept)
 
 
 def _run(first: Path, second: Path, work: Path, command: list[str]) -> dict[str, Any]:
@@ -163,17 +172,17 @@ def _counted(audit: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
 
 def table_row(name: str, cells: list[Cell], usual: set[str]) -> str:
     """What a row of the page says."""
-    judged = [cell for cell in cells if cell.clean_s]
+    judged = [cell for cell in cells if cell.judged]
     if not judged:
         codes = Counter(max(cell.codes) for cell in cells).most_common(1)[0][0]
         return f"| {name} | – | 0 of {len(cells)} (exit {codes}) | – | – | – |"
-    pushes, hours = sum(c.pushes for c in judged), sum(c.clean_s for c in judged) / 3600.0
+    pushes, minutes = sum(c.pushes for c in judged), sum(c.clean_s for c in judged) / 60.0
     found, false = sum(c.found for c in judged), sum(c.false for c in judged)
     said = Counter(code for cell in judged for code in set(cell.findings) - usual)
     most = ", ".join(f"`{code}`" for code, count in said.most_common(3) if 2 * count >= len(judged)) or "–"
     recall = f"{100 * found / pushes:.0f} % ({found}/{pushes})" if pushes else "–"
     share = median(cell.judged for cell in judged)
-    rate = f"{false} in {hours:.2f} h"
+    rate = f"{false} in {minutes:.1f} min"
     return f"| {name} | {most} | {len(judged)} of {len(cells)} | {recall} | {rate} | {100 * share:.0f} % |"
 
 
@@ -187,13 +196,12 @@ def main(arguments: list[str]) -> None:
     command = arguments[2].split() if arguments[2:] else ["collaudit"]
     results = folder / ("after" if len(arguments) < 5 else arguments[4])
     memoised()
-    cells: dict[str, list[Cell]] = {row: [] for row in (*ROWS, *FAULTS)}
     for seed in range(FIRST_SEED, FIRST_SEED + count):
-        for row in cells:
-            cells[row].append(measure(row, seed, folder / "logs", results, command))
-            print(seed, row, cells[row][-1], flush=True)
+        for row in (*ROWS, *FAULTS):
+            print(seed, row, measure(row, seed, folder / "logs", results, command), flush=True)
+    cells = {row: measured(row, results) for row in (*ROWS, *FAULTS)}
     usual = {code for cell in cells["none"] for code in cell.findings}
-    lines = [*HEAD, *(table_row(row, its, usual) for row, its in cells.items())]
+    lines = [*HEAD, *(table_row(row, its, usual) for row, its in cells.items() if its)]
     print("\n".join(lines))
     if arguments[3:] and arguments[3] != "-":
         put(Path(arguments[3]), results.name, lines)

@@ -32,5 +32,5 @@ def test_pushes_found_and_false_contacts(bench: Any) -> None:
     assert (counted["pushes"], counted["found"], counted["false"]) == (2, 1, 1)
     assert counted["judged"] == 0.75 and counted["findings"] == ["x"]
     cells = [bench.Cell((0, 0, 1), 2, 1, 1, 1800.0, 0.75, ("x",)), bench.Cell((0, 3))]
-    assert bench.table_row("odd", cells, set()) == "| odd | `x` | 1 of 2 | 50 % (1/2) | 1 in 0.50 h | 75 % |"
+    assert bench.table_row("odd", cells, set()) == "| odd | `x` | 1 of 2 | 50 % (1/2) | 1 in 30.0 min | 75 % |"
     assert "0 of 1 (exit 3)" in bench.table_row("odd", cells[1:], set())

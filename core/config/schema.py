@@ -183,6 +183,11 @@ class FitConfig(ConfigTable):
         description="How far the robot file's inertials are believed: standard deviation of each, as a share of the "
         "body's mass, mass times size, and mass times size squared.",
     )
+    gain_sd: Positive = Field(
+        0.2,
+        description="How far stated torque constants, or an effort stated to be in N·m, are believed where gains are "
+        "estimated: standard deviation as a share. A joint whose gain the motion tells no better keeps the stated one.",
+    )
     max_samples: Annotated[int, Field(ge=500)] = Field(
         20_000, description="Most samples used of arbitrary motion; the loss is stated in friction.json."
     )

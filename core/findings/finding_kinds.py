@@ -360,6 +360,12 @@ KINDS: dict[str, Kind] = {
         "Log faster, or with finer positions. A stated [conditioning] bandwidth_hz is used as it is.",
         _INFO,
     ),
+    "gain-kept": Kind(
+        "A drive's gain could not be told from the motion; the stated one is kept.",
+        "Nothing, if the torque constant is right. Motion that loads the joint more, or a known load, tells the gain.",
+        _INFO,
+        setting="log.units.torque_constant_nm_per_a",
+    ),
     "effort-sign-inverted": Kind(
         "Effort runs against the model's gravity torque, or along the motion where friction opposes it: its sign looks "
         "inverted.",

@@ -80,7 +80,7 @@ def identify(prepared: Sequence[Prepared], config: Config) -> Identified | None:
     if "gain" in estimate:
         gains = drive_gains(motion, regressor, unknowns, config, robot, estimate)
         motion = replace(motion, moving=np.asarray(motion.moving & np.isfinite(gains.gain)))
-        unknowns = replace(unknowns, gain=gains.gain)
+        unknowns = replace(unknowns, gain=gains.gain, gain_prior_sd=np.zeros_like(gains.gain))
     terms = terms_of(motion, regressor, unknowns)
     unknowns, solution = _repaired(terms, unknowns, solve(terms, unknowns), estimate)
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
@@ -182,6 +182,7 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
         joints[name] = IdentifiedJoint(
             gain=float(gain[j]) if known else None,
             gain_ci95=_interval(float(gain[j]), float(job.gains.sd[j])) if job.gains is not None and known else None,
+            gain_kept=job.gains is not None and bool(job.gains.kept[j]),
             offset_nm=offset if known and not job.terms.one_way[j] else 0.0,
             offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),
@@ -275,7 +276,10 @@ def _base_parameters(job: _Job) -> tuple[BaseParameter, ...]:
 
 def _prior_words(estimate: tuple[str, ...], share: float) -> str:
     first = (
-        "Drive gains rest on the robot description's inertials, which set their scale. " if "gain" in estimate else ""
+        "Drive gains rest on the robot description's inertials, which set their scale; rotor inertias that nobody "
+        "stated are estimated beside them. "
+        if "gain" in estimate
+        else ""
     )
     if "inertials" not in estimate:
         return first + "The robot description's inertials are taken as exact."

@@ -15,6 +15,12 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
         if joint.gain is None:
             text = f"The motion does not show the gain of joint '{name}': its torque stays unknown and is not judged."
             findings.append(Finding("effort-sign-unknown", "warning", text, joint=name))
+        if joint.gain_kept:
+            text = (
+                f"The motion does not tell the gain of joint '{name}' any better than it is stated, so the stated one "
+                "is kept. A known load, or motion under more gravity, would tell it."
+            )
+            findings.append(Finding("gain-kept", "info", text, joint=name))
         before, after = joint.held_out_rms_file_nm, joint.held_out_rms_nm
         if before is not None and after is not None and after > 1.02 * before:
             text = (

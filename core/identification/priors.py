@@ -10,8 +10,9 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
+from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.identification.standard_errors import standard_errors
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -19,6 +20,10 @@ _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
 #: Of a joint's inertia: robot files seldom state rotor inertia at all.
 ARMATURE_SHARE = 0.5
+#: Standard errors of a gain by plain regression that make it no chance, and how far the gain may be from it.
+_SEEN, _ALIKE = 3.0, (0.5, 2.0)
+#: A gain keeps its stated value unless the motion lowers its standard deviation below this share of the prior's.
+_TOLD = 0.8
 
 
 def inertial_prior_sd(config: Config) -> float:
@@ -52,19 +57,41 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple
         # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them
         widest = ARMATURE_SHARE * float(inertia.max())
         armature_prior_sd = np.where(armature > 0, armature_prior_sd, np.maximum(armature_prior_sd, widest))
-    gain = np.ones(len(names))
+    gain, gain_prior_sd = np.ones(len(names)), np.zeros(len(names))
     if "gain" in estimate:
+        armature_prior_sd = np.maximum(armature_prior_sd, rotor_prior_sd(robot, prepared[0], armature))
+        stated = gains_stated(prepared[0], config)
+        gain_prior_sd[:] = config.fit.gain_sd if stated else np.inf
         for found in prepared[0].gains:
-            gain[names.index(found.joint)] = found.gain if abs(found.gain) > 1e-6 else 1.0
-    return Unknowns(inertials, sd, armature, armature_prior_sd, gain, np.zeros(len(names)))
+            start = found.gain if abs(found.gain) > 1e-6 else 1.0
+            gain[names.index(found.joint)] = (-1.0 if found.inverted else 1.0) if stated else start
+    return Unknowns(inertials, sd, armature, armature_prior_sd, gain, gain_prior_sd)
+
+
+def gains_stated(prepared: Prepared, config: Config) -> bool:
+    """Whether the configuration says what the effort is in N·m: gains of 1 are then the prior and the fallback."""
+    units = config.log.units
+    stated = bool(units.torque_constant_nm_per_a) or "effort" in units.model_fields_set
+    return stated and prepared.start.series.effort_unit == "Nm"
+
+
+def rotor_prior_sd(robot: RobotModel, prepared: Prepared, armature: FloatArray) -> FloatArray:
+    """(j,) standard deviation of rotor inertias that nobody stated, kg·m²; 0 for those that somebody did."""
+    # behind gears a rotor may outweigh a light wrist's link hundreds of times
+    widest = ARMATURE_SHARE * float(_joint_inertia(robot, prepared).max())
+    return np.asarray(np.where(armature > 0.0, 0.0, widest))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gains:
-    """Gains (j,), NaN where the motion does not show one, and their standard errors."""
+    """Gains (j,), NaN where the motion does not show one and none is stated, and their standard errors.
+
+    ``kept`` (j,) are those that keep their stated value, because the motion tells no better one.
+    """
 
     gain: FloatArray
     sd: FloatArray
+    kept: BoolArray
 
 
 def drive_gains(
@@ -75,7 +102,7 @@ def drive_gains(
     robot: RobotModel,
     estimate: tuple[str, ...],
 ) -> Gains:
-    """Drive gains given the description's inertials, a tool beside them where it is asked for.
+    """Drive gains given the description's inertials, with rotor inertias that nobody stated and a tool beside them.
 
     No motion tells a common scale of gains from one of inertials; so gains come first and are then held.
     """
@@ -83,19 +110,48 @@ def drive_gains(
     if "tool" in estimate:
         k = 10 * tool_body(robot, config)
         sd[k : k + 4] = unknowns.inertials_prior_sd[k : k + 4]
+    rotors = np.where(unknowns.armature > 0.0, 0.0, unknowns.armature_prior_sd)
+    free = replace(unknowns, inertials_prior_sd=sd, armature_prior_sd=rotors)
+    terms = terms_of(motion, regressor, free)
+    first = solve(terms, free)
     count = unknowns.gain.size
-    held = replace(
-        unknowns,
-        inertials_prior_sd=sd,
-        armature_prior_sd=0 * unknowns.armature_prior_sd,
-        gain_prior_sd=np.full(count, np.inf),
-    )
-    terms = terms_of(motion, regressor, held)
-    first = solve(terms, held)
     error = np.full(first.free.size, np.inf)
-    error[first.free] = np.sqrt(np.diag(standard_errors(terms, first, held).covariance))
+    error[first.free] = np.sqrt(np.diag(standard_errors(terms, first, free).covariance))
     error = error[-count:]
-    return Gains(np.where(error < _SHOWN * np.abs(first.gain), first.gain, np.nan), error)
+    if (first.armature < 0.0).any():  # what no rotor has is left out of the estimate; its interval stays the wider one
+        possible = np.where(first.armature < 0.0, 0.0, rotors)
+        first = solve(terms, replace(free, armature_prior_sd=possible))
+    prior = unknowns.gain_prior_sd
+    kept = np.isfinite(prior) & ~((error < _TOLD * prior) & _seen(terms, free, first.gain))
+    gain = np.where(kept, unknowns.gain, first.gain)
+    shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
+    return Gains(np.where(shown, gain, np.nan), np.where(kept, prior, error), np.asarray(kept))
+
+
+def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:
+    """(j,) whether the model's torque is in the effort at all, by a regression in the effort's own unit.
+
+    Dividing an effort by a gain makes errors small as the gain grows: a joint whose motion tells nothing can end there.
+    """
+    motion = terms.motion
+    out = np.zeros(gain.size, dtype=bool)
+    for j in np.flatnonzero(motion.moving.any(axis=0)):
+        use = motion.moving[:, j].astype(np.float64)
+        spin = motion.acceleration[:, j]
+        model = terms.regressor[:, j] @ unknowns.inertials + motion.contact[:, j] + unknowns.armature[j] * spin
+        model *= use
+        beside = [terms.nuisance[j], spin[:, None]] if unknowns.armature_prior_sd[j] > 0.0 else [terms.nuisance[j]]
+        others = np.column_stack(beside) * use[:, None]
+        free = model - others @ np.linalg.lstsq(others, model, rcond=None)[0]
+        power = float(free @ free)
+        if power <= 0.0:
+            continue
+        slope = float(free @ motion.effort[:, j]) / power
+        rest = motion.effort[:, j] * use - slope * model
+        rest -= others @ np.linalg.lstsq(others, rest, rcond=None)[0]
+        error = float(np.sqrt(np.sum(terms.by_cluster(free * rest) ** 2))) / power
+        out[j] = abs(slope) > _SEEN * error and _ALIKE[0] < gain[j] / slope < _ALIKE[1]
+    return out
 
 
 def tool_body(robot: RobotModel, config: Config) -> int:

@@ -139,6 +139,58 @@ def test_drive_gains_and_signs_are_found_with_their_intervals(gain: tuple[float,
     assert any(f.code == "identified-used" for f in seen.findings)
 
 
+def bare(config: Config) -> RobotModel:
+    """The arm as a description that states no rotor inertia has it."""
+    described = arm(config)
+    return described.with_inertials(described.inertial_parameters, np.zeros_like(described.armature))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_gains_hold_without_a_stated_rotor_inertia(seed: int) -> None:
+    config = settings(fit={"estimate": ["gain"]}, log={"units": {"effort": "raw"}})
+    true = np.array([3.0, 0.5, -2.0])
+    found = identify([prepare(log_of(arm(settings()), true, seed, unit="raw"), bare(config), config)], config)
+    assert found is not None
+    shown = 0
+    for name, gain, rotor in zip(NAMES, true, ARMATURE, strict=True):
+        joint = found.joints[name]
+        if joint.gain is not None and joint.gain_ci95 is not None:
+            shown += 1
+            low, high = sorted(x or 0.0 for x in joint.gain_ci95)
+            assert low <= gain <= high
+            assert joint.armature_kg_m2 == pytest.approx(rotor, rel=0.3)
+    assert shown >= 2
+
+
+def test_a_joint_whose_gain_cannot_be_told_keeps_the_stated_one() -> None:
+    """The first joint turns about the vertical: its inertia and its rotor's are nearly one."""
+    units = {"effort": "Nm"}
+    config = settings(fit={"estimate": ["gain"]}, log={"units": units})
+    log = log_of(arm(settings()), np.array([1.1, 1.1, 1.1]))
+    assert log.effort is not None
+    still = replace(log, position_rad=log.position_rad.copy(), velocity_rad_s=log.velocity_rad_s.copy())  # type: ignore[union-attr]
+    still.position_rad[:, 0] = 0.0
+    still.velocity_rad_s[:, 0] = 0.0  # type: ignore[index]
+    found = identify([prepare(still, bare(config), config)], config)
+    assert found is not None
+    kept = found.joints["joint1"]
+    assert kept.gain_kept
+    assert kept.gain == 1.0
+    assert kept.gain_ci95 == pytest.approx((1.0 - 1.96 * 0.2, 1.0 + 1.96 * 0.2))
+    assert {f.joint for f in identified_findings(found) if f.code == "gain-kept"} >= {"joint1"}
+    assert not any(f.code == "effort-sign-unknown" for f in identified_findings(found))
+    assert not found.joints["joint2"].gain_kept
+
+
+@pytest.mark.parametrize(("gain_sd", "expected"), [(0.2, 1.3), (0.002, 1.0)])
+def test_a_stated_constant_is_believed_as_far_as_is_said(gain_sd: float, expected: float) -> None:
+    config = settings(fit={"estimate": ["gain"], "gain_sd": gain_sd}, log={"units": {"effort": "Nm"}})
+    found = identify([prepare(log_of(arm(settings()), np.ones(3) * 1.3), bare(config), config)], config)
+    assert found is not None
+    assert found.joints["joint2"].gain == pytest.approx(expected, rel=0.05)
+    assert found.joints["joint2"].gain_kept == (gain_sd < 0.01)
+
+
 def test_a_late_velocity_does_not_spoil_gains() -> None:
     config = settings(fit={"estimate": ["gain"]}, log={"units": {"effort": "raw"}})
     log = log_of(arm(settings()), np.ones(3), unit="raw")

@@ -37,7 +37,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     """
     from collaudit.cli.drafts.choice_evidence import add_choice_evidence
     from collaudit.cli.drafts.draft import Draft
-    from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements
+    from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements, add_rest_threshold
     from collaudit.cli.drafts.trial import try_again, try_log
     from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
@@ -74,7 +74,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     add_measurements(draft.sections, trial)
     if trial.prepared is not None:
         delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)
-        if delays:
+        resting = add_rest_threshold(draft.sections, trial.prepared)
+        if delays or resting:
             trial = try_again(trial, parse_config(draft.text(), place))
     draft.remark(trial.findings)
     text = draft.text()

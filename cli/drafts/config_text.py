@@ -87,6 +87,13 @@ class Section:
         if not any(line.key == key and line.active for line in self.lines):
             self._put(Line(key, value, why, active=False))
 
+    def better(self, key: str, value: object, why: str) -> bool:
+        """Put a better guess in place of a guess; whether there was one."""
+        found = any(line.key == key and line.guess for line in self.lines)
+        if found:
+            self._put(Line(key, value, why, guess=True))
+        return found
+
     def _put(self, line: Line) -> None:
         for index, old in enumerate(self.lines):
             if old.key == line.key:

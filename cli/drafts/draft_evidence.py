@@ -71,6 +71,16 @@ def add_channel_facts(sections: Mapping[str, Section], prepared: Prepared, confi
     return _add_delays(sections["log"], prepared, config, facts)
 
 
+def add_rest_threshold(sections: Mapping[str, Section], prepared: Prepared) -> bool:
+    """Automatic thresholds for an arm that never moves: its own torque at rest tells them; whether they were put."""
+    from collaudit.core.prepare.quiet_level import quiet_levels
+
+    if not quiet_levels(prepared):
+        return False
+    why = "from what torque does by itself at rest: the arm never moves here; from friction.json where there is one"
+    return sections["detect"].better("gamma_nm", "auto", why)
+
+
 def _add_delays(log: Section, prepared: Prepared, config: Config, facts: ChannelFacts) -> dict[str, float]:
     counts: dict[str, float] = {}
     channels: tuple[tuple[str, str, float | None, Bounds | None], ...] = (

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
 from collaudit.core.data.signals import State
@@ -17,6 +18,8 @@ from collaudit.core.numeric.runs import run_bounds
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
 _STANDING_RAD_S = 1e-3
+#: A joint that gets no further in this time than it would at that speed dithers, s.
+_DITHER_S = 0.5
 #: Faster than this a joint whose friction is only an interval is moving, not standing: it was not judged in full.
 _CREEPING_RAD_S = 0.03
 
@@ -31,7 +34,7 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
     """
     recorded = sum(len(s) for s in series.segments)
     joints = {
-        joint: _joint(series, state[:, j], series.velocity_rad_s[:, j], watch[joint])
+        joint: _joint(series, state[:, j], travelling_velocity(series, j), watch[joint])
         for j, joint in enumerate(series.joint_names)
     }
     count = series.time_s.size
@@ -57,6 +60,15 @@ def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray,
         },
         spans=_spans(series.time_s, state, period),
     )
+
+
+def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
+    """(n,) velocity of a joint, 0 where it only dithers about its place, as by a step of its encoder."""
+    position = series.position_rad[:, j]
+    width = max(3, round(_DITHER_S / series.period_s))
+    known = np.where(np.isfinite(position), position, 0.0)
+    way = maximum_filter1d(known, width) - minimum_filter1d(known, width)
+    return np.where(way <= _STANDING_RAD_S * _DITHER_S, 0.0, series.velocity_rad_s[:, j])
 
 
 def moving_samples(velocity: FloatArray, state: NDArray[np.int8]) -> BoolArray:

@@ -17,7 +17,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.coverage import moving_samples
+from collaudit.core.verdict.coverage import moving_samples, travelling_velocity
 from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
 
 #: Bounds, in thresholds, of the torque that is to be noticeable where the configuration states none.
@@ -114,7 +114,7 @@ def measure_sensitivity(
         level, state = detectable_torque(run, j, inputs.rule.n), states[:, j]
         at_samples[:, j] = level[samples]
         there = np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
-        moving = moving_samples(series.velocity_rad_s[:, j], state)[there]
+        moving = moving_samples(travelling_velocity(series, j), state)[there]
         joints[joint] = _distribution(level[there], moving, series.period_s, gaps_s, observable[joint])
     if not run.residual.isolation.isolates:
         return Sensitivity(joints)

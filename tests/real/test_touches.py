@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -46,3 +47,14 @@ def test_every_touch_is_found_and_none_is_false(data_dir: Path, tmp_path: Path) 
     assert tuple(contacts for _, contacts in found) == TOUCHES
     assert all(score.false_alarms == 0 for score, _ in found)
     assert np.median([delay for score, _ in found for delay in score.delay_s]) < 0.08
+
+
+def test_out_of_the_box_a_resting_arm_gets_thresholds_of_its_own(cli, data_dir: Path) -> None:  # type: ignore[no-untyped-def]
+    log = data_dir / "franka_touch_csv" / "touch_06.csv"
+    if not log.exists():
+        pytest.skip(f"absent: {log}")
+    cli("init", log, "--urdf", data_dir / "urdf" / "panda.urdf", "-o", "c.toml")
+    assert 'gamma_nm = "auto"' in Path("c.toml").read_text(encoding="utf-8")
+    assert cli("audit", log, "-c", "c.toml", "-o", "out").code == 1
+    (found,) = Path("out").rglob("audit.json")
+    assert len(json.loads(found.read_text(encoding="utf-8"))["contacts"]) == TOUCHES[-1]

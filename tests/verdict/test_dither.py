@@ -1,0 +1,28 @@
+"""A still joint that dithers by a step of its encoder does not move."""
+
+from __future__ import annotations
+
+import numpy as np
+from synthetic import make_log
+
+from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.verdict.coverage import travelling_velocity
+
+PERIOD, STEP = 0.01, np.radians(0.0075)
+
+
+def velocity(q: np.ndarray) -> np.ndarray:
+    t = PERIOD * np.arange(q.size)
+    effort = np.random.default_rng(1).normal(0, 0.1, q.size)
+    v = np.gradient(q, PERIOD)
+    series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
+    assert np.abs(series.velocity_rad_s).max() > 1e-3
+    return travelling_velocity(series, 0)
+
+
+def test_dither_is_rest_and_creeping_is_not() -> None:
+    steps = np.random.default_rng(0).integers(0, 3, 2000)
+    assert (velocity(0.3 + STEP * steps) == 0.0).all()
+    creeping = 0.3 + STEP * np.round(0.003 * PERIOD * np.arange(2000) / STEP)
+    assert np.mean(velocity(creeping) != 0.0) > 0.9

@@ -81,7 +81,7 @@ class _Place:
 def _locate(prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, names: Sequence[str], peak: int) -> _Place:
     """The link moved by the outermost of the joints that alarmed, base to tip, and the force at the peak's sample."""
     if not run.residual.isolation.isolates:
-        return _Place("unknown", "This detector sees power only and does not isolate.", None)
+        return _Place("unknown", "This detector judges the arm as a whole and does not isolate.", None)
     series, robot = prepared.judged_series, prepared.robot
     outer = robot.joint_names.index(names[-1])
     beyond = [joint for joint in series.joint_names if robot.joint_names.index(joint) > outer]

@@ -1,0 +1,110 @@
+"""The combined statistic: the norm of all joints' residuals, each in units of its own noise, through a slow filter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.signals import State
+from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.residual.balance import balance_from_acceleration
+from collaudit.core.residual.detector import Detector
+from collaudit.core.residual.detectors.direct import direct_kernel
+from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
+
+#: Contacts of people and fixtures lie below, most errors of friction and ripple above.
+_BANDWIDTH_HZ = 4.0
+#: A joint without noise would outvote all others.
+_LEAST_NOISE_NM = 1e-3
+#: The joint is named by what it shows in this time from the onset.
+_LOOK_S = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedAfterwards:
+    """One statistic of the whole arm; a contact is named after the joint that shows most of it.
+
+    Attributes:
+        joint_names: the judged joints.
+        noise_nm: (j,) of each joint's residual.
+        share: (n, j) residual in units of its noise.
+        period_s: sample period, s.
+    """
+
+    joint_names: tuple[str, ...]
+    noise_nm: FloatArray
+    share: FloatArray
+    period_s: float
+
+    @property
+    def isolates(self) -> bool:
+        """No: the columns hold the arm's statistic, not a joint's torque."""
+        return False
+
+    def judged_columns(self, watched: Sequence[int], gamma_nm: Mapping[str, float]) -> list[int]:
+        """The joint whose threshold is the fewest of its standard deviations: at it, each joint alone alarms."""
+        return sorted(watched, key=lambda j: gamma_nm[self.joint_names[j]] / self.noise_nm[j])[:1]
+
+    def joint_of(self, column: int, sample: int) -> str:
+        """The joint whose residual is the most of its standard deviations after the onset."""
+        part = self.share[sample : sample + max(1, round(_LOOK_S / self.period_s))]
+        return self.joint_names[int(np.argmax(np.abs(part).max(axis=0)))]
+
+
+def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectConfig) -> Residual:
+    """The norm in each column, in N·m of that column's joint: s · noise of the joint.
+
+    Args:
+        prepared: the log.
+        inputs: friction laws, joints that contradict the model.
+        config: friction interval and level.
+
+    Raises:
+        ConfigError: a causal residual is asked for.
+    """
+    if config.causal:
+        raise ConfigError(
+            "the detector 'combined' looks both ways in time",
+            where="[detect] causal",
+            found="true",
+            expected="false, or another detector",
+        )
+    kernel = direct_kernel(_BANDWIDTH_HZ, causal=False)
+    by_joint = joint_residuals(prepared, balance_from_acceleration(prepared, kernel), inputs, config)
+    state, torque = by_joint.state, by_joint.torque_nm
+    evidence = np.asarray((state <= State.FRICTION_INTERVAL) & np.isfinite(torque))
+    noise = np.array([_noise(torque[state[:, j] == State.JUDGED, j]) for j in range(torque.shape[1])])
+    beyond = np.sign(torque) * np.maximum(np.abs(torque) - by_joint.uncertainty_nm, 0.0)
+    share = np.where(evidence, beyond, 0.0) / noise
+    norm = np.sqrt(np.sum(share**2, axis=1))
+    somewhere = np.any(evidence, axis=1, keepdims=True)
+    shown = np.where(somewhere & (state > State.FRICTION_INTERVAL), np.int8(State.FRICTION_INTERVAL), state)
+    series = prepared.judged_series
+    return replace(
+        by_joint,
+        torque_nm=np.asfortranarray(np.where(somewhere, norm[:, None] * noise, np.nan)),
+        state=np.asfortranarray(shown.astype(np.int8)),
+        uncertainty_nm=np.zeros_like(torque),
+        isolation=NamedAfterwards(series.joint_names, noise, share, series.period_s),
+    )
+
+
+def _noise(judged_nm: FloatArray) -> float:
+    """Robust standard deviation of a residual; contacts, which are rare, do not move it."""
+    known = judged_nm[np.isfinite(judged_nm)]
+    return max(_LEAST_NOISE_NM, robust_sd(known - np.median(known)) if known.size else np.inf)
+
+
+DETECTOR = Detector(
+    name="combined",
+    equation="r = sd |(r_1/sd_1, ..., r_j/sd_j)|, r_j as of direct at 4 Hz with zero phase, sd the robust standard "
+    "deviation of each over the log",
+    source="norm of the residuals in units of their noise, as of Mahalanobis with a diagonal covariance",
+    residual=combined_residual,
+)

@@ -103,16 +103,17 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
     from collaudit.core.robot.robot_description import describe_robot
 
     description = describe_robot(settings.config.robot, settings.base_dir)
+    movable = description.movable if description else None
     log = read_log(
         _paths(files),
         settings.config.log,
-        robot_joints=description.movable if description else None,
+        robot_joints=movable,
         prismatic=[joint.name for joint in description.joints if joint.kind == "prismatic"] if description else (),
         judged=settings.config.robot.joints or (),
         progress=progress,
         cache=settings.cache,
     )
-    return at_joints(log, settings.config.robot, description.movable if description else ())
+    return at_joints(log, settings.config.robot, movable or ())
 
 
 def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:

@@ -13,9 +13,19 @@ from collaudit.cli.drafts import trial as trials
 
 
 def _moved(arm, path: Path, rows: int) -> Path:
-    """The clean log with its efforts some rows late (early where negative)."""
-    header, *lines = arm.clean.read_text().splitlines()
-    values = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    """A log of accelerated motion with its efforts some rows late (early where negative)."""
+    from collaudit.core.config import load_config
+    from collaudit.core.robot import load_robot
+
+    model = load_robot(load_config(arm.config).config.robot, Path(), ["joint1", "joint2"])
+    time = np.arange(60 * 250) / 250
+    q = np.column_stack(
+        [np.sin(1.3 * time) + 0.3 * np.sin(4.1 * time), 0.8 * np.sin(1.7 * time) + 0.3 * np.cos(5 * time)]
+    )
+    dq = np.gradient(q, 1 / 250, axis=0)
+    tau = model.inverse_dynamics(q, dq, np.gradient(dq, 1 / 250, axis=0)) + np.tanh(dq / 0.01) + 1.5 * dq
+    tau += np.random.default_rng(5).normal(0, 0.05, tau.shape)
+    values, header = np.column_stack([time, q, dq, tau]), "t,q1,q2,dq1,dq2,tau1,tau2"
     values[:, 5:] = np.roll(values[:, 5:], rows, axis=0)
     np.savetxt(path, values[20:-20], delimiter=",", header=header, comments="", fmt="%.9g")
     return path

@@ -177,11 +177,6 @@ def _garbage(m: Motion) -> Columns:
     return m.plain() | {"t": time}
 
 
-def _late(m: Motion) -> Columns:
-    rows = round(0.04 / float(np.median(np.diff(m.time_s))))
-    return m.plain() | {f"tau{k + 1}": np.roll(m.signals[2][:, k], rows) for k in range(2)}
-
-
 def _restarted(m: Motion) -> Columns:
     half = m.time_s.size // 2
     return m.plain() | {"t": np.concatenate([m.time_s[:half], m.time_s[: m.time_s.size - half]])}
@@ -245,5 +240,4 @@ ROWS: tuple[Row, ...] = (
     Row("Trap", "currents, no torque constants",
         lambda folder, m: csv(folder / "run.csv", table_of("units", 1, m.time_s, m.signals))),
     Row("Trap", "an inverted effort", _changed(lambda m: m.plain() | {"tau1": -m.signals[2][:, 0]})),
-    Row("Trap", "an effort 40 ms late", _changed(_late)),
 )  # fmt: skip

@@ -25,7 +25,7 @@ from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
 
 #: A stretch begins where the residual exceeds this many robust standard deviations for this long …
-_FAR, _LASTING_S, _LASTING = 6.0, 0.02, 3
+_FAR, _LASTING_S, _LASTING = 8.0, 0.02, 3
 #: … reaches as far as it exceeds this many, short dips included, and this much further.
 _NEAR, _DIP_S, _MARGIN_S = 2.5, 0.1, 0.1
 #: The spread of a residual is taken for no less than this share of the effort's own: no model is better than that.

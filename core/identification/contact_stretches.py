@@ -25,7 +25,7 @@ from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
 
 #: A stretch begins where the residual exceeds this many robust standard deviations for this long …
-_FAR, _LASTING_S, _LASTING = 8.0, 0.02, 3
+_FAR, _LASTING_S, _LASTING = 6.0, 0.02, 3
 #: … reaches as far as it exceeds this many, short dips included, and this much further.
 _NEAR, _DIP_S, _MARGIN_S = 2.5, 0.1, 0.1
 #: The spread of a residual is taken for no less than this share of the effort's own: no model is better than that.
@@ -37,6 +37,8 @@ _COARSE = 60
 #: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.
 _SETTLED_S = 0.2
 _SLOW = (0.03, 0.1, 0.3)  # quantiles of speed over which friction may fall from breakaway
+#: A log in which nothing lies this far off is left whole: errors of a model reach what a light contact does.
+_CLEAR = 25.0
 _ROUNDS = 8
 _MAX_SAMPLES = 20_000
 _MIN_SAMPLES = 200
@@ -84,6 +86,8 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
             fresh = fresh | out
         settled = bool(np.count_nonzero(fresh ^ out) <= 0.001 * np.count_nonzero(moving))
         out = fresh
+    if not any(ratio.max(initial=0.0, where=out) >= _CLEAR for _, ratio, _ in seen):
+        out = np.zeros(n, dtype=bool)
     wide = _widened(out, ceil(_MARGIN_S / period))
     spans = _spans(wide, [(name, ratio) for name, ratio, _ in seen], series.time_s)
     facts = _facts("stated" if stated_free else "found", wide, out, moving, period, spans, rounds, settled)

@@ -19,7 +19,7 @@ _COMMANDS = (
     CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
     CommandEntry("init", "Write a commented configuration for a log."),
     CommandEntry("fit", "Identify friction from constant-velocity motion."),
-    CommandEntry("detect", "Judge one log: residuals, collisions, near misses."),
+    CommandEntry("detect", "Judge one log: residuals, contacts, near misses."),
     CommandEntry("recommend", "Recommend thresholds with their evidence."),
     CommandEntry("report", "Write the report of finished runs."),
     CommandEntry("audit", "Everything above, for one log or thousands."),

@@ -607,8 +607,9 @@ KINDS: dict[str, Kind] = {
         _EITHER,
     ),
     "coverage-low": Kind(
-        "A large part of the motion could not be judged.",
-        "See what was not judged and why. [policy] min_coverage says how much is asked.",
+        "Less would have been noticed on a joint than the policy asks for, or for less of the time.",
+        "See what friction hides and what was not judged. [policy] observable_nm, min_observable, max_hidden_s and "
+        "min_coverage say what is asked.",
         _WARNING,
     ),
     "recommend-little-data": Kind(

@@ -54,6 +54,8 @@ def friction_slope(
     if blocks.size < _MIN_BLOCKS:
         return None
     weight = float(friction @ friction)
+    if not weight > 0:
+        return None
     middle = float(friction**2 @ against) / weight
     found = jackknifed(friction * (against - middle), residual, beside, label // _TOGETHER)
     return None if found is None else Slope(*found, middle, float(residual @ friction) / weight)

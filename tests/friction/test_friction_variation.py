@@ -81,6 +81,8 @@ def test_too_little_says_nothing() -> None:
     assert friction_slope(t, np.zeros(t.size), friction, beside(t, friction), t) is None
     t, friction = motion()
     assert load_slope(t, np.zeros(t.size), friction, np.full(t.size, 7.0)) is None
+    none = np.zeros(t.size)
+    assert friction_slope(t, none, none, beside(t, friction), t) is None, "a law without friction"
 
 
 def test_ripple_is_found_with_its_frequency_and_share() -> None:

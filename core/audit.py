@@ -38,7 +38,7 @@ from collaudit.core.detection.detector_run import (
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
-from collaudit.core.detection.rest_rule import with_rest_thresholds
+from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.watch import control_modes
@@ -59,7 +59,6 @@ from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.clean_evidence import clean_residual, recommend_rules
 from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
-from collaudit.core.residual.rest_changes import change_findings
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings

@@ -12,6 +12,7 @@ from pathlib import Path
 from collaudit.cli.batch.audit_one import remove_run
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
 
 MARKER = "AUDIT-UNDER-WAY.txt"
@@ -59,10 +60,8 @@ def _remove(path: Path) -> None:
 
 
 def _marker_text() -> str:
-    owner = {"host": socket.gethostname(), "process": os.getpid()}
-    return (
-        f"{json.dumps(owner)}\nAn audit is under way here, or was ended before it finished. There is no verdict yet.\n"
-    )
+    note = "An audit is under way here, or was ended before it finished. There is no verdict yet."
+    return json_text({"note": note, "host": socket.gethostname(), "process": os.getpid()})
 
 
 def _check_owner(out: Path, force: bool) -> None:
@@ -87,7 +86,7 @@ def _check_owner(out: Path, force: bool) -> None:
 def _check_idle(marker: Path) -> None:
     """Refuse where the marker's process still lives; a marker that tells nothing was left by a killed one."""
     try:
-        owner = json.loads(marker.read_text(encoding="utf-8").splitlines()[0])
+        owner = json.loads(marker.read_bytes())
         host, process = str(owner["host"]), int(owner["process"])
     except (OSError, ValueError, LookupError, TypeError):
         return

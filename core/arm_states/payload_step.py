@@ -14,6 +14,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.stats import SD_PER_MAD
 from collaudit.core.robot.robot_model import RobotModel
 
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
@@ -21,7 +22,6 @@ _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
 _LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
 #: Speed at which Coulomb friction is at its full size, rad/s.
 _SLIDING_RAD_S = 0.01
-_SD_PER_MAD = 1.4826
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +171,7 @@ def _stands_out(
         return None
     low, high = float(np.median(before)), float(np.median(behind))
     change, middle = high - low, 0.5 * (low + high)
-    spread = _SD_PER_MAD * float(np.median(np.abs(np.concatenate((before - low, behind - high)))))
+    spread = SD_PER_MAD * float(np.median(np.abs(np.concatenate((before - low, behind - high)))))
     sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
     if abs(change) < max(_LEAST_KG, _SPREADS * spread) or min(sides) < _ON_SIDE:
         return None

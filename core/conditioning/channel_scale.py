@@ -8,10 +8,11 @@ import numpy as np
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import SD_PER_MAD
 
 _BLOCKS = 10
 #: Standard deviation over the median of |third differences| of white noise: 1.4826 / sqrt(1 + 9 + 9 + 1).
-_SD_PER_MEDIAN = 1.4826 / float(np.sqrt(20.0))
+_SD_PER_MEDIAN = SD_PER_MAD / float(np.sqrt(20.0))
 #: Values closer than this share of the range are one value that was rounded twice.
 _SAME = 1e-9
 #: A finer step, as a share of the range, is the number format's and not the sensor's.

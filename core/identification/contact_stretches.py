@@ -36,7 +36,11 @@ _UNEXPLAINED = 0.9
 _COARSE = 60
 #: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.
 _SETTLED_S = 0.2
-_SLOW = (0.03, 0.1, 0.3)  # quantiles of speed over which friction may fall from breakaway
+#: Speeds over which friction may fall from breakaway: quantiles of those driven, and shares of the fastest.
+_SLOW, _OF_FASTEST = (0.03, 0.1, 0.3), (0.05, 0.15, 0.4)
+#: Rare speeds count as much as common ones in the regression, up to this many times their share: a few fast strokes
+#: would otherwise be forgotten as outliers of a log that is mostly slow.
+_SPEED_BINS, _MOST_WEIGHT = 12, 30.0
 #: A log in which nothing lies this far off is left whole: errors of a model reach what a light contact does.
 _CLEAR = 25.0
 _ROUNDS = 8
@@ -157,7 +161,8 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
         return None
     sign, speed = np.sign(v[rows]), np.abs(v[rows])
     columns = [np.ones(rows.size), sign, v[rows], a[rows], np.cos(q[rows]), np.sin(q[rows])]
-    columns += [sign * np.exp(-speed / max(s, 1e-6)) for s in np.quantile(speed, _SLOW)]
+    scales = [*np.quantile(speed, _SLOW), *(share * np.quantile(speed, 0.999) for share in _OF_FASTEST)]
+    columns += [sign * np.exp(-speed / max(s, 1e-6)) for s in scales]
     if torque is not None:
         rate = np.nan_to_num(differentiate(torque, series.segments, series.period_s)[rows])
         columns += [torque[rows], rate, sign * np.abs(torque[rows])]
@@ -179,7 +184,9 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
         kept[:] = True
     use = np.flatnonzero(kept)
     use = use[:: max(1, use.size // _MAX_SAMPLES)]
-    rest = joint.effort - joint.columns @ robust_fit(joint.columns[use], joint.effort[use])
+    rest = joint.effort - joint.columns @ robust_fit(
+        joint.columns[use], joint.effort[use], _balanced(joint.conditions[use, 0])
+    )
     spread = local_spread(rest, kept, joint.conditions, max(_MIN_SAMPLES, round(_CELL_S / period)))
     usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
     ratio = np.zeros(n)
@@ -200,6 +207,14 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
     np.add.at(marks, first[hit], 1)
     np.add.at(marks, last[hit], -1)
     return ratio, np.cumsum(marks[:-1]) > 0
+
+
+def _balanced(speed: FloatArray) -> FloatArray:
+    """(k,) weights that make bins of speed, even in their logarithm, count alike."""
+    edges = np.geomspace(max(MOVING_RAD_S, 1e-6), max(float(speed.max()), 2 * MOVING_RAD_S), _SPEED_BINS)
+    bins = np.searchsorted(edges, speed)
+    count = np.bincount(bins, minlength=_SPEED_BINS + 1)
+    return np.asarray(np.minimum(count.max() / count[bins], _MOST_WEIGHT))
 
 
 def _closed(mask: BoolArray, dip: int) -> BoolArray:

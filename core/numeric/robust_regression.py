@@ -15,7 +15,7 @@ _RIDGE = 1e-9
 _CELLS = (0.1, 0.4, 0.7)  # quantiles of a condition between which a spread is its own
 
 
-def robust_fit(columns: FloatArray, target: FloatArray) -> FloatArray:
+def robust_fit(columns: FloatArray, target: FloatArray, share: FloatArray | None = None) -> FloatArray:
     """Coefficients (k,) by iterated reweighting: Huber's weights to come near, then bisquare to forget outliers.
 
     Holland and Welsch, Commun. Stat. A 6, 1977; the scale is the median absolute residual.
@@ -23,6 +23,7 @@ def robust_fit(columns: FloatArray, target: FloatArray) -> FloatArray:
     Args:
         columns: (n, k), of any size; columns that repeat others are no harm.
         target: (n,).
+        share: (n,) what each row counts whatever its residual; None for all alike.
     """
     scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-12)
     scaled = columns / scale
@@ -30,9 +31,10 @@ def robust_fit(columns: FloatArray, target: FloatArray) -> FloatArray:
     weight = np.ones(target.size)
     for bisquare in (False, True):
         for _ in range(_ROUNDS):
-            gram = scaled.T @ (weight[:, None] * scaled)
+            total = weight if share is None else weight * share
+            gram = scaled.T @ (total[:, None] * scaled)
             gram += _RIDGE * np.trace(gram) * np.eye(gram.shape[0])
-            fresh = np.linalg.solve(gram, scaled.T @ (weight * target))
+            fresh = np.linalg.solve(gram, scaled.T @ (total * target))
             rest = target - scaled @ fresh
             sd = max(robust_sd(rest), 1e-12)
             done = float(np.max(np.abs(scaled @ (fresh - estimate)))) < _CHANGE * sd

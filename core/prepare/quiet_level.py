@@ -14,6 +14,7 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stats import SD_PER_MAD
 from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
@@ -24,8 +25,6 @@ _WINDOW_S, _EVEN_SHARE, _EVEN_TIMES = 0.25, 0.2, 3.0
 DRIFT_S = 120.0
 #: Less quiet time than this, or than this share, tells no level.
 _LEAST_S, _LEAST_SHARE = 1.0, 0.05
-#: Standard deviation of a normal distribution over its median absolute deviation.
-_SD_PER_MAD = 1.4826
 #: Changes count from this many spreads on, and from this share of the joint's rated torque: sensors are no better.
 _SPREADS, _RATED_SHARE = 6.0, 0.02
 
@@ -71,7 +70,7 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
     for joint in prepared.judged:
         j = series.column(joint)
         level = _level(torque[:, j], quiet, series.time_s)
-        spread = _SD_PER_MAD * float(np.median(np.abs(torque[quiet, j] - level[quiet])))
+        spread = SD_PER_MAD * float(np.median(np.abs(torque[quiet, j] - level[quiet])))
         spread = max(spread, float(noise[j]), _step(torque[quiet, j]))
         rated = float(prepared.robot.effort_limit_nm[j])
         floor = _RATED_SHARE * rated if np.isfinite(rated) else 0.0

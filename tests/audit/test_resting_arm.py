@@ -70,7 +70,7 @@ def test_a_load_that_is_always_there_is_part_of_the_level_and_said() -> None:
     found = audit(resting(every_s=1000.0))
     (finding,) = [f for f in found.result.findings if f.code == "judged-for-changes"]
     assert "cannot be seen" in finding.text
-    assert "joint1 0.399" in finding.text
+    assert "joint1 0.4" in finding.text
     assert finding.forbids_pass
 
 

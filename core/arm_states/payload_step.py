@@ -93,16 +93,11 @@ def _step(
     joints = [j for j in range(beside.shape[1]) if np.std(beside[:, j]) > 0 and np.max(np.abs(per_kg[:, j])) > 1e-3]
     if not joints:
         return None
-    best: tuple[float, int, FloatArray] | None = None
-    for cut in _cuts(count):
-        after = (block >= cut).astype(float)
-        left, mass = _split(beside, per_kg, velocity, after, joints)
-        if best is None or left < best[0]:
-            best = (left, cut, mass)
-    if best is None:
-        return None
-    cut = _refined(best[1], beside, per_kg, velocity, block, joints)
-    return _stands_out(cut, beside, per_kg, velocity, block, time_s, joints)
+    sums = _sums(beside, per_kg, velocity, block, joints)
+    best = min(_cuts(count), key=lambda cut: _split(sums, cut)[0])
+    cut = min(_neighbours(best, count), key=lambda cut: _split(sums, cut)[0])
+    mass = _split(sums, cut)[1]
+    return _stands_out(cut, mass, beside, per_kg, velocity, block, time_s, joints)
 
 
 def _cuts(count: int) -> list[int]:
@@ -110,33 +105,55 @@ def _cuts(count: int) -> list[int]:
     return [int(k) for k in np.unique(np.linspace(_LEAST_BLOCKS, count - _LEAST_BLOCKS, min(40, count)).astype(int))]
 
 
-def _refined(
-    cut: int, beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, joints: list[int]
-) -> int:
-    """The best cut among the neighbours of a coarse one."""
-    count = int(block[-1]) + 1
+def _neighbours(cut: int, count: int) -> range:
+    """The cuts around a coarse one."""
     reach = max(1, count // 40)
-    near = range(max(_LEAST_BLOCKS, cut - reach), min(count - _LEAST_BLOCKS, cut + reach) + 1)
-    return min(near, key=lambda k: _split(beside, per_kg, velocity, (block >= k).astype(float), joints)[0])
+    return range(max(_LEAST_BLOCKS, cut - reach), min(count - _LEAST_BLOCKS, cut + reach) + 1)
 
 
-def _split(
-    beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, after: FloatArray, joints: list[int]
-) -> tuple[float, FloatArray]:
-    """Sum of squares left, each joint in its own spread, with one mass before and one after; and the two, kg.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sums:
+    """What the fit of a step needs of all samples, up to each block, each joint in its own spread.
 
-    Friction and offset of each joint are eliminated first.
+    Attributes:
+        power: (j, blocks + 1) of the torque per kilogram, squared.
+        shared: (j, blocks + 1) of it with the torque beside the model, friction and offset eliminated.
+        eliminated: (j, blocks + 1, 3) of it with an orthonormal basis of friction and offset.
+        total: sum of squares of the torque beside the model, friction and offset eliminated.
     """
-    gram, right, total = np.zeros((2, 2)), np.zeros(2), 0.0
-    for j in joints:
-        own, mass = _nuisance(velocity[:, j]), np.stack([per_kg[:, j] * (1 - after), per_kg[:, j] * after], axis=1)
+
+    power: FloatArray
+    shared: FloatArray
+    eliminated: FloatArray
+    total: float
+
+
+def _sums(beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, block: IntArray, joints: list[int]) -> _Sums:
+    count = int(block[-1]) + 1
+    power, shared = np.zeros((2, len(joints), count + 1))
+    eliminated, total = np.zeros((len(joints), count + 1, 3)), 0.0
+    for k, j in enumerate(joints):
         scale = float(np.std(beside[:, j]))
-        basis, _ = np.linalg.qr(own)
-        y = (beside[:, j] - basis @ (basis.T @ beside[:, j])) / scale
-        x = (mass - basis @ (basis.T @ mass)) / scale
-        gram, right, total = gram + x.T @ x, right + x.T @ y, total + float(y @ y)
-    found = np.linalg.lstsq(gram, right, rcond=1e-9)[0]
-    return total - float(found @ right), np.asarray(found, dtype=np.float64)
+        basis, _ = np.linalg.qr(_nuisance(velocity[:, j]))
+        y, x = beside[:, j] / scale, per_kg[:, j] / scale
+        y = y - basis @ (basis.T @ y)
+        total += float(y @ y)
+        power[k, 1:] = np.cumsum(np.bincount(block, x * x, count))
+        shared[k, 1:] = np.cumsum(np.bincount(block, x * y, count))
+        for i in range(3):
+            eliminated[k, 1:, i] = np.cumsum(np.bincount(block, x * basis[:, i], count))
+    return _Sums(power, shared, eliminated, total)
+
+
+def _split(sums: _Sums, cut: int) -> tuple[float, FloatArray]:
+    """Sum of squares left with one mass before a block and another one from it on; and the two, kg."""
+    before, behind = sums.eliminated[:, cut], sums.eliminated[:, -1] - sums.eliminated[:, cut]
+    low = np.sum(sums.power[:, cut]) - np.sum(before * before)
+    high = np.sum(sums.power[:, -1] - sums.power[:, cut]) - np.sum(behind * behind)
+    both = -np.sum(before * behind)
+    right = np.array([np.sum(sums.shared[:, cut]), np.sum(sums.shared[:, -1] - sums.shared[:, cut])])
+    found = np.linalg.lstsq(np.array([[low, both], [both, high]]), right, rcond=1e-9)[0]
+    return sums.total - float(found @ right), np.asarray(found, dtype=np.float64)
 
 
 def _nuisance(velocity: FloatArray) -> FloatArray:
@@ -145,6 +162,7 @@ def _nuisance(velocity: FloatArray) -> FloatArray:
 
 def _stands_out(
     cut: int,
+    mass: FloatArray,
     beside: FloatArray,
     per_kg: FloatArray,
     velocity: FloatArray,
@@ -154,7 +172,6 @@ def _stands_out(
 ) -> PayloadStep | None:
     """The step, if the mass told by each block alone lies on its side of it nearly always and far enough from it."""
     after = (block >= cut).astype(float)
-    _, mass = _split(beside, per_kg, velocity, after, joints)
     count = int(block[-1]) + 1
     top, bottom = np.zeros(count), np.zeros(count)
     for j in joints:

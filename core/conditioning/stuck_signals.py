@@ -52,8 +52,7 @@ def without_stuck(recorded: JointLog) -> JointLog:
     period = _period(recorded.time_s)
     if period is None:
         return recorded
-    speed = _speed(recorded, period)
-    moving = np.asarray(speed > MOVING_RAD_S)
+    moving = _moving(recorded, period)
     if not moving.any():
         return recorded
     arm: BoolArray = np.asarray(moving.any(axis=1))
@@ -98,16 +97,17 @@ def _period(time_s: FloatArray) -> float | None:
     return period if period > 0 else None
 
 
-def _speed(recorded: JointLog, period: float) -> FloatArray:
-    """(n, j) the larger of logged and differentiated speed, rad/s; 0 where neither is known."""
+def _moving(recorded: JointLog, period: float) -> BoolArray:
+    """(n, j) rows in which a joint moves, by its logged or by its differentiated speed."""
     half = max(1, ceil(_SPEED_S / period / 2))
-    q = recorded.position_rad
-    out = np.zeros(q.shape)
-    if q.shape[0] > 2 * half:
-        way = np.abs(q[2 * half :] - q[: -2 * half]) / (2 * half * period)
-        out[half:-half] = np.nan_to_num(way)
-    if recorded.velocity_rad_s is not None:
-        out = np.maximum(out, np.nan_to_num(np.abs(recorded.velocity_rad_s)))
+    out = np.zeros(recorded.position_rad.shape, dtype=np.bool_, order="F")
+    for j in range(len(recorded.joint_names)):
+        q = recorded.position_rad[:, j]
+        if q.size > 2 * half:
+            way = q[2 * half :] - q[: -2 * half]
+            out[half:-half, j] = np.abs(way, out=way) > MOVING_RAD_S * (2 * half * period)
+        if recorded.velocity_rad_s is not None:
+            out[:, j] |= np.abs(recorded.velocity_rad_s[:, j]) > MOVING_RAD_S
     return out
 
 

@@ -9,7 +9,6 @@ raises the residual's power as soon as it is below a half.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -91,25 +90,28 @@ def _bandwidth(
     """The bandwidth of one joint's model torque; None where all of it serves."""
     ends = [share * series.bandwidth_hz for share in _LADDER]
     both = np.column_stack([effort, rigid])
-    levels = [low_pass(both, spans, series.period_s, end) for end in ends]
+    levels = [low_pass(both, spans, series.period_s, ends[0])]
     use = np.isfinite(levels[0]).all(axis=1) & ~series.edge[: both.shape[0]]
     if np.count_nonzero(use) < 50 * _BLOCKS:
         return None
-    bands = [(a - b)[use] for a, b in pairwise(levels)]
-    kept = 0
-    for band in bands:
+    bands: list[FloatArray] = []
+    for end in ends[1:]:  # most often the first band is motion, and the others need not be computed
+        levels.append(low_pass(both, spans, series.period_s, end))
+        band = (levels[-2] - levels[-1])[use]
         if not _is_noise(band[:, 0], band[:, 1]):
             break
-        kept += 1
-    if not kept:
+        bands.append(band[:, 1])
+    if not bands:
         return None
+    if len(levels) < len(ends):
+        levels.append(low_pass(both, spans, series.period_s, ends[-1]))
     fast = (levels[0] - levels[-1])[use]
     before = fast[:, 0] - fast[:, 1]
-    after = before + np.sum([band[:, 1] for band in bands[:kept]], axis=0)
+    after = before + np.sum(bands, axis=0)
     rms = [float(np.sqrt(np.mean(x**2))) for x in (before, after)]
     if rms[1] ** 2 > (1.0 - _WORTH) * rms[0] ** 2:
         return None
-    return ModelBandwidth(series.joint_names[j], ends[kept], rms[0], rms[1])
+    return ModelBandwidth(series.joint_names[j], ends[len(bands)], rms[0], rms[1])
 
 
 def _is_noise(effort: FloatArray, model: FloatArray) -> bool:

@@ -24,6 +24,7 @@ _BINS = 16
 _VISIT_S = 1.0
 _LEAST_SHARE = 0.4  # of the later half's variance between positions that the earlier half foretells
 _LEAST_BINS = 5
+_LEAST_RANGE_RAD = 0.05  # less is an arm that gives where someone leans on it, not a joint that visits places
 _LEAST_VISITS = 2  # of a bin, in each half
 _SAID, _DOUBTED = 0.25, 0.5  # amplitude, as a share of the threshold or of friction
 _STRAIGHT = 0.8
@@ -50,7 +51,7 @@ class PositionPattern:
 def position_pattern(
     time_s: FloatArray, position: FloatArray, residual: FloatArray, direction: FloatArray
 ) -> PositionPattern | None:
-    """The pattern of one joint, or None where there is none, or too few visits to tell.
+    """The pattern of one joint, or None where there is none, or too little motion or too few visits to tell.
 
     Args:
         time_s, position, residual: (n,) samples.
@@ -64,7 +65,7 @@ def position_pattern(
         if way.any():
             rest[way] -= np.median(rest[way])
     low, high = np.quantile(position, [0.005, 0.995])
-    if not high > low:
+    if not high - low > _LEAST_RANGE_RAD:
         return None
     bins = np.clip(((position - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     visit = np.floor(time_s / _VISIT_S).astype(np.int64)

@@ -17,6 +17,8 @@ _CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8
 _MAX_SAMPLES = 50_000
 _MIN_EXPLAINED = 0.2
+#: A joint that keeps to less is an arm that gives under a touch; its effort against the model tells of the touch.
+_LEAST_TRAVEL_RAD = 0.05
 _PLAUSIBLE_GAIN = (0.5, 2.0)
 #: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
 _LEFT_OUT, _ROUNDS = 0.33, 4
@@ -71,6 +73,8 @@ def effort_gains(
 
     def one(j: int) -> EffortGain | None:
         use = _samples(effort[:, j], model_torque[:, j], velocity[:, j])
+        if use.size == 0 or float(np.ptp(series.position_rad[use, j])) < _LEAST_TRAVEL_RAD:
+            return None
         model = model_torque[use, j]
         if contact_nm is not None:
             model = model + np.nan_to_num(contact_nm[use, j])

@@ -50,6 +50,14 @@ def test_noise_friction_and_one_contact_are_no_pattern(seed: int) -> None:
     assert position_pattern(t, q, noise(t.size, seed) + 2.0 * way + push, way) is None
 
 
+def test_an_arm_that_gives_under_touches_visits_no_places() -> None:
+    t = np.arange(0, 60.0, 0.005)
+    touch = np.where(t % 2.0 < 0.5, np.abs(np.sin(2 * np.pi * t)), 0.0)
+    q, way = 0.06 + 0.003 * touch, np.sign(np.gradient(touch))
+    assert position_pattern(t, q, 12.0 * touch + 0.2 * noise(t.size), way) is None
+    assert position_pattern(t, 20.0 * q, 12.0 * touch + 0.2 * noise(t.size), way) is not None
+
+
 def test_springs_that_no_model_knows_are_said_beside_their_alarms(
     made: Callable[..., SimulatedFiles], friction_of: Callable[[str], FrictionFile]
 ) -> None:

@@ -84,6 +84,18 @@ def test_the_interval_is_cluster_robust_as_statsmodels_has_it() -> None:
     assert 0.5 * (found.ci95[1] - found.ci95[0]) == pytest.approx(half, rel=1e-9)
 
 
+@pytest.mark.parametrize("swing_rad", [0.004, 0.4])
+def test_a_resting_arm_that_gives_under_touches_says_nothing_of_units(swing_rad: float) -> None:
+    """What it accelerates by is the hand; only of a joint that travels does the effort follow the model."""
+    t = PERIOD * np.arange(12000)
+    q = swing_rad * np.sin(6.0 * t)
+    v, model = 6.0 * swing_rad * np.cos(6.0 * t), -36.0 * swing_rad * np.sin(6.0 * t)
+    effort = 3.0 * model + np.random.default_rng(4).normal(0, 0.05 * swing_rad, t.size)
+    series = condition(make_log(t, q[:, None], v[:, None], effort[:, None]), ConditioningConfig())
+    codes = [f.code for f in effort_gain_findings(effort_gains(series, model[:, None]), ("joint1",), "Nm")]
+    assert codes == (["effort-gain"] if swing_rad > 0.1 else ["effort-sign-unknown"])
+
+
 def touching(push: float, sign: float = 1.0) -> tuple[EffortGain, EffortGain | None]:
     """A lightly loaded joint that runs onto something wherever it comes far enough; the gain, and by all samples."""
     rng = np.random.default_rng(2)

@@ -109,7 +109,9 @@ def fit_logs(
     findings += clean.findings
     findings += about_axes
     findings += [f for log in known for f in fit_pattern_findings(log, fits)]
-    findings += identified_findings(identified) + friction_findings(fits) + friction_variation_findings(variation)
+    gains = [gain for log in known for gain in log.gains]
+    findings += identified_findings(identified) + friction_findings(fits, gains)
+    findings += friction_variation_findings(variation)
     findings += correction_findings(corrections)
     return FrictionFile(
         schema=FRICTION_SCHEMA,

@@ -41,6 +41,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     from collaudit.cli.drafts.trial import try_again, try_log
     from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
+    from collaudit.cli.obstacles import forbidding
     from collaudit.core.config import parse_config
     from collaudit.core.logs import describe, guess_csv_columns
     from collaudit.core.robot.robot_description import describe_robot
@@ -94,4 +95,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
         return EXIT_PASS
     listed = "\n".join(f"- {each}" for each in reasons)
     note(f"the log cannot be judged with this configuration yet; missing:\n{listed}")
+    if forbidding(trial.findings) is not None:
+        where = output or "the text above"
+        note(f"next: where a line behind # in {where} mends it and is true, take the # away and inspect again")
     return EXIT_NOT_JUDGED

@@ -61,10 +61,16 @@ def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Fin
     share = run.residual.balance.kernel.share_of_push(rule.n, period_s)
     if share >= 1.0 / _SHORT_PUSH_FACTOR:
         return []
+    name = run.detector.name
+    remedy = (
+        "A higher [conditioning] bandwidth_hz shows more, as far as the log's rate and noise allow."
+        if name == "direct"
+        else "A higher [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or detector = 'direct', shows more."
+    )
     text = (
-        f"The filter of the detector '{run.detector.name}' lets {100 * share:.0f} % of a push of "
+        f"The filter of the detector '{name}' lets {100 * share:.0f} % of a push of "
         f"{1e3 * rule.n * period_s:.3g} ms pass: one that short shows only above {1 / share:.2g} times the threshold. "
-        "A higher [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or the detector 'direct', shows more."
+        f"{remedy}"
     )
     return [Finding("detector-slow", "warning", text)]
 
@@ -143,8 +149,8 @@ def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, flo
             "friction-scatter",
             "warning",
             f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
-            f"fitted curve, against a threshold of {gamma_nm[joint]:g} N·m: an error of friction or of the model "
-            "can by itself look like a collision on this joint.",
+            f"fitted curve, against a threshold of {gamma_nm[joint]:g} {'N' if fit.effort_unit == 'N' else 'N·m'}: an "
+            "error of friction or of the model can by itself look like a collision on this joint.",
             joint=joint,
         )
         for joint, fit in fits.items()

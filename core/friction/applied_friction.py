@@ -62,7 +62,8 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         findings = []
     fitted = {joint: fit for joint, fit in fits.items() if joint not in quiet}
     missing = [finding for finding in missing if finding.joint not in quiet]
-    return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted), *missing), quiet)
+    gains = prepared.gains if friction is None else ()
+    return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted, gains), *missing), quiet)
 
 
 def _left_out(friction: FrictionFile) -> list[Finding]:

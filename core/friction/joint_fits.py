@@ -18,6 +18,7 @@ from collaudit.core.friction.motion_points import any_motion_tells_more, beyond,
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.effort_gain import EffortGain
 from collaudit.core.prepare.gear_torque import sensed
 from collaudit.core.prepare.prepared import Prepared
 
@@ -94,8 +95,13 @@ def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:
     return None if gain is None else log.rigid_nm * gain
 
 
-def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
-    """What the fits could not do, one finding a joint and fact."""
+def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGain] = ()) -> list[Finding]:
+    """What the fits could not do, one finding a joint and fact.
+
+    Args:
+        fits: by joint.
+        gains: of the efforts that were fitted: where they tell a sign, negative friction does not tell another.
+    """
     findings = []
     for joint, fit in fits.items():
         if fit.model is None:
@@ -105,7 +111,7 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
                 text += f" Stretches rejected: {lost}."
             findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))
             continue
-        findings += _physics_findings(joint, fit)
+        findings += _physics_findings(joint, fit, [gain for gain in gains if gain.joint == joint and gain.known])
         if fit.not_identifiable:
             text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
             findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
@@ -135,12 +141,20 @@ def friction_findings(fits: Mapping[str, FrictionFit]) -> list[Finding]:
     return findings
 
 
-def _physics_findings(joint: str, fit: FrictionFit) -> list[Finding]:
-    """What the points of one joint want against physics."""
+def _physics_findings(joint: str, fit: FrictionFit, known: Sequence[EffortGain]) -> list[Finding]:
+    """What the points of one joint want against physics; nothing where its inverted effort is stated already."""
+    if not fit.dissipates and any(gain.inverted for gain in known):
+        return []
     if not fit.dissipates:
+        cause = (
+            "while its gravity torque has the right sign: a delay, an error of the model's torque, or a hand that "
+            "leads the arm."
+            if known
+            else "as an effort with inverted sign does; see [log.units] effort_sign."
+        )
         text = (
-            f"Friction of joint '{joint}' is negative at nearly every speed measured: it would drive the joint. The "
-            "effort's sign looks inverted; see [log.units] effort_sign. The law was fitted as the data say."
+            f"Friction of joint '{joint}' is negative at nearly every speed measured: it would drive the joint, "
+            f"{cause} The law was fitted as the data say."
         )
     elif fit.unphysical:
         text = (

@@ -83,6 +83,8 @@ def test_a_filter_too_slow_for_the_persistence_is_said(hits: Path, friction: Fri
     (finding,) = [f for f in slow.findings if f.code == "detector-slow"]
     assert finding.severity == "warning"
     assert "26 ms" in finding.text
+    assert "bandwidth_hz" in finding.text
+    assert finding.text.count("direct") == 1, "the detector that runs is no remedy"
     usual = audited(hits, friction).result
     assert len(slow.collisions) < len(usual.collisions)
     assert "detector-slow" not in {f.code for f in usual.findings}

@@ -12,6 +12,7 @@ from collaudit.core.friction.joint_fits import friction_findings
 from collaudit.core.friction.motion_points import any_motion_tells_more, covered, distinct_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.physical_law import dissipation
+from collaudit.core.prepare.effort_gain import EffortGain
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 
@@ -69,6 +70,12 @@ def test_inverted_effort_is_told_from_an_error_of_gravity(offset: float) -> None
     fit = fitted(speeds, lambda v: -6.8 - 3.1 * v, offset=offset)
     assert not fit.dissipates
     assert "inverted" in friction_findings({"j": fit})[0].text
+    right_gravity = EffortGain("j", 0.9, (0.8, 1.0), 0.9)
+    said = next(f for f in friction_findings({"j": fit}, [right_gravity]) if f.code == "friction-not-physical")
+    assert "gravity torque has the right sign" in said.text
+    assert "effort_sign" not in said.text
+    stated_already = [EffortGain("j", -0.9, (-1.0, -0.8), 0.9)]
+    assert "friction-not-physical" not in {f.code for f in friction_findings({"j": fit}, stated_already)}
 
 
 def test_no_friction_at_all_is_not_negative_friction() -> None:

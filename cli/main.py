@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import click
 
+from collaudit.cli.console import note
 from collaudit.cli.group import CommandEntry, LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
 from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_linear_algebra
@@ -91,10 +92,10 @@ def run(args: list[str]) -> int:
         code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
         sys.stdout.flush()
     except (KeyboardInterrupt, click.Abort):
-        click.echo("interrupted", err=True)
+        note("interrupted")
         return EXIT_INTERRUPTED
     except _Terminated:
-        click.echo("terminated", err=True)
+        note("terminated")
         return EXIT_TERMINATED
     except click.ClickException as error:
         error.show()
@@ -103,21 +104,21 @@ def run(args: list[str]) -> int:
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
         return _EXIT_BROKEN_PIPE if error.code == 1 else int(error.code or 0)
     except CollauditError as error:
-        click.echo(error.render(), err=True)
+        note(error.render())
         return error.exit_code
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
         return _EXIT_BROKEN_PIPE
     except MemoryError:
-        click.echo("not enough memory for this log: nothing was judged", err=True)
+        note("not enough memory for this log: nothing was judged")
         return EXIT_NOT_JUDGED
     except OSError as error:
         _show_traceback(debug)
-        click.echo(f"{error.filename or 'input or output'}: {error.strerror or error}", err=True)
+        note(f"{error.filename or 'input or output'}: {error.strerror or error}")
         return EXIT_USAGE
     except Exception as error:  # noqa: BLE001 - the last line of defence: a bug must not look like a verdict
         _show_traceback(debug)
-        click.echo(_bug_text(error, args), err=True)
+        note(_bug_text(error, args))
         return EXIT_USAGE
     return code if isinstance(code, int) else 0
 

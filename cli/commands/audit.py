@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
@@ -100,7 +100,7 @@ def command(
         write_index(output, entries)
         _write_extra(output, extra, outcomes)
     if as_json:
-        click.echo(summary_json(entries), nl=False)
+        say_json(summary_json(entries))
     else:
         _say(entries, [outcome.result for outcome in outcomes if outcome.result is not None], detail)
     if detail is not Detail.VERDICT:
@@ -113,21 +113,22 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: 
     from collaudit.reports.terminal.audit_text import audit_text, summary_table, total_text
     from collaudit.reports.terminal.screen_text import screen_text
     from collaudit.reports.values.entries import worst_verdict
-    from collaudit.reports.values.words import VERDICT_WORD, visible
+    from collaudit.reports.values.visible_text import visible
+    from collaudit.reports.values.words import VERDICT_WORD
 
     width = terminal_width()
     if detail is Detail.VERDICT:
         text = f"{VERDICT_WORD[worst_verdict(entries)]}  {total_text(entries)}"
         if len(entries) == 1:
             text = f"{entries[0].word}  {visible(entries[0].name)}\n"
-        click.echo(text, nl=False)
+        say(text, nl=False)
         return
     if len(entries) == 1 and results:
         whole = detail is Detail.ALL
         text = audit_text(results[0], width) if whole else screen_text(results[0], width, "-v; the index page")
-        click.echo(text, nl=False)
+        say(text, nl=False)
         return
-    click.echo(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS), nl=False)
+    say(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS), nl=False)
 
 
 def _say_error(outcome: Outcome) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.console import note, progress, say, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
@@ -39,6 +39,6 @@ def command(output: Path, seed: int) -> int:
     with progress("auditing") as report:
         demo = evaluate(files, output, report)
     checks = parameter_checks(demo), push_checks(demo.runs), level_checks(demo.runs)
-    click.echo(demo_text(*checks, terminal_width()), nl=False)
-    click.echo(f"Report: {demo.report}")
+    say(demo_text(*checks, terminal_width()), nl=False)
+    say(f"Report: {demo.report}")
     return EXIT_PASS if demo.right else EXIT_FAIL

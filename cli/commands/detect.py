@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
@@ -65,7 +65,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
         if scores:
             atomic_write(output / "score.json", score_json(scores))
     if as_json:
-        click.echo(audit_json(audit.result), nl=False)
+        say_json(audit_json(audit.result))
     else:
         _say(audit.result, output, detail)
     if output is not None and detail is not Detail.VERDICT:
@@ -79,19 +79,20 @@ def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
     from collaudit.reports.terminal.detection_text import detection_text
     from collaudit.reports.terminal.score_text import score_text
     from collaudit.reports.terminal.screen_text import screen_text
-    from collaudit.reports.values.words import verdict_word, visible
+    from collaudit.reports.values.visible_text import visible
+    from collaudit.reports.values.words import verdict_word
 
     width = terminal_width()
     if detail is Detail.VERDICT:
-        click.echo(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}")
+        say(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}")
         return
     if detail is Detail.ALL:
-        click.echo(audit_text(result, width), nl=False)
+        say(audit_text(result, width), nl=False)
     else:
         kept = "" if output is None else f"; {output / 'audit.json'}"
-        click.echo(screen_text(result, width, f"-v{kept}"), nl=False)
-    click.echo(rule_text(result.rule))
+        say(screen_text(result, width, f"-v{kept}"), nl=False)
+    say(rule_text(result.rule))
     if detail is Detail.ALL:
-        click.echo(detection_text(result, width), nl=False)
+        say(detection_text(result, width), nl=False)
     if result.detection is not None and result.detection.scores:
-        click.echo("\nAgainst the known events\n" + score_text(result.detection.scores, width), nl=False)
+        say("\nAgainst the known events\n" + score_text(result.detection.scores, width), nl=False)

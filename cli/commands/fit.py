@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, progress, terminal_width
+from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
@@ -51,9 +51,9 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tu
     if output is not None:
         write_friction(output, friction)
     if as_json:
-        click.echo(friction_json(friction), nl=False)
+        say_json(friction_json(friction))
     else:
-        click.echo(fit_text(friction, terminal_width()), nl=False)
+        say(fit_text(friction, terminal_width()), nl=False)
     print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True)
     if output is not None:
         note(f"friction written to {output}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings
+from collaudit.cli.console import note, print_findings, say
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, given_paths, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
@@ -82,7 +82,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     text = draft.text()
     parse_config(text, output)
     if output is None:
-        click.echo(text, nl=False)
+        say(text, nl=False)
     else:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")

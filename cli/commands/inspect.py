@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, print_findings, terminal_width
+from collaudit.cli.console import note, print_findings, say, say_json, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
@@ -44,6 +44,7 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
     from collaudit.core.api import find_logs
     from collaudit.core.logs import describe
     from collaudit.reports.terminal.log_text import log_text
+    from collaudit.reports.values.visible_text import visible
 
     loaded = load_settings()
     looks = []
@@ -54,11 +55,12 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
         findings = (*summary.findings, *(finding for finding in checked if finding not in known))
         looks.append(_Look(summary, findings, error))
     if as_json:
-        click.echo(_json(looks), nl=False)
+        say_json(_json(looks))
     else:
         for look in looks:
             described = log_text(look.summary, terminal_width())
-            click.echo(click.style(look.summary.name, bold=True) + described.removeprefix(look.summary.name))
+            name = visible(look.summary.name)
+            say(click.style(name, bold=True) + described.removeprefix(look.summary.name).removeprefix(name))
             print_findings(look.findings)
     obstacles = [(look.summary.name, text) for look in looks if (text := look.obstacle())]
     for name, text in obstacles:

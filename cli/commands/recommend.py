@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
@@ -57,10 +57,12 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool, truth: tup
     audits, known = _audits(inputs, truth)
     rules = recommend(audits, _persistence_s(audits), known)
     laws = _dynamic(audits)
-    if as_dynamic and not as_json:
-        click.echo(dynamic_toml(laws), nl=False)
+    if as_json:
+        say_json(_json(audits, rules, laws))
+    elif as_dynamic:
+        say(dynamic_toml(laws), nl=False)
     else:
-        click.echo(_json(audits, rules, laws) if as_json else rules_text(rules, terminal_width()), nl=False)
+        say(rules_text(rules, terminal_width()), nl=False)
     collisions = sum(len(audit.result.collisions) for audit in audits)
     if collisions:
         stated = any(times is not None for times in known)

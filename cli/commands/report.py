@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note
+from collaudit.cli.console import note, say_document, say_json
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, config_path, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
@@ -60,7 +60,8 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     if not paths:
         if len(wanted) > 1:
             raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
-        click.echo(report_text(audits, wanted[0]), nl=False)
+        text = report_text(audits, wanted[0])
+        (say_json if wanted[0] in ("json", "sarif") else say_document)(text)
     for name, path in paths.items():
         write_report(path, audits, name)
         note(f"report written to {path}")

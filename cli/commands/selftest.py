@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 
 import click
 
-from collaudit.cli.console import note, progress, terminal_width
+from collaudit.cli.console import note, progress, say, say_json, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
 
@@ -38,5 +38,8 @@ def command(output: Path | None, as_json: bool, seed: int, keep: Path | None) ->
         atomic_write(output, text)
         note(f"result written to {output}")
     rows = [(row.passed, row.robot, row.check, row.wanted, row.found) for row in result.rows]
-    click.echo(text if as_json else checks_text(rows, terminal_width()), nl=False)
+    if as_json:
+        say_json(text)
+    else:
+        say(checks_text(rows, terminal_width()), nl=False)
     return EXIT_PASS if result.passed else EXIT_FAIL

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress
+from collaudit.cli.console import note, progress, say_json
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS
 from collaudit.fixtures.scenarios import FORMATS, IMPERFECTIONS, ROBOTS, SCENARIOS, format_of_suffix
@@ -83,7 +83,7 @@ def command(
     if as_json:
         robot_file = None if files.robot_file is None else str(files.robot_file)
         content = {"schema": SIMULATED_SCHEMA, "log": [str(path) for path in files.log], "config": str(files.config)}
-        click.echo(json_text({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2), nl=False)
+        say_json(json_text({**content, "robot": robot_file, "truth": str(files.truth)}, indent=2))
     written = [*files.log, files.config, files.robot_file, files.truth]
     note("written: " + ", ".join(str(path) for path in written if path is not None))
     return EXIT_PASS

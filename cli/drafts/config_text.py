@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from collaudit.core.config.toml_text import key_item, to_toml, toml_item, toml_key
-from collaudit.reports.values.words import visible
+from collaudit.reports.values.visible_text import visible
 
 if TYPE_CHECKING:
     from tomlkit import TOMLDocument

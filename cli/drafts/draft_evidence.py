@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.reports.values.words import visible
+from collaudit.reports.values.visible_text import visible
 
 if TYPE_CHECKING:
     from collaudit.cli.drafts.config_text import Section

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from collaudit.reports.values.visible_text import visible_json
+
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
 
@@ -17,7 +19,8 @@ def json_text(value: object, indent: int = 1) -> str:
     """A dataclass (or plain value) as JSON: fields in their declared order, floats in shortest exact form.
 
     Numbers that are not finite become null: JSON has no word for them. Text that UTF-8 cannot carry (bytes
-    of a file name that are no text) is written as a visible backslash escape.
+    of a file name that are no text) is written as a visible backslash escape; characters that control a
+    terminal, hide or turn the direction of text are written as JSON escapes.
 
     Args:
         value: dataclasses, mappings, sequences, text, numbers, None.
@@ -28,7 +31,7 @@ def json_text(value: object, indent: int = 1) -> str:
     """
     # Not pydantic's TypeAdapter.dump_json: it writes 1e-05 as 0.00001, other bytes than in files that are out already,
     # and refuses the surrogates that stand for bytes of file names which are no text.
-    return json.dumps(plain(value), ensure_ascii=False, allow_nan=False, indent=indent) + "\n"
+    return visible_json(json.dumps(plain(value), ensure_ascii=False, allow_nan=False, indent=indent)) + "\n"
 
 
 def plain(value: object) -> Json:

@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.terminal.audit_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
 from collaudit.reports.values.numbers import percent
-from collaudit.reports.values.words import visible
+from collaudit.reports.values.visible_text import visible
 
 
 def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:

@@ -11,7 +11,8 @@ from collaudit.reports.values.contact_rows import contact_rows
 from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
 from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
-from collaudit.reports.values.words import STATEMENT, visible
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import STATEMENT
 
 _MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
 _MOST_ROWS = 50

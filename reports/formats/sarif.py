@@ -13,7 +13,7 @@ from collaudit.reports.files.json_writer import Json, json_text, plain
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.entries import IndexEntry
-from collaudit.reports.values.words import visible
+from collaudit.reports.values.visible_text import visible
 
 _VERSION = "2.1.0"
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/os/schemas/sarif-schema-2.1.0.json"

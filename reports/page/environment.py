@@ -11,7 +11,8 @@ from markupsafe import Markup
 
 from collaudit.core.findings import CODES
 from collaudit.reports.values.numbers import duration, percent, significant, stated
-from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted, visible
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted
 
 _FOLDER = Path(__file__).resolve().parent / "templates"
 _MINUS = re.compile(r"(?<![\w.)])-(?=\d)")

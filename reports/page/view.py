@@ -32,15 +32,8 @@ from collaudit.reports.values.sensitivity_rows import (
     sensitivity_row,
     sensitivity_rows,
 )
-from collaudit.reports.values.words import (
-    counted,
-    effort_unit,
-    law_text,
-    speed_unit,
-    torque_unit,
-    verdict_word,
-    visible,
-)
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import counted, effort_unit, law_text, speed_unit, torque_unit, verdict_word
 
 #: What a headline says of the watched joints' time, all joints together.
 _TIME_WORDS = ("Time in which a contact was detectable", "Time in which friction hides more", "Time not judged")

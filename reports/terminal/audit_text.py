@@ -12,7 +12,8 @@ from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
 from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.sensitivity_rows import sensitivity_row
-from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural, visible
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural
 
 
 def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most: int | None = None) -> str:

@@ -11,7 +11,8 @@ from collaudit.core.findings import Finding
 from collaudit.reports.terminal.text_table import table
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
-from collaudit.reports.values.words import STATEMENT, nothing_judged, plural, verdict_word, visible
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import STATEMENT, nothing_judged, plural, verdict_word
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.reports.values.words import visible
+from collaudit.reports.values.visible_text import visible
 
 _GAP = "  "
 _LEAST_TEXT = 12

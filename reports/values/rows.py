@@ -20,12 +20,7 @@ from collaudit.reports.values.numbers import (
     significant,
     time_decimals,
 )
-from collaudit.reports.values.words import (
-    parameter_meaning,
-    parameter_unit,
-    reason_text,
-    torque_unit,
-)
+from collaudit.reports.values.words import parameter_meaning, parameter_unit, reason_text, torque_unit
 
 NONE = "–"
 E = TypeVar("E", Collision, NearMiss)

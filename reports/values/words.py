@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
@@ -28,15 +27,6 @@ VERDICT_SENTENCE: dict[Verdict, str] = {
 
 _UNIT_WORDS = {"nm": "N·m", "n": "N", "raw": "raw", "s": "s", "rad": "rad", "m": "m"}
 _STATE_TEXT = {state.code: state.text for state in State}
-_HIDDEN = frozenset("\u200b\u200c\u200d\u2060\ufeff\u2028\u2029\ufffe\uffff")
-
-
-def visible(text: str) -> str:
-    """Text in which nothing can hide: control, direction-changing and invisible characters are spelt out.
-
-    Letters of every script stay as they are, so do line feeds nowhere: a value is one line.
-    """
-    return "".join(char if _plain(char) else _spelt(char) for char in text)
 
 
 def verdict_word(verdict: Verdict, exclusions: Sequence[str] = ()) -> str:
@@ -99,14 +89,3 @@ def plural(count: int, one: str, many: str | None = None) -> str:
     """``1 collision``, ``2 collisions``, ``no collisions``."""
     word = one if count == 1 else (many or f"{one}s")
     return f"{count or 'no'} {word}"
-
-
-def _plain(char: str) -> bool:
-    return char == " " or (char not in _HIDDEN and unicodedata.category(char) not in ("Cc", "Cf", "Cs", "Zl", "Zp"))
-
-
-def _spelt(char: str) -> str:
-    code = ord(char)
-    if code < 0x100:
-        return f"\\x{code:02x}"
-    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"

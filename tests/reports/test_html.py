@@ -14,7 +14,8 @@ import samples
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.reports.page.html import html_text
-from collaudit.reports.values.words import STATEMENT, visible
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import STATEMENT
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 

@@ -129,7 +129,7 @@ class SectionsConfig(ConfigTable):
     """Constant-velocity segmentation."""
 
     min_speed_rad_s: Positive = Field(
-        0.005, description="Slower stretches are standing still (rad/s; m/s if prismatic)."
+        0.005, description="Below this speed a joint counts as stationary (rad/s; m/s if prismatic)."
     )
     min_duration_s: Positive = Field(0.15, description="Shorter stretches are rejected.")
     speed_tolerance: Positive = Field(0.05, description="Allowed deviation from the section's mean speed, as a share.")
@@ -189,7 +189,8 @@ class FitConfig(ConfigTable):
         "estimated: standard deviation as a share. A joint whose gain the motion tells no better keeps the stated one.",
     )
     max_samples: Annotated[int, Field(ge=500)] = Field(
-        20_000, description="Most samples used of arbitrary motion; the loss is stated in friction.json."
+        20_000,
+        description="Most samples used of arbitrary motion; friction.json says what precision this costs.",
     )
     blocks: Annotated[int, Field(ge=2, le=20)] = Field(5, description="Blocks of time held out in turn.")
 

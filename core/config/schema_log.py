@@ -112,7 +112,11 @@ class LogConfig(ConfigTable):
     )
     wrench: str | None = Field(None, description="Topic of the wrist force/torque sensor.")
     wrench_frame: str | None = Field(None, description="Frame of the model the wrench is measured in.")
-    wrench_sign: Literal[-1, 1] = Field(1, description="+1: what the robot does to the environment; -1: the reverse.")
+    wrench_sign: Literal[-1, 1] = Field(
+        1,
+        description="+1 if the sensor reports the force that the robot exerts; -1 if it reports the force that acts "
+        "on the robot.",
+    )
     wrench_bias: Literal["estimate", "calibrated"] | Vec6 = Field(
         "estimate",
         description="Zero offset of the sensor (N, N·m); `estimate`: the median before contact; or `calibrated`: "

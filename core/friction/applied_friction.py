@@ -51,7 +51,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         findings = [Finding("friction-same-log", "warning", text), *clean.findings]
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
-        findings = [*_mismatch(friction, prepared), *_left_out(friction)]
+        findings = [*_same_log(friction, prepared), *_mismatch(friction, prepared), *_left_out(friction)]
     laws, missing = friction_models(fits, series)
     if friction is not None:
         laws = corrected_laws(laws, friction.corrections)
@@ -64,6 +64,19 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     missing = [finding for finding in missing if finding.joint not in quiet]
     gains = prepared.gains if friction is None else ()
     return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted, gains), *missing), quiet)
+
+
+def _same_log(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
+    """A friction file that was fitted on the log to be judged, among others or alone."""
+    logs = friction.provenance.logs.values()
+    if prepared.series.source.sha256 not in logs:
+        return []
+    others = "" if len(logs) == 1 else f" and {len(logs) - 1} more"
+    text = (
+        f"The friction file was fitted on the log it judges{others}: a constant external force would be taken "
+        "for friction."
+    )
+    return [Finding("friction-same-log", "warning", text)]
 
 
 def _left_out(friction: FrictionFile) -> list[Finding]:

@@ -138,8 +138,8 @@ def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
     missing = []
     if left_out_s > 0:
         missing.append(
-            f"certainty about {left_out_s:.3g} s around alarms, left out as collisions: if nothing was hit there, "
-            "this gamma is too low"
+            f"confirmation that the {left_out_s:.3g} s around alarms, left out here, were contacts: if nothing was hit "
+            "there, this gamma is too low"
         )
     if hours == 0:
         missing.append("collision-free motion")

@@ -36,7 +36,8 @@ from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import counted, effort_unit, law_text, speed_unit, torque_unit, verdict_word
 
 #: What a headline says of the watched joints' time, all joints together.
-_TIME_WORDS = ("Time in which a contact was detectable", "Time in which friction hides more", "Time not judged")
+_TIME_WORDS = ("Joint time in which a contact was detectable", "Joint time hidden by friction", "Joint time not judged")
+_EVENT_WORDS = {"collision": "Alarm", "near-miss": "Near miss"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +206,9 @@ def _bar(audit: Audit, joint: str) -> Bar:
     if joint not in audit.signals.joint_names:
         return Bar(row, detectable, None)
     column = audit.signals.joint_names.index(joint)
-    label = visible(f"{joint}: friction known for {row.judged}, a range for {row.standing}, detectable {detectable}")
+    label = visible(
+        f"{joint}: alarms above γ for {row.judged}, beyond friction for {row.standing}, detectable {detectable}"
+    )
     return Bar(row, detectable, coverage_bar(audit.signals.state[:, column], label))
 
 
@@ -237,7 +240,7 @@ def _events(audit: Audit, key: str, kind: str, limit: int) -> Events:
         anchor = f"{key}-{kind}-{k + 1}" if drawn else None
         listed.append(EventRow(row, anchor))
         if anchor is not None:
-            plots.append(_event_plot(audit, event, row, anchor, f"{kind.replace('-', ' ').capitalize()} {k + 1}, "))
+            plots.append(_event_plot(audit, event, row, anchor, f"{_EVENT_WORDS[kind]} {k + 1}, "))
     return Events(tuple(listed), tuple(plots), chosen.note)
 
 

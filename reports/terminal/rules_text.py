@@ -28,8 +28,8 @@ def rules_text(rules: Mapping[str, RecommendedRule], width: int | None = None) -
         "n",
         "largest clean N·m",
         "clean hours",
-        "expected alarms/h",
-        "hours alone: at most (95 %)",
+        "alarms/h at most (95 %)",
+        "from observed time only",
     )
     missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
     return "\n".join([table(head, rows, range(1, len(head)), width).rstrip(), *missing]) + "\n"

@@ -63,7 +63,10 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
         return []
     head = ("joint", "asked", "detectable", "hidden", "not judged", "alarms in 50 %", "in 95 %", "whenever judged")
     lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
-    parts = ["\nSmallest torque that would have alarmed, over the time\n", table(head, lines, range(1, 8), width)]
+    parts = [
+        "\nSmallest torque that would have alarmed (shares of the time in which the joint was watched)\n",
+        table(head, lines, range(1, 8), width),
+    ]
     forces = force_rows(result)
     if forces:
         text = ", ".join(f"{row.place} {row.most}" for row in forces)

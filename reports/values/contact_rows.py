@@ -68,6 +68,8 @@ def force_text(force: ContactForce | None) -> str:
     if force is None:
         return "unknown"
     low, high = force.size_ci95_n
+    if force.blind and low < 0.5:
+        return f"not determinable (up to {high:.0f} N in visible directions)"
     blind = f", {len(force.blind)} blind direction{'s' if len(force.blind) > 1 else ''}" if force.blind else ""
     return f"{low:.0f} to {high:.0f} N{blind}"
 

@@ -162,7 +162,7 @@ def _trends(trends: dict[str, FrictionVariation]) -> Table:
         "With load, N·m per N·m",
         "Ripple: amplitude, cycles, share of the residual's variance",
     )
-    return Table("What moves in friction", head, tuple(lines), tuple(untold))
+    return Table("Friction trends (time, temperature, load, position)", head, tuple(lines), tuple(untold))
 
 
 def _each(trends: list[Trend], scale: float) -> str:

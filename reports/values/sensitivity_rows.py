@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.sensitivity_result import ForceSensitivity, JointSensitivity, TimeShares
+from collaudit.core.data.signals import State
 from collaudit.reports.values.numbers import apart, duration, percent, significant, stated
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.words import reason_text, torque_unit
@@ -88,16 +89,20 @@ def force_rows(result: AuditResult) -> list[ForceRow]:
 
 
 def joint_time(result: AuditResult) -> TimeShares | None:
-    """Time of all watched joints together; None for files of earlier versions and where nothing was watched."""
-    joints: list[JointSensitivity] = [] if result.sensitivity is None else list(result.sensitivity.joints.values())
+    """Time of all watched joints together; None for files of earlier versions and where nothing was watched.
+
+    Time in which one of them was not watched, as under force control, counts as not judged here.
+    """
+    joints: dict[str, JointSensitivity] = {} if result.sensitivity is None else dict(result.sensitivity.joints)
     if not joints:
         return None
-    times = [joint.all for joint in joints]
+    times = [joint.all for joint in joints.values()]
+    away = sum(result.coverage.joints[joint].not_judged_s.get(State.NOT_WATCHED.code, 0.0) for joint in joints)
     return TimeShares(
-        sum(t.time_s for t in times),
+        sum(t.time_s for t in times) + away,
         sum(t.detectable_s for t in times),
         sum(t.hidden_s for t in times),
-        sum(t.not_judged_s for t in times),
+        sum(t.not_judged_s for t in times) + away,
     )
 
 

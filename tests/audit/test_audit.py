@@ -186,6 +186,18 @@ def test_friction_from_the_judged_log_is_said() -> None:
     assert found.collisions == ()
 
 
+def test_a_friction_file_fitted_on_the_judged_log_is_said(friction: FrictionFile) -> None:
+    log = as_log(*swing())
+
+    def said(logs: dict[str, str]) -> set[str]:
+        file = replace(friction, provenance=replace(friction.provenance, logs=logs))
+        return {f.code for f in audit(log, config(), file).result.findings}
+
+    assert "friction-same-log" in said({"renamed.csv": log.source.sha256})
+    assert "friction-same-log" in said({"other.csv": "1" * 64, "renamed.csv": log.source.sha256})
+    assert "friction-same-log" not in said({"other.csv": "1" * 64})
+
+
 def test_an_effort_of_unknown_unit_is_fitted_and_never_judged(friction: FrictionFile) -> None:
     t, q, effort = swing()
     found = audit(replace(as_log(t, q, effort), effort_unit="raw"), config(), friction).result

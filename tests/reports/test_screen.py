@@ -9,7 +9,7 @@ import pytest
 import samples
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.detection_result import Contact
+from collaudit.core.data.detection_result import Contact, ContactForce
 from collaudit.core.data.sensitivity_result import (
     ForceLevel,
     ForceSensitivity,
@@ -25,8 +25,9 @@ from collaudit.reports.page.html import html_text
 from collaudit.reports.page.index import summarise
 from collaudit.reports.terminal.audit_text import audit_text, summary_table
 from collaudit.reports.terminal.screen_text import important_findings, screen_text
+from collaudit.reports.values.contact_rows import force_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.sensitivity_rows import sensitivity_row
+from collaudit.reports.values.sensitivity_rows import joint_time, sensitivity_row
 
 JOINT = samples.JOINTS[0]
 TIME = TimeShares(100.0, 57.0, 38.0, 5.0)
@@ -121,3 +122,26 @@ def test_shares_and_levels_of_a_joint() -> None:
     assert (row.asked, row.detectable, row.hidden, row.not_judged) == ("20.0 N·m", "57.0 %", "38.0 %", "5.0 %")
     assert (row.half, row.most, row.always) == ("4.70 N·m", "–", "20.004 N·m")
     assert sensitivity_row(JOINT, samples.passed().result) is None
+
+
+def test_time_without_watch_is_time_not_judged() -> None:
+    result = with_contacts(1)
+    cover = replace(result.coverage.joints[JOINT], watched=True, not_judged_s={"not-watched": 100.0})
+    coverage = replace(result.coverage, joints={**result.coverage.joints, JOINT: cover})
+    time = joint_time(replace(result, coverage=coverage))
+    assert time == TimeShares(200.0, 57.0, 38.0, 105.0), "a joint under force control is no joint judged"
+
+
+def test_a_force_without_a_lower_bound_has_no_size() -> None:
+    one = ContactForce("link", (1.0, 0.0, 0.0), (2.0, None, None), 1.0, (0.0, 1150.0), ((0.0, 1.0, 0.0),), ("link",))
+    assert force_text(one) == "not determinable (up to 1150 N in visible directions)"
+    assert force_text(replace(one, size_ci95_n=(30.0, 143.0))) == "30 to 143 N, 1 blind direction"
+    assert force_text(None) == "unknown"
+
+
+def test_the_page_calls_alarms_alarms() -> None:
+    audit = samples.many_events(6)
+    text = html_text([audit])
+    assert "Alarm 1, " in text
+    assert "Collision 1" not in text
+    assert "away from collisions" not in text

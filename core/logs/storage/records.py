@@ -119,7 +119,7 @@ def damage_findings(damage: Sequence[Damage], where: str) -> tuple[Finding, ...]
         Finding(
             "log-partial",
             "error" if item.lost else "warning",
-            f"The log is damaged: {item.text}." + (" Only the rest was read." if item.lost else ""),
+            f"The log is damaged: {item.text}." + (" Only what is not damaged was read." if item.lost else ""),
             where=where,
         )
         for item in damage

@@ -75,7 +75,7 @@ def findings_page() -> str:
         "|---|---|",
         "| none | Nothing by itself. Time without signal, friction or model counts as not judged in the coverage. |",
         "| `doubts-alarms` | The verdict says that alarms of the joint may be errors of the model. |",
-        "| `not-judged-part` | Part of the log could not be judged. The rest is, and a collision in it counts. |",
+        "| `not-judged-part` | Part of the log could not be judged. The rest is, and a contact in it counts. |",
         "| `not-judged-joint` | Nothing of the joint is judged; where the finding names none, nothing of any. |",
         "| `not-judged-log` | Nothing of the log is judged. |",
         "",

@@ -125,7 +125,7 @@ def _hidden_at_rest(
 
 
 def residual_level_findings(stats: Mapping[str, ResidualStats], gamma_nm: Mapping[str, float]) -> list[Finding]:
-    """Joints whose collision-free residual averages more than half their threshold, N·m."""
+    """Joints whose contact-free residual averages more than half their threshold, N·m."""
     findings = []
     for joint, level in stats.items():
         mean = level.clean_mean_abs_nm
@@ -134,7 +134,7 @@ def residual_level_findings(stats: Mapping[str, ResidualStats], gamma_nm: Mappin
                 Finding(
                     "residual-level",
                     "warning",
-                    f"The collision-free residual of joint '{joint}' averages {mean:.3g} N·m "
+                    f"The contact-free residual of joint '{joint}' averages {mean:.3g} N·m "
                     f"against a threshold of {gamma_nm[joint]:g} N·m: the model fits this joint too poorly for it.",
                     joint=joint,
                 )
@@ -150,7 +150,7 @@ def scatter_findings(fits: Mapping[str, FrictionFit], gamma_nm: Mapping[str, flo
             "warning",
             f"The friction points of joint '{joint}' scatter by {fit.rmse_nm:.3g} {fit.effort_unit} (RMS) about the "
             f"fitted curve, against a threshold of {gamma_nm[joint]:g} {'N' if fit.effort_unit == 'N' else 'N·m'}: an "
-            "error of friction or of the model can by itself look like a collision on this joint.",
+            "error of friction or of the model can by itself look like a contact on this joint.",
             joint=joint,
         )
         for joint, fit in fits.items()

@@ -10,7 +10,7 @@ Severity = Literal["info", "warning", "error"]
 #: What a finding does to coverage and verdict. With any ``not-judged-*`` the log does not pass.
 #:
 #: - ``doubts-alarms``: alarms of the joint may be errors of the model; the verdict says so.
-#: - ``not-judged-part``: a part of the log could not be judged; the rest is, and a collision in it counts.
+#: - ``not-judged-part``: a part of the log could not be judged; the rest is, and a contact in it counts.
 #: - ``not-judged-joint``: nothing of the joint is judged, or of all where it names none.
 #: - ``not-judged-log``: nothing of the log is judged.
 Effect = Literal["none", "doubts-alarms", "not-judged-part", "not-judged-joint", "not-judged-log"]

@@ -1,4 +1,4 @@
-"""Recommended gamma and n, from collision-free residuals, with the evidence they rest on."""
+"""Recommended gamma and n, from contact-free residuals, with the evidence they rest on."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ZERO_EVENTS_95 = -log(0.05)  # one-sided 95 % Poisson bound on the mean when no
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CleanResidual:
-    """Residual of one joint on one log, and the samples that count as collision-free evidence.
+    """Residual of one joint on one log, and the samples that count as contact-free evidence.
 
     Attributes:
         residual_nm: (n,).
@@ -83,14 +83,14 @@ def recommend_rule(data: Sequence[CleanResidual], persistence_s: float) -> Recom
     missing = _missing(hours, sum(d.left_out_s for d in data))
     if seconds < _MIN_CLEAN_S:
         why = (
-            f"only {seconds:.3g} s of judged, collision-free motion in stretches of n = {n} samples and longer "
+            f"only {seconds:.3g} s of judged, contact-free motion in stretches of n = {n} samples and longer "
             f"(at least {_MIN_CLEAN_S:g} s are needed)"
         )
         return RecommendedRule(None, n, None, None, hours, None, None, (), (why, *missing))
     peaks = _peaks(data, counts)
     largest, tail = float(peaks.max()), clean_tail(peaks, hours)
     if tail is None:
-        missing = (*missing, "a minute of collision-free motion at least, to estimate the tail of the residual")
+        missing = (*missing, "a minute of contact-free motion at least, to estimate the tail of the residual")
     gamma = _gamma(peaks, tail)
     others = []
     for factor in (0.5, 2.0, 4.0):
@@ -142,10 +142,10 @@ def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
             "there, this gamma is too low"
         )
     if hours == 0:
-        missing.append("collision-free motion")
+        missing.append("contact-free motion")
     elif hours < _ENOUGH_HOURS:
         missing.append(
-            f"more collision-free motion: it rests on {hours * 60:.3g} min, which alone cannot exclude up to "
+            f"more contact-free motion: it rests on {hours * 60:.3g} min, which alone cannot exclude up to "
             f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour (95 %)"
         )
     return tuple(missing)

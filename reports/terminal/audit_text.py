@@ -78,7 +78,7 @@ def rule_text(rule: RuleFacts) -> str:
     gamma = ", ".join(f"{name} {value:g}" for name, value in rule.gamma_nm.items() if name in rule.watch)
     asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
     return (
-        f"rule: {rule.detector}, n = {rule.n} samples = {1e3 * rule.persistence_s:g} ms{asked}, "
+        f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
         f"gamma in N·m: {gamma or 'no joint is watched'}"
     )
 

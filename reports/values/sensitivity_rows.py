@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.sensitivity_result import ForceSensitivity, JointSensitivity, TimeShares
-from collaudit.core.data.signals import State
 from collaudit.reports.values.numbers import apart, duration, percent, significant, stated
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.words import reason_text, torque_unit
@@ -97,7 +96,7 @@ def joint_time(result: AuditResult) -> TimeShares | None:
     if not joints:
         return None
     times = [joint.all for joint in joints.values()]
-    away = sum(result.coverage.joints[joint].not_judged_s.get(State.NOT_WATCHED.code, 0.0) for joint in joints)
+    away = sum(result.coverage.joints[joint].not_judged_s.get("not-watched", 0.0) for joint in joints)
     return TimeShares(
         sum(t.time_s for t in times) + away,
         sum(t.detectable_s for t in times),

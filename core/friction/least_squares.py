@@ -51,25 +51,32 @@ class Points:
         parts = [*shape] if self.offset is None else [*shape, self.offset]
         return self._weighted(np.stack(parts, axis=-1))
 
-    def raw(self, law: SeparableLaw, c: float = 0.0) -> FloatArray:
-        """(n, k) columns of a law at a rate, not weighted; directional laws carry the offset themselves."""
+    def raw(self, law: SeparableLaw, c: float | FloatArray = 0.0) -> FloatArray:
+        """(…, n, k) columns of a law at a rate, or at (m, 1) rates; not weighted.
+
+        Directional laws carry the offset themselves.
+        """
         shape = law.shape(self.speed, self.direction, c)
         parts = [*shape] if self.offset is None or law.directional else [*shape, self.offset]
-        return np.asarray(np.stack(parts, axis=-1))
+        out = np.empty((*np.broadcast_shapes(*(part.shape for part in parts)), len(parts)))
+        for k, part in enumerate(parts):
+            out[..., k] = part
+        return out
 
-    def design(self, law: SeparableLaw, c: float = 0.0) -> FloatArray:
-        """(n, k) weighted design matrix of a law at a rate."""
+    def design(self, law: SeparableLaw, c: float | FloatArray = 0.0) -> FloatArray:
+        """(…, n, k) weighted design matrix of a law at a rate, or at (m, 1) rates."""
         return self._weighted(self.raw(law, c))
 
     def _weighted(self, x: FloatArray) -> FloatArray:
-        """Rows (n, …) in units of their errors: the inverse root of diag(sd²) + timing timingᵀ applied to them."""
+        """Rows of (n,) or (…, n, k) in units of their errors: the inverse root of diag(sd²) + timing timingᵀ."""
         shared = self.timing / self.sd
         size = float(shared @ shared)
-        x = (x.T / self.sd).T
+        x = x / (self.sd if x.ndim == 1 else self.sd[:, None])
         if size == 0.0:
             return np.asarray(x)
         share = (1.0 - 1.0 / np.sqrt(1.0 + size)) / size
-        return np.asarray(x - share * np.multiply.outer(shared, shared @ x))
+        along = shared @ x
+        return np.asarray(x - share * (shared * along if x.ndim == 1 else shared[:, None] * along[..., None, :]))
 
     def take(self, rows: IntArray) -> Points:
         """Only these rows."""
@@ -175,7 +182,7 @@ def quick_rate(points: Points, law: SeparableLaw) -> float:
 
 def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Estimates (m, k), unscaled covariances (m, k, k) and sums of squares (m,) at every rate, all at once."""
-    design = np.stack([points.design(law, float(c)) for c in grid])
+    design = points.design(law, grid[:, None])
     target = points.target
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0] = 1.0

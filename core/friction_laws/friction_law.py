@@ -18,7 +18,7 @@ from collaudit.core.numeric.arrays import FloatArray
 Values = Mapping[str, float]
 Interval = tuple[float | None, float | None]
 Coefficients = tuple[FloatArray, float]
-Shape = Callable[[FloatArray, FloatArray, float], tuple[FloatArray, ...]]
+Shape = Callable[[FloatArray, FloatArray, float | FloatArray], tuple[FloatArray, ...]]
 ParameterKind = Literal["friction", "viscous", "rate", "speed", "number"]
 Role = Literal["line", "reference", "alternative"]
 
@@ -149,7 +149,7 @@ class SeparableLaw(FrictionLaw):
     the parameters a reader knows on the other.
 
     Attributes:
-        shape: columns of the k linear coefficients from speed (n,), direction (n,) and C.
+        shape: columns (n,) of the k linear coefficients from speed (n,), direction (n,) and C; (m, n) from (m, 1) of C.
         named: coefficients (k,) and C to parameters by symbol.
         natural: the way back.
         rate: the term that C belongs to; None for a law without one.
@@ -228,7 +228,7 @@ def without_column(law: SeparableLaw, symbol: str) -> SeparableLaw:
     """The law with one parameter, that a coefficient of its own stands for, held at zero and left out."""
     column = _column(law, symbol)
 
-    def shape(speed: FloatArray, direction: FloatArray, c: float) -> tuple[FloatArray, ...]:
+    def shape(speed: FloatArray, direction: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
         columns = law.shape(speed, direction, c)
         return (*columns[:column], *columns[column + 1 :])
 

@@ -8,7 +8,7 @@ from collaudit.core.friction_laws.friction_law import Parameter, RateTerm, Separ
 from collaudit.core.numeric.arrays import FloatArray
 
 
-def _smooth(v: FloatArray, _d: FloatArray, c: float) -> tuple[FloatArray, ...]:
+def _smooth(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.tanh(c * v), v
 
 

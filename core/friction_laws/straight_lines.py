@@ -10,11 +10,11 @@ from collaudit.core.friction_laws.friction_law import Interval, Parameter, Separ
 from collaudit.core.numeric.arrays import FloatArray
 
 
-def _line(v: FloatArray, _d: FloatArray, _c: float) -> tuple[FloatArray, ...]:
+def _line(v: FloatArray, _d: FloatArray, _c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), v
 
 
-def _two_lines(v: FloatArray, d: FloatArray, _c: float) -> tuple[FloatArray, ...]:
+def _two_lines(v: FloatArray, d: FloatArray, _c: float | FloatArray) -> tuple[FloatArray, ...]:
     ahead, back = np.asarray(d > 0, dtype=float), np.asarray(d < 0, dtype=float)
     return ahead, back, ahead * v, back * v
 

@@ -22,11 +22,11 @@ from collaudit.core.friction_laws.friction_law import (
 from collaudit.core.numeric.arrays import FloatArray
 
 
-def _exponential(v: FloatArray, _d: FloatArray, c: float) -> tuple[FloatArray, ...]:
+def _exponential(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), np.exp(-c * v), v
 
 
-def _gaussian(v: FloatArray, _d: FloatArray, c: float) -> tuple[FloatArray, ...]:
+def _gaussian(v: FloatArray, _d: FloatArray, c: float | FloatArray) -> tuple[FloatArray, ...]:
     return np.ones_like(v), np.exp(-((c * v) ** 2)), v
 
 

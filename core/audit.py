@@ -198,7 +198,7 @@ def audit_log(
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, incidents=contacts, flags=alarms, scores=scores),
         contacts=contacts,
-        exclusions=exclusions(coverage, sensitivity.joints),
+        exclusions=exclusions(coverage, sensitivity.joints, findings),
         sensitivity=sensitivity,
     )
     return Audit(result, judged.signals)

@@ -9,11 +9,12 @@ from typing import Literal
 Severity = Literal["info", "warning", "error"]
 #: What a finding does to coverage and verdict. With any ``not-judged-*`` the log does not pass.
 #:
+#: - ``excludes``: a kind of contact cannot be seen; a pass says that it does not speak of it.
 #: - ``doubts-alarms``: alarms of the joint may be errors of the model; the verdict says so.
 #: - ``not-judged-part``: a part of the log could not be judged; the rest is, and a contact in it counts.
 #: - ``not-judged-joint``: nothing of the joint is judged, or of all where it names none.
 #: - ``not-judged-log``: nothing of the log is judged.
-Effect = Literal["none", "doubts-alarms", "not-judged-part", "not-judged-joint", "not-judged-log"]
+Effect = Literal["none", "excludes", "doubts-alarms", "not-judged-part", "not-judged-joint", "not-judged-log"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,7 @@ class Kind:
 _INFO: Mapping[Severity, Effect] = {"info": "none"}
 _WARNING: Mapping[Severity, Effect] = {"warning": "none"}
 _EITHER: Mapping[Severity, Effect] = {"info": "none", "warning": "none"}
+_EXCLUDES: Mapping[Severity, Effect] = {"info": "none", "warning": "excludes"}
 _DOUBTS: Mapping[Severity, Effect] = {"warning": "doubts-alarms"}
 _LEVEL: Mapping[Severity, Effect] = {"info": "none", "warning": "doubts-alarms"}
 _SPAN: Mapping[Severity, Effect] = {"warning": "not-judged-part"}
@@ -564,7 +566,7 @@ KINDS: dict[str, Kind] = {
     "friction-same-log": Kind(
         "Friction was fitted on the log that is judged with it.",
         "Fit on a log without contact, and judge with that: --friction friction.json.",
-        _WARNING,
+        {"warning": "excludes"},
     ),
     "friction-model-points": Kind(
         "Friction points rest on the model's torque, not on a pair of directions.",
@@ -638,7 +640,7 @@ KINDS: dict[str, Kind] = {
     "phases-unknown": Kind(
         "No phases were given; the whole log is one free phase.",
         'State phases in [phases] or [log] phase_topic, or set [phases] find = "wrench".',
-        _EITHER,
+        _EXCLUDES,
     ),
     "phases-found": Kind(
         "Phases were found from the wrench or in the log, not configured.",

@@ -1,25 +1,29 @@
-"""What a verdict does not speak of: gaps, joints not watched, time not judged, torque that friction hid."""
+"""What a verdict does not speak of: kinds of contact, gaps, joints not watched, time not judged, hidden torque."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from collaudit.core.data.audit_result import Coverage
 from collaudit.core.data.sensitivity_result import JointSensitivity
 from collaudit.core.data.signals import State
+from collaudit.core.findings import Finding
 
 #: Time that is worth saying, and that next to gaps and ends, which every log has.
 _WORTH_SAYING_S, _WORTH_SAYING_OF_EDGES_S = 0.1, 1.0
 
 
-def exclusions(coverage: Coverage, sensitivity: Mapping[str, JointSensitivity]) -> tuple[str, ...]:
-    """One sentence for each kind of time or joint that the verdict does not speak of.
+def exclusions(
+    coverage: Coverage, sensitivity: Mapping[str, JointSensitivity], findings: Iterable[Finding] = ()
+) -> tuple[str, ...]:
+    """One sentence for each kind of contact, time or joint that the verdict does not speak of.
 
     Args:
         coverage: seconds by joint and reason.
         sensitivity: of the watched joints.
+        findings: of the log and its detection; those that exclude a kind of contact are said first.
     """
-    out = []
+    out = list(dict.fromkeys(finding.text for finding in findings if finding.effect == "excludes"))
     if coverage.gaps_s > 0:
         out.append(f"Gaps in the log: {seconds_text(coverage.gaps_s)}.")
     away = [joint for joint, cover in coverage.joints.items() if not cover.watched]

@@ -75,8 +75,8 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
 
 
 def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
-    """Warnings and errors that matter most first, and how many of the same kind there are; without the reasons' own."""
-    said = set(result.reasons)
+    """Warnings and errors that matter most first, and how many of a kind there are; without what the verdict says."""
+    said = {*result.reasons, *result.exclusions}
     left = [f for f in result.findings if f.severity != "info" and f.text not in said]
     order = sorted(left, key=lambda f: (not f.forbids_pass, f.severity != "error", f.effect == "none", f.code))
     return [(group[0], len(group)) for _, found in groupby(order, key=lambda f: f.code) if (group := list(found))]

@@ -19,6 +19,7 @@ from collaudit.core.findings import Finding, joints_not_judged, without_errors_o
 from collaudit.core.findings.finding_kinds import KINDS
 from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
+from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.verdict import Evidence, decide
 
 NAMES = ("joint1", "joint2")
@@ -47,7 +48,13 @@ HARMLESS = [
     (code, severity)
     for code, kind in KINDS.items()
     for severity, effect in kind.effects.items()
-    if effect in ("none", "doubts-alarms")
+    if effect in ("none", "excludes", "doubts-alarms")
+]
+EXCLUDING = [
+    (code, severity)
+    for code, kind in KINDS.items()
+    for severity, effect in kind.effects.items()
+    if effect == "excludes"
 ]
 
 
@@ -247,3 +254,13 @@ def test_a_joint_that_a_finding_forbids_is_not_said_to_lack_coverage(clean: Join
     found = audit(without_effort(clean, 1, 0.0), friction).result
     assert not [f for f in found.findings if f.code == "coverage-low"]
     assert len(found.reasons) == 1
+
+
+def test_a_pass_does_not_hide_what_cannot_be_seen() -> None:
+    """A tool's collision without phases, a constant force in friction of the same log."""
+    assert {code for code, _ in EXCLUDING} >= {"phases-unknown", "friction-same-log"}
+    said = [Finding(code, severity, f"Not seen: {code}.") for code, severity in EXCLUDING]
+    quiet = Finding("phases-unknown", "info", "One free phase.")
+    empty = Coverage(10.0, 0.0, {})
+    assert exclusions(empty, {}, [*said, quiet, *said]) == tuple(finding.text for finding in said)
+    assert exclusions(empty, {}, [quiet]) == ()

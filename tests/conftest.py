@@ -35,6 +35,25 @@ def data_dir() -> Path:
     return path
 
 
+#: Tests that take longest, the longest first: minutes of simulation and fitting, or whole commands one after the other.
+LONGEST = (
+    "test_intervals_hold_the_truth_as_often_as_they_say",
+    "test_the_chain_of_every_seed",
+    "test_every_line_of_the_quick_start_runs",
+    "test_it_passes_on_this_machine",
+    "test_every_command_of_the_page_runs",
+    "test_a_dead_or_hanging_worker_costs_its_log_only",
+    "test_noise_in_the_acceleration_is_not_subtracted",
+    "test_an_identification_run_is_left_whole",
+    "test_pushes_in_the_fitting_log_are_left_out",
+    "test_encodings_and_definitions",
+    "test_the_page_runs",
+    "test_ordinary_runs_change_nothing",
+    "test_an_ended_audit_leaves_no_verdict_no_part_and_no_worker",
+)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest tests first: begun last, one of them would keep a single process busy while the others wait."""
-    items.sort(key=lambda item: "test_the_chain_of_every_seed" not in item.name)
+    rank = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.name.partition("[")[0], len(rank)))

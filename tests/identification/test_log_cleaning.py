@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from simulated_logs import FEWER_SPEEDS
 
 from collaudit.core import api
 from collaudit.core.config import load_config
@@ -161,7 +162,7 @@ def test_polishing_is_no_contact_to_leave_out(made: Any, robot: str) -> None:
 
 
 def test_an_identification_run_is_left_whole(made: Any, robot: str) -> None:
-    files = made("friction", robot, reduction=Reduction(speeds=10))
+    files = made("friction", robot, reduction=Reduction(speeds=FEWER_SPEEDS))  # the run that other tests fit
     _, facts = find_contact(api.prepare(files.log, load_config(files.config)))
     assert facts.spans == ()
 

@@ -17,6 +17,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 _FOLDS = 10
 _MIN_SPEEDS = 4
 _SAME_SPEED = 1.03
+_NO_MATCH = 4.0  # times the best's mean square, or noise's where that is more: twice its error is not "as good"
 _AICC_TIE = 6.0  # "considerably less support" (Burnham and Anderson, Model Selection, 2002, 2.6)
 
 
@@ -136,9 +137,11 @@ def compare(data: ls.Points, candidates: list[Candidate]) -> list[ModelCompariso
 def choose(rows: list[ModelComparison], usable: list[bool]) -> tuple[int | None, list[ModelComparison]]:
     """The simplest usable law within one standard error of the best on speeds held out.
 
-    The standard error is the larger of the two laws'. The data-driven law counts as the largest of all and is taken
-    only where every other is two standard errors worse: its parameters mean nothing by themselves. Among laws of
-    equal size the one with the clearly smaller AICc (by 6 and more), else the one listed first.
+    The standard error is the larger of the two laws', and no law with twice the best's error (and noise's) is
+    close: one that misses speeds on end has a large standard error for that very reason. The data-driven law counts
+    as the largest of all and is taken only where every other is two standard errors worse, or has twice its error:
+    its parameters mean nothing by themselves. Among laws of equal size the one with the clearly smaller AICc (by 6
+    and more), else the one listed first.
 
     Returns:
         Its index (None when nothing could be held out), and the table with notes.
@@ -174,4 +177,5 @@ def _within(row: ModelComparison, best: ModelComparison) -> bool:
     """Whether a law's score is within one standard error of the best (two where the best is data-driven)."""
     se = max(row.held_out_score_se or 0.0, best.held_out_score_se or 0.0)
     reach = 2.0 if law_named(best.model).data_driven else 1.0
-    return (row.held_out_score or 0.0) <= (best.held_out_score or 0.0) + reach * se
+    score, least = row.held_out_score or 0.0, best.held_out_score or 0.0
+    return score <= min(least + reach * se, _NO_MATCH * max(least, 1.0))

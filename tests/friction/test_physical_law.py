@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint, ModelComparison
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_findings
+from collaudit.core.friction.law_comparison import choose
 from collaudit.core.friction.motion_points import any_motion_tells_more, covered, distinct_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.physical_law import dissipation
@@ -56,6 +57,22 @@ def test_breakaway_below_coulomb_is_not_taken() -> None:
     refused = next(row for row in fit.comparison if row.model == "static-lugre")
     assert not refused.chosen
     assert "below Coulomb" in refused.note
+
+
+def row(model: str, score: float, se: float, aicc: float) -> ModelComparison:
+    return ModelComparison(model, 2.0, 0.15, 0.2, score, se, aicc, chosen=False, note="")
+
+
+def test_a_law_that_misses_speeds_is_not_as_good_for_being_uncertain_of_it() -> None:
+    """As of a UR3's last wrist, whose friction flattens with speed: the lines have 2.5 times the error."""
+    wrist = [
+        row("coulomb-viscous", 49.9, 23.5, 90.8),
+        row("asymmetric-coulomb-viscous", 47.2, 22.2, 92.5),
+        row("rbf", 2.89, 1.74, -14.8),
+    ]
+    assert choose(wrist, [True] * 3)[0] == 2
+    within_noise = [row("coulomb-viscous", 1.2, 0.5, 8.0), row("rbf", 0.25, 0.1, 7.0)]
+    assert choose(within_noise, [True] * 2)[0] == 0
 
 
 @pytest.mark.parametrize("offset", [0.0, 8.0])

@@ -48,7 +48,8 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         text = "Friction was fitted on the log it judges: a constant external force would be taken for friction."
         clean = cleaned([prepared], config)
         fits = fit_joints(clean.logs, config)
-        findings = [Finding("friction-same-log", "warning", text), *clean.findings]
+        said = [Finding("friction-same-log", "warning", text)] if any(fit.model for fit in fits.values()) else []
+        findings = [*said, *clean.findings]
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
         findings = [*_same_log(friction, prepared), *_mismatch(friction, prepared), *_left_out(friction)]

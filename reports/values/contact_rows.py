@@ -80,7 +80,7 @@ def _worst(contact: Contact, result: AuditResult) -> str:
         return rows.NONE
     alarm = max(alarms, key=lambda a: abs(a.peak_nm) / a.gamma_nm)
     peak, gamma = against(alarm.peak_nm, alarm.gamma_nm)
-    return f"{peak} of γ {gamma} {torque_unit(result, alarm.joint)}, {alarm.joint}"
+    return f"{peak} {torque_unit(result, alarm.joint)} (γ {gamma}), {alarm.joint}"
 
 
 def _belongs(alarm: Collision, contact: Contact) -> bool:

@@ -187,7 +187,8 @@ def _choose(
             f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(meant)):.3g} rad/s",
             "log-velocity-disagrees",
         )
-    stuck = moving & (logged == 0.0)
+    least = float(np.min(np.abs(logged), where=np.isfinite(logged) & (logged != 0.0), initial=np.inf))
+    stuck = moving & (logged == 0.0) & (np.abs(smooth) > least)  # slower than its step, a velocity in counts is zero
     if np.count_nonzero(stuck) > 3:
         out = np.where(stuck, derived, logged)
         return out, [

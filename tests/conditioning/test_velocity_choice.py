@@ -81,6 +81,17 @@ def test_a_joint_that_dithers_is_left_alone(logged: str) -> None:
     np.testing.assert_array_equal(series.raw_velocity_rad_s[:, 1], v[:, 1])
 
 
+def test_a_velocity_in_counts_is_zero_where_it_turns_and_not_stuck() -> None:
+    count = 0.05
+    logged = count * np.trunc(V / count)
+    series = condition(make_log(T, Q, logged, Q, NAMES), ConditioningConfig())
+    assert not [f for f in series.findings if f.code.startswith("log-velocity")]
+    logged[2000:2010, 0] = 0.0  # at up to 2 rad/s
+    series = condition(make_log(T, Q, logged, Q, NAMES), ConditioningConfig())
+    (said,) = [f for f in series.findings if f.code == "log-velocity-derived"]
+    assert "is exactly zero in 10 samples" in said.text
+
+
 def test_the_numbers_told_are_medians() -> None:
     logged = V.copy()
     logged[:, 0] *= 0.5

@@ -539,7 +539,7 @@ KINDS: dict[str, Kind] = {
     "fit-contact-suspected": Kind(
         "A log that is stated to be free of contact, or labelled, has stretches that look like contact.",
         "Look at these times. If something was touched, label it, or let the fit look for it.",
-        _WARNING,
+        {"warning": "excludes"},
         setting="fit.contact",
     ),
     "fit-mostly-contact": Kind(

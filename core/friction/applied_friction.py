@@ -13,7 +13,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
-from collaudit.core.identification.log_cleaning import cleaned
+from collaudit.core.identification.log_cleaning import cleaned, times_text
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
 
@@ -52,7 +52,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
         findings = [*said, *clean.findings]
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
-        findings = [*_same_log(friction, prepared), *_mismatch(friction, prepared), *_left_out(friction)]
+        findings = [*_same_log(friction, prepared, config), *_mismatch(friction, prepared), *_left_out(friction)]
     laws, missing = friction_models(fits, series)
     if friction is not None:
         laws = corrected_laws(laws, friction.corrections)
@@ -67,7 +67,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     return AppliedFriction(fits, laws, (*findings, *friction_findings(fitted, gains), *missing), quiet)
 
 
-def _same_log(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
+def _same_log(friction: FrictionFile, prepared: Prepared, config: Config) -> list[Finding]:
     """A friction file that was fitted on the log to be judged, among others or alone."""
     logs = friction.provenance.logs.values()
     if prepared.series.source.sha256 not in logs:
@@ -77,6 +77,11 @@ def _same_log(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
         f"The friction file was fitted on the log it judges{others}: a constant external force would be taken "
         "for friction."
     )
+    if config.detect.gamma_nm == "auto":
+        text += (
+            ' So were the thresholds (gamma_nm = "auto"): they lie above all that the fit kept of this log, and a '
+            "contact that it kept cannot alarm."
+        )
     return [Finding("friction-same-log", "warning", text)]
 
 
@@ -90,6 +95,13 @@ def _left_out(friction: FrictionFile) -> list[Finding]:
                 f"{len(facts.spans)} stretches that look like contact, or are labelled so, were left out."
             )
             out.append(Finding("fit-left-out", "info", text, where=name))
+        elif facts.spans:
+            text = (
+                f"The friction was fitted on {name}, stated to be free of contact, with {len(facts.spans)} stretches "
+                f"that look like contact: {times_text(facts.spans)}. If they are, friction and thresholds from it are "
+                "wrong, and such contacts can go unseen."
+            )
+            out.append(Finding("fit-contact-suspected", "warning", text, where=name))
     return out
 
 

@@ -56,9 +56,8 @@ def _hidden(sensitivity: Mapping[str, JointSensitivity]) -> list[str]:
         if s.all.hidden_s >= _WORTH_SAYING_S and s.largest_nm is not None:
             of = f"for {seconds_text(s.all.hidden_s)} of {seconds_text(s.all.time_s)}"
             parts.append(f"{joint} up to {s.largest_nm:.3g} N·m {of} (asked: {s.observable_nm:.3g})")
-    return (
-        [f"Hidden by friction at rest, in slow motion or just after a reversal: {'; '.join(parts)}."] if parts else []
-    )
+    where = "at rest, in slow motion, just after a reversal or beyond the fitted speeds"
+    return [f"Hidden by friction {where}: {'; '.join(parts)}."] if parts else []
 
 
 def by_joint(seconds: Mapping[str, float], watched: int) -> str:

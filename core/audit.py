@@ -57,7 +57,7 @@ from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.clean_evidence import clean_residual, recommend_rules
-from collaudit.core.recommend.fitted_thresholds import fitted_thresholds
+from collaudit.core.recommend.fitted_thresholds import corrections_that_help
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
@@ -105,6 +105,7 @@ def fit_logs(
     fits = fit_joints(known, config)
     corrections = friction_corrections(known, fits)
     variation = merged([friction_variation(log, fits) for log in known])
+    corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config)
     findings = [f for log, (_, found) in zip(clean.logs, audited, strict=True) for f in (*log.findings, *found)]
     findings += clean.findings
     findings += about_axes
@@ -127,7 +128,7 @@ def fit_logs(
         trends=variation,
         left_out=clean.left_out,
         coupled=coupled,
-        thresholds=fitted_thresholds(known, fits, variation, corrections, config),
+        thresholds=thresholds,
         corrections=corrections,
     )
 

@@ -381,6 +381,12 @@ KINDS: dict[str, Kind] = {
         _DOUBTS,
         setting="log.units",
     ),
+    "effort-understated": Kind(
+        "A joint's effort is so much smaller than the model's torque that contacts appear smaller than they are.",
+        "State what the effort is in [log.units], with its torque constant, or correct the payload in [robot.tool].",
+        {"warning": "excludes"},
+        setting="log.units",
+    ),
     "effort-kind": Kind(
         "What the effort looks like (torque, current, inverted, doubled), from all joints together.",
         "State what it is in [log.units]: effort, torque_constant_nm_per_a, effort_sign.",

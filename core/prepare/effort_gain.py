@@ -189,7 +189,18 @@ def effort_gain_findings(
                     joint=gain.joint,
                 )
             )
+            if gain.ci95[1] < _PLAUSIBLE_GAIN[0]:
+                findings.append(_understated(gain))
     return findings + unknown_sign_findings(gains, joints)
+
+
+def _understated(gain: EffortGain) -> Finding:
+    """That contacts on a joint appear smaller than they are, which a pass must not leave unsaid."""
+    text = (
+        f"Contact torques on joint '{gain.joint}' appear {gain.gain:.2g} times as large as they are, if its effort is "
+        "no torque in N·m: what stays below the threshold may be that much larger."
+    )
+    return Finding("effort-understated", "warning", text, joint=gain.joint)
 
 
 def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]) -> list[Finding]:

@@ -48,6 +48,40 @@ def fitted_thresholds(
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
 
+def corrections_that_help(
+    prepared: Sequence[Prepared],
+    fits: Mapping[str, FrictionFit],
+    variation: Mapping[str, FrictionVariation],
+    corrections: Mapping[str, FrictionCorrection],
+    config: Config,
+) -> tuple[dict[str, FrictionCorrection], FittedThresholds]:
+    """Corrections with which a joint's whole held-out residual is smaller, and the thresholds of every joint.
+
+    A correction is found on settled motion. One that spoils the rest, at reversals or under loads that the fit hardly
+    saw, is dropped. The thresholds are those of the residual without corrections: faster motion carries ripple out of
+    the detector's band, and leaves errors that the fitted motion did not show; a threshold that counts on what ripple
+    explained in slow motion gave alarms there.
+
+    Args:
+        prepared, fits, variation, corrections, config: as of :func:`fitted_thresholds`.
+    """
+    plain = fitted_thresholds(prepared, fits, variation, {}, config)
+    if not corrections:
+        return {}, plain
+    corrected = fitted_thresholds(prepared, fits, variation, corrections, config)
+    kept = {j: c for j, c in corrections.items() if _helps(corrected.joints[j], plain.joints[j])}
+    return kept, plain
+
+
+def _helps(corrected: JointThreshold, plain: JointThreshold) -> bool:
+    """Whether a correction lessens the residual and raises no threshold; without held-out motion it stands as found."""
+    if corrected.rms_nm is None or plain.rms_nm is None:
+        return True
+    before = {level.n: level.gamma_nm for level in plain.levels}
+    ratios = [level.gamma_nm / before[level.n] for level in corrected.levels if level.n in before]
+    return corrected.rms_nm < plain.rms_nm and (not ratios or float(np.median(ratios)) <= 1.0)
+
+
 def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], config: Config) -> JointThreshold:
     columns = [(r, r.joint_names.index(joint)) for r in residuals if joint in r.joint_names]
     judged = [r.judged[:, j] for r, j in columns]

@@ -45,7 +45,11 @@ def test_an_inverted_effort_is_noticed_with_its_remedy() -> None:
 
 def test_a_current_is_noticed_by_its_gain() -> None:
     _, findings = run(0.1, 20.0)
-    assert [f.code for f in findings] == ["effort-gain"]
+    assert [f.code for f in findings] == ["effort-gain", "effort-understated"]
+    assert findings[1].effect == "excludes", "a pass says that contacts appear smaller"
+    assert "0.1 times as large" in findings[1].text
+    _, larger = run(10.0, 20.0)
+    assert [f.code for f in larger] == ["effort-gain"], "larger ones alarm early"
 
 
 def test_an_unloaded_joint_is_undecided_not_guessed() -> None:

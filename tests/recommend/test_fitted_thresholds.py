@@ -36,7 +36,7 @@ def test_thresholds_of_a_fit_hold_on_another_log(made, friction_of: FitOf, robot
         assert known.reason is None, joint
         assert known.noise_nm is not None
         assert known.held_out > 0.5
-        (at_rule,) = [level for level in known.levels if level.n == 13]
+        *_, at_rule = [level for level in known.levels if level.n <= 13]  # that of a shorter run is in force too
         assert 2 * known.noise_nm < at_rule.gamma_nm < 10 * known.noise_nm
     clean = audited(made("free-clean", robot, duration_s=60.0).log[0], friction)
     assert not clean.result.collisions

@@ -180,8 +180,8 @@ def two_link_log() -> JointLog:
     t = T * np.arange(4000)
     q = np.stack([0.6 * np.sin(1.3 * t), 0.5 * np.cos(1.9 * t)], axis=1)
     v = np.stack([0.78 * np.cos(1.3 * t), -0.95 * np.sin(1.9 * t)], axis=1)
-    source = log_source("two-link")
-    return JointLog(t, ("joint1", "joint2"), q, v, np.zeros_like(q), "Nm", None, source)
+    effort = np.stack([np.sin(2.1 * t), np.cos(1.7 * t)], axis=1)  # zeros would be drives that are off
+    return JointLog(t, ("joint1", "joint2"), q, v, effort, "Nm", None, log_source("two-link"))
 
 
 def test_the_energy_detector_needs_every_joint_and_says_so() -> None:

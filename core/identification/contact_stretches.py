@@ -19,7 +19,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
-from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
@@ -36,8 +36,6 @@ _UNEXPLAINED = 0.9
 _COARSE = 60
 #: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.
 _SETTLED_S = 0.2
-#: What lies on both sides of a reversal or a standstill of up to this, s, lies there as well; or beside one of half.
-_UNTOLD_S = 2.0
 #: Speeds over which friction may fall from breakaway: quantiles of those driven, and shares of the fastest.
 _SLOW, _OF_FASTEST = (0.03, 0.1, 0.3), (0.05, 0.15, 0.4)
 #: Rare speeds count as much as common ones in the regression, up to this many times their share: a few fast strokes
@@ -186,17 +184,17 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
         kept[:] = True
     use = np.flatnonzero(kept)
     use = use[:: max(1, use.size // _MAX_SAMPLES)]
-    usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
-    fine = _LEAST_SHARE * usual
-    balance = _balanced(joint.conditions[use, 0])
-    rest = joint.effort - joint.columns @ robust_fit(joint.columns[use], joint.effort[use], balance, fine)
+    rest = joint.effort - joint.columns @ robust_fit(
+        joint.columns[use], joint.effort[use], _balanced(joint.conditions[use, 0])
+    )
     spread = local_spread(rest, kept, joint.conditions, max(_MIN_SAMPLES, round(_CELL_S / period)))
+    usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
     ratio = np.zeros(n)
     if robust_sd(rest[use]) > _UNEXPLAINED * usual:
         return ratio, np.zeros(n, dtype=bool)
-    ratio[joint.rows] = np.abs(rest) / np.maximum(spread, max(fine, joint.step, 1e-9))
+    ratio[joint.rows] = np.abs(rest) / np.maximum(spread, max(_LEAST_SHARE * usual, joint.step, 1e-9))
     dip = ceil(_DIP_S / period)
-    near = closed(ratio > _NEAR, dip)
+    near = _closed(ratio > _NEAR, dip)
     starts, stops = run_bounds(ratio > _FAR)
     lasting = max(_LASTING, ceil(_LASTING_S / period))
     core = np.zeros(n, dtype=bool)
@@ -208,9 +206,7 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
     marks = np.zeros(n + 1)
     np.add.at(marks, first[hit], 1)
     np.add.at(marks, last[hit], -1)
-    told = np.zeros(n, dtype=bool)
-    told[joint.rows] = True
-    return ratio, spread_over_unknown(np.cumsum(marks[:-1]) > 0, told, round(0.5 * _UNTOLD_S / period))
+    return ratio, np.cumsum(marks[:-1]) > 0
 
 
 def _balanced(speed: FloatArray) -> FloatArray:
@@ -219,6 +215,16 @@ def _balanced(speed: FloatArray) -> FloatArray:
     bins = np.searchsorted(edges, speed)
     count = np.bincount(bins, minlength=_SPEED_BINS + 1)
     return np.asarray(np.minimum(count.max() / count[bins], _MOST_WEIGHT))
+
+
+def _closed(mask: BoolArray, dip: int) -> BoolArray:
+    """The mask with holes shorter than ``dip`` filled."""
+    starts, stops = run_bounds(~mask)
+    short = (stops - starts <= dip) & (starts > 0) & (stops < mask.size)
+    marks = np.zeros(mask.size + 1)
+    np.add.at(marks, starts[short], 1)
+    np.add.at(marks, stops[short], -1)
+    return np.asarray(mask | (np.cumsum(marks[:-1]) > 0))
 
 
 def _widened(mask: BoolArray, margin: int) -> BoolArray:

@@ -173,19 +173,3 @@ def test_real_motion_is_nearly_left_whole(data_dir: Path, tmp_path: Path) -> Non
     (log,) = (data_dir / "ur10_db3").glob("*.db3")
     _, facts = find_contact(api.prepare(log, load_config(config)))
     assert facts.share < 0.1
-
-
-def test_a_clamp_of_a_quarter_of_the_log_is_left_out(free: Any) -> None:
-    log, settings = free("paper6")
-    joint, torque_nm = 4, 6.0
-    series = log.start.series
-    effort, n = series.effort.copy(order="F"), series.time_s.size
-    effort[n // 4 : n // 2, joint] += torque_nm
-    start = replace(log.start, series=replace(series, effort=effort))
-    mask, facts = find_contact(_modelled(start, log.calibration, settings.config, None))
-    moving = np.abs(series.velocity_rad_s[:, joint]) > 0.1
-    clamped = np.zeros(n, dtype=bool)
-    clamped[n // 4 : n // 2] = True
-    assert mask[clamped & moving].mean() > 0.8
-    assert mask[~clamped].mean() < 0.05
-    assert not facts.refused

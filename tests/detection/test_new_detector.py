@@ -72,8 +72,8 @@ def test_a_new_detector_is_one_file_and_its_name(program: Path, hits: Path, fric
     (core / "residual" / "detectors" / "bare.py").write_text(FILE, encoding="utf-8")
     names = core / "config" / "detector_names.py"
     text = names.read_text(encoding="utf-8")
-    assert text.count('"energy"]') == 1
-    names.write_text(text.replace('"energy"]', '"energy", "bare"]'), encoding="utf-8")
+    assert text.count('"combined"]') == 1
+    names.write_text(text.replace('"combined"]', '"combined", "bare"]'), encoding="utf-8")
 
     done = collaudit(program, *command, "--detector", "bare", "--set", 'detect.compare=["direct"]')
     assert done.returncode == 1, done.stderr

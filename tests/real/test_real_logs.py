@@ -117,6 +117,12 @@ def test_ur3_names_and_signs_by_config(cli, data_dir: Path) -> None:  # type: ig
         audits[name] = load(f"run-{name}/audit.json")
         own = {key: audits[name]["log"].pop(key) for key in ("name", "sha256", "format")}
         assert own["format"] in name
+    # Only the bag is, by its bytes, a log that friction was fitted on, which is said of it.
+    said = [f["text"] for f in audits["ros1-bag"]["findings"] if f["code"] == "friction-same-log"]
+    assert len(said) == 1
+    for audit in audits.values():
+        audit["findings"] = [f for f in audit["findings"] if f["code"] != "friction-same-log"]
+        audit["exclusions"] = [text for text in audit["exclusions"] if text not in said]
     assert audits["ros1-bag"] == audits["mcap-ros2-folder"] == audits["mcap-ros2"] == audits["mcap-ros1"]
     assert audits["ros1-bag"]["residual"]["wrist_3_joint"]["mean_abs_nm"] < 1.0
 

@@ -30,7 +30,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tuple[Path, ...]) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
-    Every parameter comes with its 95 % interval; what the data cannot tell apart is named.
+    Every parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
 
     Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
 

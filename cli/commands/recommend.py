@@ -43,7 +43,7 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
 def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool, truth: tuple[Path, ...]) -> int:
     """Recommend gamma and n per joint from contact-free residuals of finished runs, or of logs.
 
-    All inputs count together. Each threshold comes with the hours it rests on, the false alarms they allow
+    All inputs count together. Each threshold comes with the hours that support it, the false alarms they allow
     for, and the evidence that is missing. Alarms found in the inputs are left out; where --truth or --labels says
     what was contact, that is left out instead, and with --free-of-contact nothing is. With --dynamic, what comes
     out goes into the configuration as it is, with gamma_nm = "dynamic".

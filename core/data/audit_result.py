@@ -171,9 +171,9 @@ class RecommendedRule:
         largest_clean_nm: the largest level that lasted n samples without a collision.
         margin: gamma_nm / largest_clean_nm.
         clean_hours: judged hours free of events that it rests on.
-        false_alarms_per_hour: at the recommended rule at most this, at 95 % confidence, by the tail of the clean
-            residual; None where there is too little of it to have a tail.
-        false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from those hours alone, without the tail.
+        false_alarms_per_hour: at the recommended rule at most this, at 95 % confidence, extrapolated from
+            the tail of the clean residual; None where there is too little of it to have a tail.
+        false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the observed hours only, without the tail.
         alternatives: (n, gamma_nm) at other persistences, found in the same way.
         missing: what evidence is missing.
     """

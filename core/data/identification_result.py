@@ -243,7 +243,7 @@ class RippleFacts:
 
 @dataclass(frozen=True, slots=True)
 class FrictionVariation:
-    """What moves in one joint's friction; ``untold`` says what the data cannot tell, and why."""
+    """Trends of one joint's friction; ``untold`` says what the data cannot tell, and why."""
 
     trends: tuple[Trend, ...]
     ripple: tuple[RippleFacts, ...]

@@ -555,7 +555,7 @@ KINDS: dict[str, Kind] = {
         setting="fit.contact",
     ),
     "friction-not-physical": Kind(
-        "The data ask for friction that cannot be: it would give power, or fall below a physical bound.",
+        "The data ask for friction that is physically impossible: it would give power, or fall below a physical bound.",
         "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",
         _DOUBTS,
     ),
@@ -565,7 +565,7 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "friction-not-identifiable": Kind(
-        "The data cannot tell some friction parameters apart.",
+        "The data cannot determine some friction parameters.",
         "Record more speeds, above all slow ones. The curve holds within the speeds measured.",
         _INFO,
     ),
@@ -621,7 +621,7 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "recommend-little-data": Kind(
-        "A recommendation rests on little data.", "Give more hours of runs without contact.", _INFO
+        "A recommendation is supported by little data.", "Give more hours of runs without contact.", _INFO
     ),
     "friction-level": Kind(
         "Friction was off its calibration; its level was followed, or could not be.",

@@ -7,7 +7,7 @@ from collaudit.core.findings import Finding
 
 
 def identified_findings(identified: Identified | None) -> list[Finding]:
-    """Joints that are explained worse on time left out, and bodies that cannot be."""
+    """Joints that are explained worse on time left out, and physically impossible inertias."""
     if identified is None:
         return []
     findings = []

@@ -123,9 +123,9 @@ def tool_force(
     config: Config,
     sensor: SensorFacts | None = None,
 ) -> tuple[FloatArray | None, list[Finding]]:
-    """What the tool does to the environment, in the sensor's frame.
+    """The force and torque that the robot exerts, in the sensor's frame.
 
-    The sensor reads ``sign · (F - W) + bias`` with F what the robot does to the environment, W the
+    The sensor reads ``sign · (F - W) + bias`` with F what the robot exerts, W the
     tool's weight on the sensor and sign = ``wrench_sign``; so ``F = sign · (reading - bias) + W``. Bias and weight are
     those of ``sensor`` where it is given.
 

@@ -145,7 +145,7 @@ def _missing(hours: float, left_out_s: float) -> tuple[str, ...]:
         missing.append("contact-free motion")
     elif hours < _ENOUGH_HOURS:
         missing.append(
-            f"more contact-free motion: it rests on {hours * 60:.3g} min, which alone cannot exclude up to "
+            f"more contact-free motion: it is supported by {hours * 60:.3g} min, which alone cannot exclude up to "
             f"{_ZERO_EVENTS_95 / hours:.3g} false alarms an hour (95 %)"
         )
     return tuple(missing)

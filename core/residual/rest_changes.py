@@ -25,7 +25,7 @@ def fill_changes(
     """Fill the columns of still joints without a friction law.
 
     Behind the gear every change of torque shows: those samples are judged. Before it friction holds what it can: a
-    change is evidence, none proves nothing.
+    change is evidence of contact, no change is not evidence of absence.
 
     Args:
         prepared: the log.

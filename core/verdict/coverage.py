@@ -20,7 +20,7 @@ _LISTED_SPANS = 200
 _STANDING_RAD_S = 1e-3
 #: A joint that gets no further in this time than it would at that speed dithers, s.
 _DITHER_S = 0.5
-#: Faster than this a joint whose friction is only an interval is moving, not standing: it was not judged in full.
+#: Faster than this a joint whose friction is known only as a range is moving, not standing: it was not judged in full.
 _CREEPING_RAD_S = 0.03
 
 

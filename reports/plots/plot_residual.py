@@ -52,7 +52,7 @@ def trace(signals: Signals, column: int, window: slice = slice(None)) -> Trace:
 
 
 def draw_residual(axes: Axes, shown: Trace, points: int) -> None:
-    """The residual: dark where judged, light blue where only an interval, grey where not judged.
+    """The residual: dark where judged, light blue where friction is known only as a range, grey where not judged.
 
     The curves are not joined where one state follows another: the residual means something else there.
     """
@@ -70,7 +70,7 @@ def draw_residual(axes: Axes, shown: Trace, points: int) -> None:
 
 
 def draw_shading(axes: Axes, shown: Trace) -> None:
-    """Hatched where not judged, tinted where friction was only an interval; behind everything else."""
+    """Hatched where not judged, tinted where friction is known only as a range; behind everything else."""
     if not len(shown.time_s):
         return
     out = ~shown.judged & ~shown.standing

@@ -277,7 +277,7 @@ def near_misses(audit: Audit) -> pd.DataFrame:
 
 
 def contacts(audit: Audit) -> pd.DataFrame:
-    """Contacts, one a row: when, which joints, link, kind, and the force with its 95 % interval in N where known."""
+    """Contacts, one a row: when, which joints, link, kind, and its force: 95 % interval and least size, N."""
     detection = audit.result.detection
     rows = [
         {
@@ -290,6 +290,7 @@ def contacts(audit: Audit) -> pd.DataFrame:
             "force_n": None if c.force is None else c.force.size_n,
             "force_low_n": None if c.force is None else c.force.size_ci95_n[0],
             "force_high_n": None if c.force is None else c.force.size_ci95_n[1],
+            "force_least_n": None if c.least_force is None else c.least_force.force_n,
         }
         for c in (detection.incidents if detection else ())
     ]
@@ -306,7 +307,7 @@ def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
 
 _COLLISION = ("joint", "onset_s", "detected_s", "duration_s", "peak_nm", "gamma_nm", "phase")
 _NEAR_MISS = ("joint", "onset_s", "duration_s", "peak_nm", "gamma_nm", "ratio", "kind", "phase")
-_FORCE = ("force_n", "force_low_n", "force_high_n")
+_FORCE = ("force_n", "force_low_n", "force_high_n", "force_least_n")
 
 
 def _rows(items: Sequence[object], columns: Sequence[str]) -> pd.DataFrame:

@@ -9,9 +9,10 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
-from collaudit.core.contacts.external_force import estimate_force, residual_noise
+from collaudit.core.contacts.external_force import averaged_torque, estimate_force, residual_noise
+from collaudit.core.contacts.least_force import least_force
 from collaudit.core.data.audit_result import Collision
-from collaudit.core.data.detection_result import Contact, ContactForce
+from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
@@ -66,28 +67,33 @@ def _describe(
         force=place.force,
         kind=kind,
         evidence=evidence,
+        least_force=place.least,
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """The link of a contact, what that does not exclude, and the external force there, None where it is not known."""
+    """The link of a contact, what that does not exclude, the external force there and the least that it can be."""
 
     link: str
     note: str
     force: ContactForce | None
+    least: LeastForce | None
 
 
 def _locate(prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, names: Sequence[str], peak: int) -> _Place:
     """The link moved by the outermost of the joints that alarmed, base to tip, and the force at the peak's sample."""
     if not run.residual.isolation.isolates:
-        return _Place("unknown", "This detector judges the arm as a whole and does not isolate.", None)
+        return _Place("unknown", "This detector judges the arm as a whole and does not isolate.", None, None)
     series, robot = prepared.judged_series, prepared.robot
     outer = robot.joint_names.index(names[-1])
     beyond = [joint for joint in series.joint_names if robot.joint_names.index(joint) > outer]
     blind = [joint for joint in beyond if run.detected.state[peak, series.column(joint)] > State.JUDGED]
     link = robot.link_of(names[-1]) or f"the link moved by {names[-1]}"
-    return _Place(link, _note(beyond, blind), estimate_force(prepared, run, noise_nm, names, peak))
+    columns = [series.column(joint) for joint in names]
+    sd = np.hypot(noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
+    least = least_force(prepared, names, averaged_torque(prepared, run, columns, peak), sd, peak)
+    return _Place(link, _note(beyond, blind), estimate_force(prepared, run, noise_nm, names, peak), least)
 
 
 def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision]) -> int:

@@ -110,9 +110,7 @@ def _at_link(
         for j, joint in enumerate(series.joint_names)
         if robot.joint_names.index(joint) <= outer and (run.detected.state[sample, j] == State.JUDGED or joint in names)
     ]
-    half = max(1, round(0.5 * _AVERAGED_S / series.period_s))
-    window = slice(max(0, sample - half), sample + half + 1)
-    torque = np.nanmean(_unsmoothed(prepared, run, window, used), axis=0)
+    torque = averaged_torque(prepared, run, used, sample)
     noise = noise_nm[used]
     columns = [robot.joint_names.index(series.joint_names[j]) for j in used]
     arm, rotation = _lever_arms(prepared, q, frame, columns)
@@ -123,6 +121,13 @@ def _at_link(
     force = _solve(arm, torque, noise, rotation, frame) or force
     left = torque + arm @ (rotation.T @ np.array(force.force_n))
     return force, float(np.sum((left / np.maximum(noise, 1e-3)) ** 2))
+
+
+def averaged_torque(prepared: Prepared, run: DetectorRun, columns: Sequence[int], sample: int) -> FloatArray:
+    """(k,) residual of some judged joints before the kernel, averaged over 20 ms around a sample, N·m."""
+    half = max(1, round(0.5 * _AVERAGED_S / prepared.series.period_s))
+    window = slice(max(0, sample - half), sample + half + 1)
+    return np.asarray(np.nanmean(_unsmoothed(prepared, run, window, columns), axis=0))
 
 
 def _lever_arms(prepared: Prepared, q: FloatArray, frame: str, columns: Sequence[int]) -> tuple[FloatArray, FloatArray]:

@@ -113,6 +113,21 @@ class ContactForce:
 
 
 @dataclass(frozen=True, slots=True)
+class LeastForce:
+    """Lower bound (95 %) of a contact's force: one joint's torque over the longest lever arm that a contact can have.
+
+    Attributes:
+        force_n: no force smaller than this, anywhere on the links that the joint moves, gives its torque.
+        joint: whose torque it is.
+        lever_m: longest distance from its axis to the surface of what it moves; 1 for prismatic joints.
+    """
+
+    force_n: float
+    joint: str
+    lever_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One contact: alarms of several joints that belong together.
 
@@ -124,6 +139,7 @@ class Contact:
         force: the external force, None where it cannot be computed.
         kind: meant (commanded), accidental or undecided contact.
         evidence: why.
+        least_force: what it is at least, also where ``force`` is not known; None where nothing stands out.
     """
 
     onset_s: float
@@ -135,6 +151,7 @@ class Contact:
     force: ContactForce | None
     kind: ContactKind
     evidence: tuple[str, ...]
+    least_force: LeastForce | None = None
 
 
 @dataclass(frozen=True, slots=True)

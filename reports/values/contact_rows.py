@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Collision
-from collaudit.core.data.detection_result import Contact, ContactForce
+from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.reports.values import rows
 from collaudit.reports.values.numbers import against, duration, fixed, time_decimals
 from collaudit.reports.values.words import torque_unit
@@ -57,19 +58,21 @@ def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
         worst=_worst(contact, result),
         link=contact.link or rows.NONE,
         note=contact.link_note,
-        force=force_text(contact.force),
+        force=force_text(contact.force, contact.least_force),
         kind=KIND_WORDS[contact.kind],
         evidence="; ".join(contact.evidence),
     )
 
 
-def force_text(force: ContactForce | None) -> str:
-    """The interval of a contact's force, and in how many directions it cannot be seen."""
+def force_text(force: ContactForce | None, least: LeastForce | None = None) -> str:
+    """The interval of a contact's force and its blind directions; what it is at least where there is no interval."""
+    at_least = "" if least is None or least.force_n < 1.0 else f"at least {math.floor(least.force_n)} N"
     if force is None:
-        return "unknown"
+        return at_least or "unknown"
     low, high = force.size_ci95_n
     if force.blind and low < 0.5:
-        return f"not determinable (up to {high:.0f} N in visible directions)"
+        visible = f"up to {high:.0f} N in visible directions"
+        return f"{at_least} ({visible})" if at_least else f"not determinable ({visible})"
     blind = f", {len(force.blind)} blind direction{'s' if len(force.blind) > 1 else ''}" if force.blind else ""
     return f"{low:.0f} to {high:.0f} N{blind}"
 

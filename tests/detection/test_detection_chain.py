@@ -113,7 +113,10 @@ def test_contacts_have_a_link_and_a_force_that_holds_the_truth(hits: Path, frict
         push = next(p for p in pushes if p["onset_s"] - 0.05 <= contact.onset_s <= p["onset_s"] + p["duration_s"])
         assert contact.force is not None
         low, high = contact.force.size_ci95_n
-        inside += low <= float(np.linalg.norm(push["force_n"])) <= high
+        size = float(np.linalg.norm(push["force_n"]))
+        inside += low <= size <= high
+        assert contact.least_force is not None
+        assert 0.15 * size < contact.least_force.force_n < 1.05 * size
         linked += push["frame"] in (contact.force.frame, *contact.force.may_be_at)
         assert int(contact.link.removeprefix("link")) <= push["link"]
         assert len(contact.force.blind) + len(contact.joints) >= 1

@@ -1,0 +1,79 @@
+"""The least force that explains a joint's torque: the torque over the longest lever arm that a contact can have.
+
+A force at a point turns a joint by at most its size times the point's distance from the joint's axis. Whatever the
+direction, and wherever on the links that the joint moves, the force is therefore no smaller than torque / longest
+distance. That holds where too few joints react to tell a direction, and needs no assumption about the place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.data.detection_result import LeastForce
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.robot.robot_model import RobotModel
+
+#: Links are thicker than their frames and reach beyond them: the surface is taken to end this far from them, m.
+SURFACE_M = 0.1
+#: One-sided 95 % point of the normal distribution, in standard deviations.
+_ONE_SIDED = 1.645
+#: A joint whose longest lever is shorter tells nothing, m.
+_SHORTEST_M = 0.03
+
+
+def least_force(
+    prepared: Prepared, joints: Sequence[str], torque_nm: FloatArray, sd_nm: FloatArray, sample: int
+) -> LeastForce | None:
+    """The largest of the lower bounds that the joints of a contact give.
+
+    Args:
+        prepared: the log and its model.
+        joints: those that reacted.
+        torque_nm: (k,) their external torque; where friction is only a range, what lies beyond it.
+        sd_nm: (k,) its standard deviation.
+        sample: of the log, for the pose.
+
+    Returns:
+        None without a kinematic model or a pose, or where no torque stands out of its own error.
+    """
+    robot, q = prepared.robot, prepared.series.position_rad[sample]
+    if robot.bodies is None or not np.isfinite(q).all():
+        return None
+    levers = longest_levers(robot, q)
+    bounds = []
+    for joint, torque, sd in zip(joints, torque_nm, sd_nm, strict=True):
+        lever = levers[robot.joint_names.index(joint)]
+        sure = abs(float(torque)) - _ONE_SIDED * float(sd)
+        if lever >= _SHORTEST_M and sure > 0.0:
+            bounds.append(LeastForce(float(sure / lever), joint, float(lever)))
+    return max(bounds, key=lambda bound: bound.force_n, default=None)
+
+
+def longest_levers(robot: RobotModel, q: FloatArray) -> FloatArray:
+    """(j,) longest distance from each joint's axis to the surface of what it moves, m; 1 for prismatic joints.
+
+    Args:
+        robot: with a kinematic model.
+        q: (j,) one position.
+    """
+    names = robot.joint_names
+    turning = np.array([kind != "prismatic" for kind in robot.joint_types])
+    unit = np.hstack([np.eye(3), np.zeros((3, 3))])
+    poses = np.repeat(q[None, :], 3, axis=0)
+    out = np.zeros(len(names))
+    for frame in _frames(robot):  # a joint beyond the frame feels nothing: its lever there is 0
+        out = np.maximum(out, np.linalg.norm(robot.wrench_torque(poses, unit, frame), axis=0))
+    return np.where(turning, out + SURFACE_M, np.minimum(out, 1.0))
+
+
+def _frames(robot: RobotModel) -> list[str]:
+    """The frames of every link; of those at one place the first."""
+    assert robot.bodies is not None
+    found: dict[tuple[object, ...], str] = {}
+    for frame in robot.bodies.frame_names:
+        place = np.round(robot.bodies.frame_in_joint(frame)[1], 6)
+        found.setdefault((robot.bodies.frame_joint(frame), *place.tolist()), frame)
+    return list(found.values())

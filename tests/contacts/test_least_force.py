@@ -1,0 +1,38 @@
+"""The least force of a contact: no force at a point of the arm may give more torque than its lever arm allows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from collaudit.core.contacts.least_force import SURFACE_M, longest_levers
+from collaudit.core.data.detection_result import ContactForce, LeastForce
+from collaudit.fixtures.robots.robot_registry import robot_named
+from collaudit.reports.values.contact_rows import force_text
+
+
+def test_no_force_on_the_arm_turns_a_joint_by_more_than_its_longest_lever() -> None:
+    """Unit forces in all directions, at the outer frames and within the surface's distance of them."""
+    robot = robot_named("paper6").model()
+    assert robot.bodies is not None
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        q = rng.uniform(-2.0, 2.0, 6)
+        levers = longest_levers(robot, q)
+        most = np.zeros(6)
+        for frame in robot.bodies.frame_names:
+            if robot.bodies.frame_joint(frame) is None:
+                continue
+            force, offset = (x / np.linalg.norm(x, axis=1)[:, None] for x in rng.normal(size=(2, 400, 3)))
+            wrench = np.hstack([force, np.cross(SURFACE_M * offset, force)])
+            torque = robot.wrench_torque(np.repeat(q[None, :], 400, axis=0), wrench, frame)
+            most = np.maximum(most, np.abs(torque).max(axis=0))
+        assert (most <= levers + 1e-9).all()
+        assert (most > 0.85 * levers).all(), "a bound that no force comes near is no use"
+
+
+def test_where_no_interval_is_known_the_least_force_is_said() -> None:
+    least = LeastForce(23.9, "joint1", 0.5)
+    one = ContactForce("link", (1.0, 0.0, 0.0), (2.0, None, None), 1.0, (0.0, 1150.0), ((0.0, 1.0, 0.0),), 0.0)
+    assert force_text(None, least) == "at least 23 N"
+    assert force_text(one, least) == "at least 23 N (up to 1150 N in visible directions)"
+    assert force_text(None, LeastForce(0.4, "joint1", 0.5)) == "unknown"

@@ -16,6 +16,7 @@ from collaudit.core.data.audit_result import (
     AuditResult,
     FrictionFile,
     LogFacts,
+    PhaseSpan,
     Provenance,
     RecommendedRule,
     ResidualStats,
@@ -56,7 +57,8 @@ from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
-from collaudit.core.recommend.clean_evidence import clean_residual, recommend_rules
+from collaudit.core.recommend.arm_evidence import evidence_of
+from collaudit.core.recommend.clean_evidence import recommend_rules
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
@@ -169,7 +171,7 @@ def audit_log(
     contacts = find_contacts(prepared, judged.run, config)
     alarms = compare_controller_alarms(controller_alarms_s(series, config.detect), contacts)
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
-    recommended = _recommended(judged, series.period_s)
+    recommended = _recommended(judged, _log_facts(series), phases)
     scarce = little_data_findings(recommended)
     detected = judged.run.detected
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
@@ -259,14 +261,12 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     )
 
 
-def _recommended(judged: _Judged, period_s: float) -> dict[str, RecommendedRule]:
+def _recommended(judged: _Judged, log: LogFacts, phases: tuple[PhaseSpan, ...]) -> dict[str, RecommendedRule]:
     """A threshold for each watched joint from this log alone."""
-    rule, signals = judged.inputs.rule, judged.signals
-    return {
-        joint: recommend_rule([clean_residual(signals, joint, judged.clean[joint], period_s)], rule.persistence_s)
-        for joint in signals.joint_names
-        if judged.inputs.watch[joint].watched
-    }
+    rule, detected = judged.inputs.rule, judged.run.detected
+    events = (detected.collisions, detected.near_misses)
+    evidence = evidence_of(log, rule, judged.signals, phases, events)
+    return {joint: recommend_rule([evidence.of_joint(joint)], rule.persistence_s) for joint in evidence.watched}
 
 
 def _log_facts(series: UniformSeries) -> LogFacts:

@@ -18,7 +18,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, RecommendedRule
     from collaudit.core.data.detection_result import DynamicThreshold
-    from collaudit.core.recommend.clean_evidence import Times
+    from collaudit.core.recommend.arm_evidence import Times
 
 RECOMMEND_SCHEMA = "collaudit/recommend/1"
 

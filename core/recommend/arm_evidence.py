@@ -1,0 +1,197 @@
+"""What recommendations rest on: the residuals of all joints of all logs, and which of their samples count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMiss, PhaseSpan, RuleFacts
+from collaudit.core.data.signals import Signals, State
+from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.recommend.recommendation import CleanResidual
+
+#: Start and end of stretches of time, s.
+Times = Sequence[tuple[float, float]]
+Why = Literal["contact", "alarm", "near miss", "suspicious"]
+#: Left out on either side of an event: what a contact does to an arm lasts longer than what exceeds a level.
+MARGIN_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOutStretch:
+    """A stretch that is no evidence, for any joint.
+
+    Attributes:
+        log: name of its log.
+        start_s, end_s: s from the log's first sample, margin included.
+        why: known contact, an alarm or near miss of a joint, or suspicious beside the rest of the residual.
+        joints: the joints that gave cause; empty for known contact.
+    """
+
+    log: str
+    start_s: float
+    end_s: float
+    why: Why
+    joints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LogEvidence:
+    """What one log contributes.
+
+    Attributes:
+        name, sha256: of the log.
+        signals: its residuals and motion.
+        period_s: sample period, s.
+        watched: the joints that its rule judges.
+        free: (n,) samples that no event, of whichever joint, lies near.
+        clean: (n, j) samples that count: free, and the rule can fire there (friction a value or an interval).
+        left_out: the stretches that are not free, in time order.
+        contact_known: a person or a file says what was contact; alarms elsewhere are false ones, and count.
+        phases: of the run, as stretches of time.
+    """
+
+    name: str
+    sha256: str
+    signals: Signals
+    period_s: float
+    watched: tuple[str, ...]
+    free: BoolArray
+    clean: BoolArray
+    left_out: tuple[LeftOutStretch, ...]
+    contact_known: bool
+    phases: tuple[PhaseSpan, ...] = ()
+
+    def of_joint(self, joint: str) -> CleanResidual:
+        """One joint's residual with its clean samples."""
+        k = self.signals.joint_names.index(joint)
+        lost = np.count_nonzero(~self.free & (self.signals.state[:, k] <= State.FRICTION_INTERVAL))
+        return CleanResidual(
+            self.signals.residual_nm[:, k], self.clean[:, k], self.period_s, float(lost) * self.period_s
+        )
+
+    def without(self, stretches: Sequence[LeftOutStretch]) -> LogEvidence:
+        """The same with further stretches left out."""
+        if not stretches:
+            return self
+        free = self.free & ~_inside(self.signals, [(s.start_s, s.end_s) for s in stretches])
+        every = tuple(sorted((*self.left_out, *stretches), key=lambda s: s.start_s))
+        return replace(self, free=free, clean=self.clean & free[:, None], left_out=every)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmEvidence:
+    """The evidence of all logs together.
+
+    Attributes:
+        logs: one entry a log.
+        joints: watched in any of them, in their order.
+    """
+
+    logs: tuple[LogEvidence, ...]
+    joints: tuple[str, ...]
+    _hours: dict[str, float] = field(default_factory=dict)
+
+    def of_joint(self, joint: str) -> list[CleanResidual]:
+        """Clean residuals of one joint, one entry for each log that watches it."""
+        return [log.of_joint(joint) for log in self.logs if joint in log.watched]
+
+    def hours(self, joint: str) -> float:
+        """Hours of one joint that count."""
+        if joint not in self._hours:
+            parts = self.of_joint(joint)
+            self._hours[joint] = sum(float(np.count_nonzero(p.clean)) * p.period_s for p in parts) / 3600.0
+        return self._hours[joint]
+
+    @property
+    def left_out(self) -> tuple[LeftOutStretch, ...]:
+        """What is left out, log by log."""
+        return tuple(stretch for log in self.logs for stretch in log.left_out)
+
+
+def gather_evidence(audits: Sequence[Audit], contact: Sequence[Times | None] = ()) -> ArmEvidence:
+    """Evidence of finished audits.
+
+    Args:
+        audits: judged logs.
+        contact: for each audit the start and end of all contacts, s, none where it is free of them; None where that is
+            not known: alarms and near misses of all joints are left out then.
+    """
+    known = [*contact, *[None] * (len(audits) - len(contact))]
+    logs = tuple(log_evidence(audit, stated) for audit, stated in zip(audits, known, strict=True))
+    return ArmEvidence(logs, tuple(dict.fromkeys(joint for log in logs for joint in log.watched)))
+
+
+def log_evidence(audit: Audit, contact: Times | None = None) -> LogEvidence:
+    """Evidence of one audit; arguments as of :func:`gather_evidence`."""
+    result = audit.result
+    events = (result.collisions, result.near_misses)
+    return evidence_of(result.log, result.rule, audit.signals, result.phases, events, contact)
+
+
+def evidence_of(
+    log: LogFacts,
+    rule: RuleFacts,
+    signals: Signals,
+    phases: tuple[PhaseSpan, ...],
+    events: tuple[Sequence[Collision], Sequence[NearMiss]],
+    contact: Times | None = None,
+) -> LogEvidence:
+    """Evidence of one judged log.
+
+    Args:
+        log, rule, signals, phases: of its audit.
+        events: its alarms and near misses.
+        contact: as of :func:`gather_evidence`.
+    """
+    causes: list[LeftOutStretch] = []
+    if contact is None:
+        causes += [_around(log.name, c.onset_s, c.duration_s, "alarm", c.joint) for c in events[0]]
+        causes += [_around(log.name, m.onset_s, m.duration_s, "near miss", m.joint) for m in events[1]]
+    else:
+        causes += [LeftOutStretch(log.name, a - MARGIN_S, b + MARGIN_S, "contact") for a, b in contact]
+    stretches = joined(causes)
+    free = ~_inside(signals, [(s.start_s, s.end_s) for s in stretches])
+    clean = np.asarray(signals.state <= State.FRICTION_INTERVAL) & np.isfinite(signals.residual_nm) & free[:, None]
+    return LogEvidence(
+        name=log.name,
+        sha256=log.sha256,
+        signals=signals,
+        period_s=log.sample_period_s,
+        watched=tuple(joint for joint in signals.joint_names if joint in rule.watch),
+        free=free,
+        clean=clean,
+        left_out=stretches,
+        contact_known=contact is not None,
+        phases=phases,
+    )
+
+
+def _around(log: str, onset_s: float, duration_s: float, why: Why, joint: str) -> LeftOutStretch:
+    return LeftOutStretch(log, onset_s - MARGIN_S, onset_s + duration_s + MARGIN_S, why, (joint,))
+
+
+def joined(stretches: Sequence[LeftOutStretch]) -> tuple[LeftOutStretch, ...]:
+    """Stretches of one log with those that overlap made one; an alarm outranks a near miss, known contact both."""
+    rank: Mapping[Why, int] = {"contact": 0, "alarm": 1, "near miss": 2, "suspicious": 3}
+    out: list[LeftOutStretch] = []
+    for new in sorted(stretches, key=lambda s: (s.start_s, s.end_s)):
+        if out and new.start_s <= out[-1].end_s:
+            last = out.pop()
+            why = min(last.why, new.why, key=rank.__getitem__)
+            joints = tuple(dict.fromkeys((*last.joints, *new.joints)))
+            new = LeftOutStretch(last.log, last.start_s, max(last.end_s, new.end_s), why, joints)
+        out.append(new)
+    return tuple(out)
+
+
+def _inside(signals: Signals, times: Times) -> BoolArray:
+    """(n,) samples inside any of the stretches."""
+    inside = np.zeros(signals.time_s.size, dtype=np.bool_)
+    for start, end in times:
+        a, b = np.searchsorted(signals.time_s, [start, end])
+        inside[a:b] = True
+    return inside

@@ -1,0 +1,52 @@
+"""Audits made of given residuals: what recommendations rest on, without a log or an arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from samples import failed
+
+from collaudit.core.data.audit_result import Audit
+from collaudit.core.data.signals import Signals, State
+
+
+def audit_of(
+    residual_nm: np.ndarray,
+    *,
+    velocity_rad_s: np.ndarray | None = None,
+    gamma_nm: float | Sequence[float] = 4.0,
+    period_s: float = 0.002,
+    name: str = "made.mcap",
+    n: int = 13,
+) -> Audit:
+    """An audit of (n, j) residuals, all of them judged, without events; joints are joint1, joint2, ….
+
+    Args:
+        residual_nm: (n, j).
+        velocity_rad_s: (n, j); zeros when absent.
+        gamma_nm: the rule's thresholds, one or one a joint.
+        period_s, name, n: of log and rule.
+    """
+    joints = tuple(f"joint{k + 1}" for k in range(residual_nm.shape[1]))
+    speed = np.zeros_like(residual_nm) if velocity_rad_s is None else velocity_rad_s
+    zeros = np.zeros_like(residual_nm)
+    gamma = np.broadcast_to(np.asarray(gamma_nm, dtype=float), (len(joints),)).copy()
+    state = np.full(residual_nm.shape, State.JUDGED, dtype=np.int8)
+    time_s = np.arange(residual_nm.shape[0]) * period_s
+    signals = Signals(time_s, joints, zeros, speed, residual_nm, zeros, residual_nm, state, gamma)
+    result = failed(5000).result
+    rule = replace(
+        result.rule,
+        gamma_nm=dict(zip(joints, gamma.tolist(), strict=True)),
+        n=n,
+        persistence_s=n * period_s,
+        persistence_requested_ms=None,
+        watch=joints,
+    )
+    log = replace(
+        result.log, name=name, sample_period_s=period_s, joints=joints, duration_s=float(time_s[-1]), sha256=64 * "0"
+    )
+    result = replace(result, log=log, rule=rule, collisions=(), near_misses=(), contacts=(), phases=(), recommended={})
+    return Audit(result, signals)

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
-from collaudit.core.contacts.controller_alarms import compare_controller_alarms, controller_alarms_s
+from collaudit.core.contacts.controller_alarms import alarm_possible, compare_controller_alarms, controller_marks
 from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -169,7 +169,12 @@ def audit_log(
     config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
     judged = _detect(prepared, applied, config)
     contacts = find_contacts(prepared, judged.run, config)
-    alarms = compare_controller_alarms(controller_alarms_s(series, config.detect), contacts)
+    alarms = compare_controller_alarms(
+        controller_marks(series, config.detect),
+        contacts,
+        series.time_s,
+        alarm_possible(judged.run, judged.inputs, series.joint_names),
+    )
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
     recommended = _recommended(judged, _log_facts(series), phases)
     scarce = little_data_findings(recommended)

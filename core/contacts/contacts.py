@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
+from collaudit.core.contacts.contact_scene import scene_at
 from collaudit.core.contacts.external_force import averaged_torque, estimate_force, residual_noise
 from collaudit.core.contacts.least_force import least_force
 from collaudit.core.data.audit_result import Collision
@@ -68,6 +69,7 @@ def _describe(
         kind=kind,
         evidence=evidence,
         least_force=place.least,
+        scene=scene_at(prepared, peak, config.robot.tool.frame),
     )
 
 

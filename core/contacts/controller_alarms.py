@@ -1,56 +1,91 @@
-"""The controller's own collision alarms against the audit's: agreed, missed, spurious, early or late."""
+"""The controller's alarms and the log's labels against the audit's contacts: agreed, missed, spurious, not judged."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
 
 from collaudit.core.arm_states.state_names import state_of
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import Contact, ControllerAlarmComparison
 from collaudit.core.data.joint_log import Annotation
+from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
-#: An alarm belongs to a contact from this long before its onset to this long after its end.
+#: A mark belongs to a contact from this long before its onset to this long after its end.
 _BEFORE_S, _AFTER_S = 0.1, 0.5
 
 
-def compare_controller_alarms(
-    controller_alarms_s: Sequence[float], contacts: Sequence[Contact]
-) -> tuple[ControllerAlarmComparison, ...]:
-    """Match each controller alarm with the contact it falls into.
+class Mark(NamedTuple):
+    """A moment that somebody else marked, s; ``label``: its name in the log, None for a stated controller alarm."""
 
-    A second alarm within one contact is part of it. Without any controller alarms nothing is compared: a log that has
-    no such signal has not missed anything.
+    time_s: float
+    label: str | None = None
+
+
+def compare_controller_alarms(
+    marks: Sequence[Mark], contacts: Sequence[Contact], time_s: FloatArray, telling: BoolArray
+) -> tuple[ControllerAlarmComparison, ...]:
+    """Match each mark with the contact it falls into.
+
+    A second mark within one contact is part of it. Without any marks nothing is compared: a log that has no such signal
+    has not missed anything. A mark without a contact is spurious only where a contact would have been noticed.
 
     Args:
-        controller_alarms_s: times of the controller's alarms, s.
+        marks: the controller's alarms and the log's labels.
         contacts: ours, in time order.
+        time_s: (n,) of the log.
+        telling: (n,) whether an alarm was possible; see :func:`alarm_possible`.
     """
-    if not controller_alarms_s:
+    if not marks:
         return ()
     out: list[ControllerAlarmComparison] = []
     unmatched = list(contacts)
-    for alarm_s in sorted(controller_alarms_s):
-        contact = next((c for c in contacts if c.onset_s - _BEFORE_S <= alarm_s <= c.end_s + _AFTER_S), None)
+    for mark in sorted(marks, key=lambda m: m.time_s):
+        contact = next((c for c in contacts if c.onset_s - _BEFORE_S <= mark.time_s <= c.end_s + _AFTER_S), None)
         if contact is None:
-            out.append(ControllerAlarmComparison(alarm_s, None, "spurious", None))
+            out.append(_alone(mark, time_s, telling))
         elif contact in unmatched:
             unmatched.remove(contact)
-            lead_s = alarm_s - contact.detected_s
-            out.append(ControllerAlarmComparison(alarm_s, contact.detected_s, "agreed", lead_s))
+            lead_s = mark.time_s - contact.detected_s
+            out.append(ControllerAlarmComparison(mark.time_s, contact.detected_s, "agreed", lead_s, mark.label))
     out += [ControllerAlarmComparison(None, c.detected_s, "missed", None) for c in unmatched]
     return tuple(sorted(out, key=lambda f: f.flag_s if f.flag_s is not None else f.detected_s or 0.0))
 
 
-def controller_alarms_s(series: UniformSeries, config: DetectConfig) -> list[float]:
-    """When the controller raised an alarm, s: as configured, and where the log's other labels begin."""
+def alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[str]) -> BoolArray:
+    """(n,) whether at least half of the watched joints were judged: above γ, or beyond the range of friction.
+
+    Args:
+        run: the states of its samples.
+        inputs: which joints were watched.
+        names: of the joints, in column order.
+    """
+    watched = [k for k, joint in enumerate(names) if inputs.watch[joint].watched]
+    judged = np.count_nonzero(run.detected.state[:, watched] <= State.FRICTION_INTERVAL, axis=1)
+    return np.asarray(judged >= max(1.0, 0.5 * len(watched)))
+
+
+def _alone(mark: Mark, time_s: FloatArray, telling: BoolArray) -> ControllerAlarmComparison:
+    """A mark without a contact: spurious where one would have been noticed for most of the time around it."""
+    a, b = np.searchsorted(time_s, [mark.time_s - _AFTER_S, mark.time_s + _BEFORE_S])
+    told = b > a and np.count_nonzero(telling[a:b]) >= 0.5 * (b - a)
+    return ControllerAlarmComparison(mark.time_s, None, "spurious" if told else "not-judged", None, mark.label)
+
+
+def controller_marks(series: UniformSeries, config: DetectConfig) -> list[Mark]:
+    """When the controller raised an alarm, as configured, and where the log's other labels begin."""
     labelled = {
-        start
+        Mark(start, label.name)
         for label in series.annotations
         if not is_named(label, config.true_events) and state_of(label.name) not in ("guided", "off")
         for start, _ in label.intervals_s
     }
-    return sorted(labelled | set(config.controller_alarms_s))
+    return sorted(labelled | {Mark(t) for t in config.controller_alarms_s}, key=lambda m: (m.time_s, m.label or ""))
 
 
 def is_named(label: Annotation, names: Sequence[str]) -> bool:

@@ -128,6 +128,25 @@ class LeastForce:
 
 
 @dataclass(frozen=True, slots=True)
+class ContactScene:
+    """What the arm was doing when a contact was strongest.
+
+    Attributes:
+        time_s: that moment.
+        points_m: (x, y, z) in the base of the joints, base to tip, and of the tool: a stick figure of the pose.
+        tool_frame: the frame of the last point.
+        tool_speed_m_s: speed of that frame's origin; None where a velocity is not known.
+        joint_speed_rad_s: of every judged joint, m/s of a prismatic one; None where it is not known.
+    """
+
+    time_s: float
+    points_m: tuple[tuple[float, float, float], ...]
+    tool_frame: str
+    tool_speed_m_s: float | None
+    joint_speed_rad_s: dict[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """One contact: alarms of several joints that belong together.
 
@@ -140,6 +159,7 @@ class Contact:
         kind: meant (commanded), accidental or undecided contact.
         evidence: why.
         least_force: what it is at least, also where ``force`` is not known; None where nothing stands out.
+        scene: pose and speeds at the peak; None without a kinematic model, and in files of earlier versions.
     """
 
     onset_s: float
@@ -152,23 +172,26 @@ class Contact:
     kind: ContactKind
     evidence: tuple[str, ...]
     least_force: LeastForce | None = None
+    scene: ContactScene | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class ControllerAlarmComparison:
-    """An alarm of the controller's own, or one of ours without one.
+    """A mark of somebody else's, an alarm of the controller or a label of the log, or a contact of ours without one.
 
     Attributes:
         flag_s: time of the controller's alarm, None when it missed ours.
         detected_s: time of our alarm, None when the controller's is spurious by our evidence.
-        relation: agreed, missed (by the controller), spurious.
+        relation: agreed, missed (by the controller), spurious, or not-judged: where we could not tell.
         lead_s: controller minus ours: negative when it was earlier.
+        label: name of the label in the log; None for a controller's alarm that the configuration states.
     """
 
     flag_s: float | None
     detected_s: float | None
-    relation: Literal["agreed", "missed", "spurious"]
+    relation: Literal["agreed", "missed", "spurious", "not-judged"]
     lead_s: float | None
+    label: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

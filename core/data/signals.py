@@ -79,6 +79,9 @@ class Signals:
             part that no friction within its interval explains. NaN where unknown.
         state: (n, j) codes of :class:`State`.
         gamma_nm: (j,) threshold, NaN where there is none.
+        least_nm, most_nm: (n, j) range of the residual that friction within its interval allows, NaN outside state
+            FRICTION_INTERVAL; None where the detector or the file of an earlier version does not tell.
+        wrench: (n, 6) force in N and torque in N·m as the wrist sensor reads them; None where there is none.
     """
 
     time_s: FloatArray
@@ -90,3 +93,6 @@ class Signals:
     residual_nm: FloatArray
     state: NDArray[np.int8]
     gamma_nm: FloatArray
+    least_nm: NDArray[np.float32] | None = None
+    most_nm: NDArray[np.float32] | None = None
+    wrench: FloatArray | None = None

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
@@ -92,6 +93,7 @@ def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], p
 def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[str, float]) -> Signals:
     """The sample-by-sample evidence of a run: measured, modelled, left over, and what was judged; thresholds in N·m."""
     measured = np.full_like(series.position_rad, np.nan) if series.effort is None else series.effort
+    least, most = _spans(run)
     return Signals(
         time_s=series.time_s,
         joint_names=series.joint_names,
@@ -102,4 +104,16 @@ def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[st
         residual_nm=run.residual.torque_nm,
         state=run.detected.state,
         gamma_nm=np.array([gamma_nm.get(joint, np.nan) for joint in series.joint_names]),
+        least_nm=least,
+        most_nm=most,
+        wrench=series.wrench,
     )
+
+
+def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] | tuple[None, None]:
+    """Least and greatest residual where friction is an interval, NaN elsewhere; in 7 digits, which are looked at."""
+    if run.residual.span_nm is None:
+        return None, None
+    open_ = run.detected.state == State.FRICTION_INTERVAL
+    least, most = (np.where(open_, x, np.nan).astype(np.float32) for x in run.residual.span_nm)
+    return least, most

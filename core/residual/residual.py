@@ -65,6 +65,8 @@ class Residual:
         isolation: which columns are judged apart, and what they tell of the place of a contact.
         hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
             external torque; 0 where friction is a value. None: nothing is hidden anywhere.
+        span_nm: least and greatest (n, j) residual that friction within its interval allows, meaningful in state
+            FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
     """
 
     torque_nm: FloatArray
@@ -75,6 +77,7 @@ class Residual:
     balance: Balance
     isolation: Isolation
     hidden_nm: FloatArray | None = None
+    span_nm: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def model_nm(self) -> FloatArray:
@@ -108,11 +111,11 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
     torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
-    hidden = np.zeros((n, count), order="F")  # pages that nothing is written to cost no memory
+    hidden, least, most = (np.zeros((n, count), order="F") for _ in range(3))  # pages not written to cost no memory
 
     def fill_joint(j: int) -> FrictionLevel:
         """Fill one joint's columns; only its level is handed on."""
-        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], hidden[:, j])
+        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], hidden[:, j], least[:, j], most[:, j])
         law = inputs.laws[names[j]]
         return _fill_joint(series, j, balance, law, config, columns, carried_load(prepared, names[j], law))
 
@@ -126,7 +129,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     if prepared.calibration.coupled and known:
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
-    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names), hidden)
+    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names), hidden, (least, most))
 
 
 def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
@@ -144,6 +147,8 @@ class _Columns:
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
     hidden_nm: FloatArray
+    least_nm: FloatArray
+    most_nm: FloatArray
 
 
 def _fill_joint(
@@ -173,7 +178,11 @@ def _fill_joint(
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
     _take_off(total, friction, level, columns)
     columns.uncertainty_nm[undecided] = 0.0
-    columns.torque_nm[undecided], columns.hidden_nm[undecided] = _beyond(total, band, level, around, undecided)
+    least, most = _span(total, band, level, around, undecided)
+    # An external torque as large as the width can leave the distance zero: friction at one end, the torque against it.
+    columns.torque_nm[undecided] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
+    columns.hidden_nm[undecided] = most - least
+    columns.least_nm[undecided], columns.most_nm[undecided] = least, most
     columns.state[undecided] = State.FRICTION_INTERVAL
     doubt = extrapolation_doubt(law, velocity)
     columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
@@ -198,23 +207,21 @@ def _take_off(total: FloatArray, friction: FloatArray, level: FrictionLevel, col
             uncertainty[~np.isfinite(uncertainty)] = 0.0
 
 
-def _beyond(
+def _span(
     total: FloatArray, band: FrictionBounds, level: FrictionLevel, around: _Around, undecided: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Distance of the unexplained torque from the friction interval, widened by the level's uncertainty; its width.
+    """Least and greatest external torque (k,) that the friction interval, widened by its level's error, leaves open.
 
-    Only at the undecided samples, (k,). An external torque as large as the width can leave the distance zero: friction
-    at one end of the interval, the torque against it.
+    Only at the undecided samples.
     """
     rows = around.rows
     scale = 1.0 + level.deviation[rows]
     low, high = band.bounds(rows)
     slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
     low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
-    unexplained = total[rows]
-    distance = np.maximum(unexplained - high, 0.0) + np.minimum(unexplained - low, 0.0)
     picked = undecided[rows]
-    return np.asarray(distance[picked]), np.asarray((high - low)[picked])
+    unexplained = total[rows][picked]
+    return np.asarray(unexplained - high[picked]), np.asarray(unexplained - low[picked])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

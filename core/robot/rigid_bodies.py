@@ -5,7 +5,7 @@ A model is built first (:mod:`pinocchio_model`); nothing changes it once it is h
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -119,6 +119,12 @@ class RigidBodies:
     def rotation(self, q: FloatArray, frame: str) -> FloatArray:
         """(3, 3) axes of a frame in the base at one position (j,)."""
         return self._model.workspace().frame_rotation(q, self._model.frame_number(frame))
+
+    def positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
+        """(k, 3) origins of frames in the base at one position (j,), m."""
+        work = self._model.workspace()
+        work.update(q)
+        return np.array([work.pose(self._model.frame_number(frame))[1] for frame in frames]).reshape(-1, 3)
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.

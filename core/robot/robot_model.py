@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -272,6 +273,10 @@ class RobotModel:
         frames = [f for f in self.bodies.frame_names if f != joint and self.bodies.frame_joint(f) == joint]
         return frames[0] if frames else None
 
+    def distance_in_joint(self, frame: str) -> float:
+        """From the joint that moves a frame to the frame, m; 0 without a description."""
+        return 0.0 if self.bodies is None else float(np.linalg.norm(self.bodies.frame_in_joint(frame)[1]))
+
     def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
         """(3, 3) axes of a frame in the base at one position (j,).
 
@@ -279,6 +284,17 @@ class RobotModel:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
         return self._with_frame(frame).rotation(self._expand(q), frame)
+
+    def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
+        """(k, 3) origins of frames in the base at one position (j,), m.
+
+        Raises:
+            RobotError: no such frame. NotJudgedError: there is no robot description.
+        """
+        bodies = self.bodies
+        for frame in frames:
+            bodies = self._with_frame(frame)
+        return np.zeros((0, 3)) if bodies is None or not frames else bodies.positions(self._expand(q), frames)
 
     def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""

@@ -4,7 +4,8 @@ One row a sample, ``time_s`` first, then for each joint ``QUANTITY:JOINT``. The 
 float64, since the residual is compared with a threshold and must not be rounded across it. Position,
 velocity, measured and modelled torque are float32: they are there to be looked at and cross-checked, their
 7 digits are finer than any encoder or current sensor, and the file shrinks by 40 %. To differentiate or to
-audit again, take the log itself.
+audit again, take the log itself. The same holds for the range of the residual where friction is an interval
+(``least_nm``, ``most_nm``) and for the wrist sensor (``wrench:fx`` …); both are absent where there are none.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ _WIDE = {
     "residual_nm": pa.float64(),
     "state": pa.int8(),
 }
+_RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
+_WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
 
 
 def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
@@ -85,11 +88,18 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
         )
     joints = tuple(meta["joints"])
     wide = {name: _wide(table, name, joints, path) for name in _WIDE}
+    least, most = (
+        _wide(table, name, joints, path) if f"{name}:{joints[0]}" in table.column_names else None for name in _RANGE
+    )
+    wrench = [_column(table, name, path) for name in _WRENCH if name in table.column_names]
     return Signals(
         time_s=_column(table, "time_s", path).astype(np.float64),
         joint_names=joints,
         gamma_nm=np.array([math.nan if g is None else g for g in meta["gamma_nm"]], dtype=np.float64),
         state=_checked_states(wide.pop("state"), path),
+        least_nm=least,
+        most_nm=most,
+        wrench=np.stack(wrench, axis=1).astype(np.float64) if len(wrench) == len(_WRENCH) else None,
         **{name: values.astype(np.float64, copy=False) for name, values in wide.items()},
     )
 
@@ -97,7 +107,8 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
 def _schema(signals: Signals, log_sha256: str) -> pa.Schema:
     columns = [pa.field("time_s", pa.float64())]
     for joint in signals.joint_names:
-        columns += [pa.field(f"{name}:{joint}", kind) for name, kind in _WIDE.items()]
+        columns += [pa.field(f"{name}:{joint}", kind) for name, kind in _kinds(signals).items()]
+    columns += [pa.field(name, pa.float32()) for name in _WRENCH if signals.wrench is not None]
     meta = {
         "schema": SIGNALS_SCHEMA,
         "log_sha256": log_sha256,
@@ -111,10 +122,17 @@ def _schema(signals: Signals, log_sha256: str) -> pa.Schema:
 def _rows(signals: Signals, schema: pa.Schema, rows: slice) -> pa.Table:
     arrays = [pa.array(signals.time_s[rows], pa.float64())]
     for k in range(len(signals.joint_names)):
-        for name, kind in _WIDE.items():
-            values = getattr(signals, name)[rows, k].astype(kind.to_pandas_dtype())
+        for name, kind in _kinds(signals).items():
+            values = getattr(signals, name)[rows, k].astype(kind.to_pandas_dtype(), copy=False)
             arrays.append(pa.array(values, kind))
+    if signals.wrench is not None:
+        arrays += [pa.array(column, pa.float32()) for column in signals.wrench[rows].T.astype(np.float32)]
     return pa.Table.from_arrays(arrays, schema=schema)
+
+
+def _kinds(signals: Signals) -> dict[str, pa.DataType]:
+    """The quantities of each joint that there are."""
+    return _WIDE if signals.least_nm is None else {**_WIDE, **_RANGE}
 
 
 def _load(path: Path) -> pa.Table:
@@ -156,7 +174,7 @@ def _column(table: pa.Table, name: str, path: Path) -> np.ndarray[Any, Any]:
 
 
 def _wide(table: pa.Table, name: str, joints: tuple[str, ...], path: Path) -> np.ndarray[Any, Any]:
-    kind = np.int8 if name == "state" else np.float64
+    kind = np.int8 if name == "state" else np.float32 if name in _RANGE else np.float64
     out = np.empty((table.num_rows, len(joints)), dtype=kind)
     for k, joint in enumerate(joints):
         out[:, k] = _column(table, f"{name}:{joint}", path)

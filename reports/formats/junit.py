@@ -15,8 +15,8 @@ from collaudit.reports.values.visible_text import visible
 def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
     """JUnit XML of audits.
 
-    A broken policy is a failure; what was not judged is skipped, with its reasons; a log that could not be
-    read is skipped as well, since nothing is known against it.
+    A broken policy is a failure. What was not judged is an error, with its reasons, and so is a log that could not be
+    read: CI servers show a skipped test as harmless, and a log that nobody could judge is not.
 
     Args:
         results: the audits.
@@ -31,8 +31,8 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
     counts = {
         "tests": len(suite),
         "failures": len(suite.findall("testcase/failure")),
-        "errors": 0,
-        "skipped": len(suite.findall("testcase/skipped")),
+        "errors": len(suite.findall("testcase/error")),
+        "skipped": 0,
     }
     for element in (suites, suite):
         for name, count in counts.items():
@@ -51,7 +51,8 @@ def _case(suite: ElementTree.Element, entry: IndexEntry, details: str) -> None:
     if entry.verdict == "fail":
         ElementTree.SubElement(case, "failure", type="policy", message=reasons).text = body
     elif entry.verdict == "not_judged":
-        ElementTree.SubElement(case, "skipped", message=f"not judged: {reasons}").text = body
+        problem = ElementTree.SubElement(case, "error", type="not-judged", message=f"not judged: {reasons}")
+        problem.text = body
     else:
         head = "".join(f"excluded: {visible(text)}\n" for text in entry.exclusions)
         ElementTree.SubElement(case, "system-out").text = head + body

@@ -56,6 +56,8 @@ def _flags(facts: DetectionFacts, width: int | None) -> str:
         if flag.lead_s is not None:
             lead = f"{abs(1e3 * flag.lead_s):.0f} ms {'early' if flag.lead_s < 0 else 'late'}"
         times = ["–" if t is None else f"{t:.3f} s" for t in (flag.flag_s, flag.detected_s)]
-        lines.append((*times, flag.relation, lead))
-    head = ("controller", "audit", "relation", "controller was")
-    return "\nThe controller's own alarms\n" + table(head, lines, width=width)
+        lines.append(
+            (flag.label or "controller alarm" if flag.flag_s is not None else "–", *times, flag.relation, lead)
+        )
+    head = ("mark", "at", "audit", "relation", "mark was")
+    return "\nThe controller's alarms and the log's labels\n" + table(head, lines, width=width)

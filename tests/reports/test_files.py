@@ -11,6 +11,7 @@ import pytest
 import samples
 
 from collaudit.core.data.audit_result import Audit, ResidualStats
+from collaudit.core.data.signals import State
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files import atomic
 from collaudit.reports.files.run_files import (
@@ -250,3 +251,21 @@ def test_the_package_hands_on_what_a_script_needs(tmp_path: Path, audit: Audit) 
     assert sorted(reports.__all__) == reports.__all__
     with pytest.raises(AttributeError):
         _ = reports.write_nothing
+
+
+def test_range_and_wrench_come_back_and_are_absent_where_there_are_none(tmp_path: Path) -> None:
+    audit = samples.failed(2000)
+    shape = audit.signals.residual_nm.shape
+    open_ = audit.signals.state == State.FRICTION_INTERVAL
+    least = np.where(open_, -3.0, np.nan).astype(np.float32)
+    wrench = np.arange(6.0 * shape[0]).reshape(-1, 6)
+    write_run(
+        tmp_path, replace(audit, signals=replace(audit.signals, least_nm=least, most_nm=-least, wrench=wrench)), None
+    )
+    read = read_run(tmp_path).signals
+    np.testing.assert_array_equal(read.least_nm, least)
+    np.testing.assert_array_equal(read.most_nm, -least)
+    np.testing.assert_array_equal(read.wrench, wrench)
+    write_run(tmp_path, audit, None)
+    without = read_run(tmp_path).signals
+    assert without.least_nm is without.most_nm is without.wrench is None

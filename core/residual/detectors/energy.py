@@ -52,6 +52,7 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
         torque_nm=np.full_like(by_joint.torque_nm, np.nan),
         effort_nm=None,
         hidden_nm=None,
+        span_nm=None,
         levels={},
         balance=balance,
         isolation=WholeArm(prepared.judged_series),

@@ -1,0 +1,49 @@
+"""Pose and speeds at a contact against a planar arm whose kinematics are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from arms import dh_robot, dh_row
+
+from collaudit.core.config.schema import RobotConfig
+from collaudit.core.contacts.contact_scene import scene_at
+from collaudit.core.robot import load_robot
+
+LENGTHS = (0.4, 0.3)
+
+
+def planar(
+    tmp_path: Path, q: list[float], v: list[float], judged: tuple[str, ...] = ("joint1", "joint2")
+) -> SimpleNamespace:
+    rows = [dh_row(1.0, (-0.1, 0, 0), (0.01,) * 3 + (0, 0, 0), a=a) for a in LENGTHS]
+    robot = load_robot(RobotConfig(**dh_robot(rows)), tmp_path, ("joint1", "joint2"))
+    series = SimpleNamespace(position_rad=np.array([q]), velocity_rad_s=np.array([v]), time_s=np.array([7.5]))
+    columns = [robot.joint_names.index(joint) for joint in judged]
+    return SimpleNamespace(robot=robot, series=series, judged=judged, columns=lambda: columns)
+
+
+def test_the_stick_figure_of_a_planar_arm(tmp_path: Path) -> None:
+    q, v = [0.3, 0.9], [0.5, -0.8]
+    scene = scene_at(planar(tmp_path, q, v), 0, None)
+    assert scene is not None
+    elbow = LENGTHS[0] * np.array([np.cos(0.3), np.sin(0.3)])
+    tool = elbow + LENGTHS[1] * np.array([np.cos(1.2), np.sin(1.2)])
+    points = np.array(scene.points_m)[:, :2]
+    np.testing.assert_allclose(points, [(0, 0), elbow, tool], atol=1e-9)
+    turn = np.array([[0, -1], [1, 0]])
+    speed = 0.5 * turn @ tool - 0.8 * turn @ (tool - elbow)
+    assert scene.tool_speed_m_s == pytest.approx(np.linalg.norm(speed), rel=1e-6)
+    assert scene.joint_speed_rad_s == {"joint1": 0.5, "joint2": -0.8}
+    assert scene.time_s == 7.5
+
+
+def test_what_is_not_known_is_not_made_up(tmp_path: Path) -> None:
+    assert scene_at(planar(tmp_path, [0.3, np.nan], [0.0, 0.0]), 0, None) is None
+    unknown = scene_at(planar(tmp_path, [0.3, 0.1], [0.2, np.nan], ("joint2",)), 0, None)
+    assert unknown is not None
+    assert unknown.tool_speed_m_s is None
+    assert unknown.joint_speed_rad_s == {"joint2": None}

@@ -1,19 +1,22 @@
-"""What people see of a running command: notes on stderr, findings, progress and the width of the terminal."""
+"""What people see of a running command: notes on stderr, findings and the width of the terminal."""
 
 from __future__ import annotations
 
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import click
 
+from collaudit.cli.progress_bar import above_progress
 from collaudit.core.findings import Finding
-from collaudit.reports.values.visible_text import visible, visible_json, visible_lines
+from collaudit.reports.values.visible_text import visible_json, visible_lines
 
 _COLOUR = re.compile(r"(\x1b\[[0-9;]*m)")
+_VERDICT = re.compile(r"^(PASS|FAIL|NOT JUDGED)(, WITH EXCLUSIONS)?(?=  )", re.MULTILINE)
+_WARNING = re.compile(r"^  (warning|error)(?= )", re.MULTILINE)
+_VERDICT_COLOR = {"PASS": "green", "FAIL": "red", "NOT JUDGED": "yellow"}
 _SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
 
 
@@ -24,7 +27,14 @@ def say(text: str, *, err: bool = False, nl: bool = True) -> None:
     Colours of :func:`click.style` stay.
     """
     parts = _COLOUR.split(text)
-    click.echo("".join(part if k % 2 else visible_lines(part) for k, part in enumerate(parts)), err=err, nl=nl)
+    with above_progress():
+        click.echo("".join(part if k % 2 else visible_lines(part) for k, part in enumerate(parts)), err=err, nl=nl)
+
+
+def say_result(text: str) -> None:
+    """Write lines of a result; on a terminal the verdict at the beginning of a line has its colour."""
+    coloured = _VERDICT.sub(lambda match: click.style(match[0], fg=_VERDICT_COLOR[match[1]], bold=True), text)
+    say(_WARNING.sub(lambda match: click.style(match[0], fg=_SEVERITY_COLOR[match[1]]), coloured), nl=False)
 
 
 def say_json(text: str) -> None:
@@ -48,23 +58,13 @@ def terminal_width() -> int | None:
 
 
 def print_findings(findings: Sequence[Finding], err: bool = False) -> None:
-    """One line a finding: severity, code, text, place."""
-    for finding in findings:
-        severity = click.style(f"{finding.severity:<8}", fg=_SEVERITY_COLOR[finding.severity])
-        place = f" [{finding.where}]" if finding.where else ""
-        say(f"  {severity}{finding.code}: {visible(finding.text)}{visible(place)}", err=err)
+    """Severity, code, text, place; a line for all joints or logs of which the same is found."""
+    from collaudit.reports.terminal.finding_text import finding_lines
+    from collaudit.reports.terminal.text_table import wrapped
 
-
-@contextmanager
-def progress(label: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on stderr while it is a terminal; yields ``report(done, total)``."""
-    if not sys.stderr.isatty():
-        yield lambda _done, _total: None
-        return
-    with click.progressbar(length=1, label=label, file=sys.stderr) as bar:
-
-        def report(done: int, total: int) -> None:
-            bar.length = max(total, 1)
-            bar.update(max(done - bar.pos, 0))
-
-        yield report
+    stream = sys.stderr if err else sys.stdout
+    width = shutil.get_terminal_size().columns if stream.isatty() else None
+    for severity, line in finding_lines(findings):
+        text = wrapped(f"  {severity:<8}{line}", width, " " * 10)
+        head = click.style(f"  {severity:<8}", fg=_SEVERITY_COLOR[severity])
+        say(head + text.removeprefix(f"  {severity:<8}"), err=err)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.reports.formats.registry import FORMATS
 
 
@@ -23,6 +23,7 @@ def parse_formats(text: str, allowed: Collection[str] = tuple(FORMATS)) -> list[
             where="--format",
             found=", ".join(strangers) or "nothing",
             expected=", ".join(allowed),
+            hint=did_you_mean(strangers[0], allowed) if strangers else None,
         )
     return names
 

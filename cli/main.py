@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import click
 
 from collaudit.cli.console import note
+from collaudit.cli.error_json import say_error_json, wants_json
 from collaudit.cli.group import CommandEntry, LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
 from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_linear_algebra
@@ -87,50 +88,66 @@ def run(args: list[str]) -> int:
     debug = args[:1] == ["--debug"] or os.environ.get("COLLAUDIT_DEBUG", "") not in ("", "0")
     if debug:
         os.environ["COLLAUDIT_DEBUG"] = "1"  # what worker processes see
-    color = False if os.environ.get("NO_COLOR") else None
     try:
-        code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
-        sys.stdout.flush()
-    except (KeyboardInterrupt, click.Abort):
-        note("interrupted")
-        return EXIT_INTERRUPTED
-    except _Terminated:
-        note("terminated")
-        return EXIT_TERMINATED
-    except click.ClickException as error:
-        error.show()
-        return EXIT_USAGE
+        return _run(args)
     except SystemExit as error:  # click answers a closed pipe by leaving with 1, which here would say "policy broken"
-        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
+        _leave_stdout()
         return _EXIT_BROKEN_PIPE if error.code == 1 else int(error.code or 0)
-    except CollauditError as error:
-        note(error.render())
-        return error.exit_code
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
+        _leave_stdout()
         return _EXIT_BROKEN_PIPE
-    except MemoryError:
-        note("not enough memory for this log: nothing was judged")
-        return EXIT_NOT_JUDGED
-    except OSError as error:
-        _show_traceback(debug)
-        note(f"{error.filename or 'input or output'}: {error.strerror or error}")
-        return EXIT_USAGE
-    except Exception as error:  # noqa: BLE001 - the last line of defence: a bug must not look like a verdict
-        _show_traceback(debug)
-        note(_bug_text(error, args))
-        return EXIT_USAGE
+    except BaseException as error:  # noqa: BLE001 - the last line of defence: a bug must not look like a verdict
+        code = _say_error(error, args, debug)
+        if wants_json(args):
+            say_error_json(error, code)
+        return code
+
+
+def _run(args: list[str]) -> int:
+    color = False if os.environ.get("NO_COLOR") else None
+    code = collaudit.main(args=args, prog_name="collaudit", standalone_mode=False, color=color)
+    sys.stdout.flush()
     return code if isinstance(code, int) else 0
 
 
-def _show_traceback(debug: bool) -> None:
+def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
+    """Say on stderr what ended the command, and return its exit code."""
+    if isinstance(error, KeyboardInterrupt | click.Abort):
+        note("interrupted")
+        return EXIT_INTERRUPTED
+    if isinstance(error, _Terminated):
+        note("terminated")
+        return EXIT_TERMINATED
+    if isinstance(error, click.ClickException):
+        error.show()
+        return EXIT_USAGE
+    if isinstance(error, CollauditError):
+        note(error.render())
+        return error.exit_code
+    if isinstance(error, MemoryError):
+        note("not enough memory for this log: nothing was judged")
+        return EXIT_NOT_JUDGED
+    _show_traceback(error, debug)
+    if isinstance(error, OSError):
+        note(f"{error.filename or 'input or output'}: {error.strerror or error}")
+    else:
+        note(_bug_text(error, args))
+    return EXIT_USAGE
+
+
+def _leave_stdout() -> None:
+    """Nobody reads stdout any more: what is still to be written goes nowhere."""
+    sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
+
+
+def _show_traceback(error: BaseException, debug: bool) -> None:
     if debug:
         import traceback
 
-        traceback.print_exc()
+        traceback.print_exception(error)
 
 
-def _bug_text(error: Exception, args: list[str]) -> str:
+def _bug_text(error: BaseException, args: list[str]) -> str:
     return (
         f"collaudit failed unexpectedly: {type(error).__name__}: {error}\n"
         "  This is a bug, and nothing was judged. Please report it with the output of\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from collaudit.cli.console import progress
+from collaudit.cli.progress_bar import progress
 
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles

@@ -6,12 +6,13 @@ What the commands do, without a shell: ``docs/python.md`` shows it. Files of res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.stage_progress import Progress, stage
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,8 +48,6 @@ __all__ = [
 #: The files of one log: one, or several that are parts of the same recording.
 LogFiles = tuple[Path, ...]
 Files = str | Path | Sequence[str | Path]
-#: Called with what is done and what there is in all.
-Progress = Callable[[int, int], None]
 
 
 def find_logs(arguments: Sequence[str], settings: LoadedConfig) -> list[LogFiles]:
@@ -164,7 +163,7 @@ def fit(
     Args:
         logs: one entry a log: its files, or the log as :func:`prepare` gives it.
         settings: robot, log, sections, friction law.
-        progress: of reading each log.
+        progress: of reading the logs and of the fit.
         truth: for each log its known contacts, which are left out; without, the fit looks for contact.
 
     Returns:
@@ -177,8 +176,14 @@ def fit(
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.provenance import make_provenance
 
-    prepared = [log if isinstance(log, Prepared) else prepare(log, settings, progress=progress) for log in logs]
-    return fit_logs(prepared, settings.config, make_provenance(settings, None, prepared[0].robot.sha256), truth)
+    unread = sum(not isinstance(log, Prepared) for log in logs)
+    reading = 0.6 if unread else 0.0
+    prepared: list[Prepared] = []
+    for log in logs:
+        part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 0.5) / len(logs))
+        prepared.append(log if isinstance(log, Prepared) else prepare(log, settings, progress=part))
+    provenance = make_provenance(settings, None, prepared[0].robot.sha256)
+    return fit_logs(prepared, settings.config, provenance, truth, stage(progress, reading, 1.0))
 
 
 def audit(
@@ -199,7 +204,7 @@ def audit(
             with a finding that says so.
         truth: known events to score against (:func:`collaudit.core.scoring.truth_events.read_truth`).
         friction_sha256: hash of the friction file, for the provenance.
-        progress: of reading.
+        progress: of reading and judging.
 
     Returns:
         The result as it stands in audit.json, and the signals (n, j) behind it.
@@ -218,9 +223,11 @@ def audit(
             found=str(settings.friction_path),
             hint="pass friction = collaudit.reports.read_friction(settings.friction_path)",
         )
-    prepared = prepare(files, settings, friction, progress)
+    prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.2))
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
-    return audit_log(prepared, settings.config, friction, provenance, truth)
+    judging = stage(progress, 0.45, 0.95)
+    judging(0, 1)
+    return audit_log(prepared, settings.config, friction, provenance, truth, judging)
 
 
 def recommend(

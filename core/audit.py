@@ -54,6 +54,7 @@ from collaudit.core.identification.identification import identify, wanted
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
@@ -78,6 +79,7 @@ def fit_logs(
     config: Config,
     provenance: Provenance,
     truth: Sequence[TruthFile | None] = (),
+    progress: Progress | None = None,
 ) -> FrictionFile:
     """Fit the friction of every judged joint from one or several logs, and identify what else was asked for.
 
@@ -86,6 +88,7 @@ def fit_logs(
         config: what is identified, and how friction is fitted.
         provenance: versions and hashes.
         truth: for each log a file of its contacts, which are left out; None where there is none.
+        progress: called with steps done and in all.
 
     Raises:
         NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
@@ -93,6 +96,8 @@ def fit_logs(
     audited = [audit_channels(log, config) for log in prepared]
     clean = cleaned(prepared, config, known_contact_times(prepared, config, truth))
     refuse_if_nothing_is_left(clean)
+    step = stage(progress, 0.0, 1.0)
+    step(4, 10)
     channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
     sensor = Calibration.of_sensor(channels, config)
     if {"tool", "inertials"} & set(wanted(config)):
@@ -104,14 +109,20 @@ def fit_logs(
     coupled, about_axes = fit_coupled(known, config, "inertials" in wanted(config))
     if coupled:
         known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
+    step(5, 10)
     fits = fit_joints(known, config)
+    step(7, 10)
     corrections = friction_corrections(known, fits)
     variation = merged([friction_variation(log, fits) for log in known])
     corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config)
-    findings = [f for log, (_, found) in zip(clean.logs, audited, strict=True) for f in (*log.findings, *found)]
+    findings = [
+        f
+        for log, (_, found) in zip(clean.logs, audited, strict=True)
+        for f in _of_log(log, (*log.findings, *found), prepared)
+    ]
     findings += clean.findings
     findings += about_axes
-    findings += [f for log in known for f in fit_pattern_findings(log, fits)]
+    findings += [f for log in known for f in _of_log(log, fit_pattern_findings(log, fits), prepared)]
     gains = [gain for log in known for gain in log.gains]
     findings += identified_findings(identified) + friction_findings(fits, gains)
     findings += friction_variation_findings(variation)
@@ -135,12 +146,21 @@ def fit_logs(
     )
 
 
+def _of_log(log: Prepared, findings: Sequence[Finding], logs: Sequence[Prepared]) -> list[Finding]:
+    """Findings of one log; among several logs they name it."""
+    if len(logs) == 1:
+        return list(findings)
+    name = log.series.source.name
+    return [replace(f, where=name if f.where in (None, name) else f"{name}, {f.where}") for f in findings]
+
+
 def audit_log(
     prepared: Prepared,
     config: Config,
     friction: FrictionFile | None,
     provenance: Provenance,
     truth: TruthFile | None = None,
+    progress: Progress | None = None,
 ) -> Audit:
     """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict.
 
@@ -150,6 +170,7 @@ def audit_log(
         friction: fitted friction, or None to fit it on this very log (a finding says so).
         provenance: versions and hashes.
         truth: known events to score the detection against, if any.
+        progress: called with steps done and in all.
 
     Raises:
         LogError: the known events cannot be understood.
@@ -167,7 +188,10 @@ def audit_log(
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     on_file = None if friction is None else friction.thresholds
     config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
+    step = stage(progress, 0.0, 1.0)
+    step(2, 10)
     judged = _detect(prepared, applied, config)
+    step(6, 10)
     contacts = find_contacts(prepared, judged.run, config)
     alarms = compare_controller_alarms(
         controller_marks(series, config.detect),
@@ -177,6 +201,7 @@ def audit_log(
     )
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
     recommended = _recommended(judged, _log_facts(series), phases)
+    step(8, 10)
     scarce = little_data_findings(recommended)
     detected = judged.run.detected
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)

@@ -6,6 +6,10 @@ Every expected failure is a :class:`CollauditError`. Only the command line catch
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
 EXIT_PASS = 0
 EXIT_FAIL = 1
 EXIT_USAGE = 2
@@ -74,3 +78,24 @@ class NotJudgedError(CollauditError):
     """A step could not be carried out on otherwise readable data."""
 
     exit_code = EXIT_NOT_JUDGED
+
+
+def did_you_mean(found: str, known: Iterable[str]) -> str | None:
+    """A hint that names the known name most like one that is not known; None where none is alike.
+
+    Args:
+        found: what was given.
+        known: what could have been given.
+    """
+    by_lower = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(found.lower(), by_lower, n=1)
+    return f"did you mean {by_lower[close[0]]!r}?" if close else None
+
+
+def similar_file(path: Path) -> str | None:
+    """A hint that names the file or folder beside a missing one that is called most like it; None without one."""
+    try:
+        names = [entry.name for entry in path.parent.iterdir()]
+    except OSError:
+        return None
+    return did_you_mean(path.name, names)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, say_json, say_result, terminal_width
 from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
 from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
 
@@ -121,14 +122,14 @@ def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: 
         text = f"{VERDICT_WORD[worst_verdict(entries)]}  {total_text(entries)}"
         if len(entries) == 1:
             text = f"{entries[0].word}  {visible(entries[0].name)}\n"
-        say(text, nl=False)
+        say_result(text)
         return
     if len(entries) == 1 and results:
         whole = detail is Detail.ALL
         text = audit_text(results[0], width) if whole else screen_text(results[0], width, "-v; the index page")
-        say(text, nl=False)
+        say_result(text)
         return
-    say(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS), nl=False)
+    say_result(summary_table(entries, width, None if detail is Detail.ALL else _MOST_LOGS))
 
 
 def _say_error(outcome: Outcome) -> None:

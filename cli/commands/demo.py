@@ -6,9 +6,12 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, progress, say, terminal_width
+from collaudit.cli.console import note, say, say_json, terminal_width
 from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
 from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
+
+DEMO_SCHEMA = "collaudit/demo/1"
 
 
 @example_command("demo", "collaudit demo", "collaudit demo -o demo-out --seed 7")
@@ -22,7 +25,8 @@ from collaudit.core.errors import EXIT_FAIL, EXIT_PASS
     help="Folder for logs, runs and the report.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same bytes.")
-def command(output: Path, seed: int) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: friction, pushes and residual beside their truth.")
+def command(output: Path, seed: int, as_json: bool) -> int:
     """Reproduce the paper's experiment: a friction run, two polishing runs with a person pushing the arm.
 
     Simulates the logs, identifies friction, judges both runs, writes the report, and prints what was found
@@ -31,6 +35,7 @@ def command(output: Path, seed: int) -> int:
     Exit code 0 when every push was found and nothing else; 1 otherwise.
     """
     from collaudit.cli.demonstration import evaluate, level_checks, parameter_checks, push_checks, simulate_all
+    from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.terminal.demo_text import demo_text
 
     output.mkdir(parents=True, exist_ok=True)
@@ -39,6 +44,11 @@ def command(output: Path, seed: int) -> int:
     with progress("auditing") as report:
         demo = evaluate(files, output, report)
     checks = parameter_checks(demo), push_checks(demo.runs), level_checks(demo.runs)
-    say(demo_text(*checks, terminal_width()), nl=False)
-    say(f"Report: {demo.report}")
+    if as_json:
+        names = ("friction", "pushes", "residual")
+        content = {"schema": DEMO_SCHEMA, "report": str(demo.report), "right": demo.right}
+        say_json(json_text({**content, **dict(zip(names, checks, strict=True))}, indent=2))
+    else:
+        say(demo_text(*checks, terminal_width()), nl=False)
+        say(f"Report: {demo.report}")
     return EXIT_PASS if demo.right else EXIT_FAIL

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, say, say_json, say_result, terminal_width
 from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     files = one_log(logs, loaded)
     if output is not None:
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
-    with progress("reading") as report:
+    with progress("judging") as report:
         audit, friction = audit_files(files, loaded, report, truth)
     scores = audit.result.detection.scores if audit.result.detection else ()
     if output is not None:
@@ -75,7 +76,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
 def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
     """Print as much as was asked for."""
-    from collaudit.reports.terminal.audit_text import audit_text, rule_text
+    from collaudit.reports.terminal.audit_text import audit_text
     from collaudit.reports.terminal.detection_text import detection_text
     from collaudit.reports.terminal.score_text import score_text
     from collaudit.reports.terminal.screen_text import screen_text
@@ -84,14 +85,13 @@ def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
 
     width = terminal_width()
     if detail is Detail.VERDICT:
-        say(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}")
+        say_result(f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n")
         return
     if detail is Detail.ALL:
-        say(audit_text(result, width), nl=False)
+        say_result(audit_text(result, width))
     else:
         kept = "" if output is None else f"; {output / 'audit.json'}"
-        say(screen_text(result, width, f"-v{kept}"), nl=False)
-    say(rule_text(result.rule))
+        say_result(screen_text(result, width, f"-v{kept}"))
     if detail is Detail.ALL:
         say(detection_text(result, width), nl=False)
     if result.detection is not None and result.detection.scores:

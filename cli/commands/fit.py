@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, print_findings, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
@@ -41,13 +42,10 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tu
     from collaudit.reports.terminal.fit_text import fit_text
 
     loaded = load_settings()
-    prepared = []
     found = api.find_logs(logs, loaded)
     known = known_contact(truth, len(found))
-    for files in found:
-        with progress(f"reading {files[0].name}") as report:
-            prepared.append(api.prepare(files, loaded, progress=report))
-    friction = api.fit(prepared, loaded, truth=known)
+    with progress("fitting") as report:
+        friction = api.fit(found, loaded, report, known)
     if output is not None:
         write_friction(output, friction)
     if as_json:

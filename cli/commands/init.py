@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, say
+from collaudit.cli.console import note, print_findings, say, say_json
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, given_paths, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
@@ -23,9 +23,10 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="File to write; stdout when absent."
 )
 @click.option("--force", is_flag=True, help="Replace an existing file.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: the configuration, its findings, what is missing.")
 @config_option
 @robot_options
-def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
+def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bool) -> int:
     """Write a commented configuration for a log: topic, joint names, units, robot, rule.
 
     What was stated nowhere is a guess and marked GUESS. The log, or of a long one the stretch with the most
@@ -38,6 +39,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     from collaudit.cli.drafts.choice_evidence import add_choice_evidence
     from collaudit.cli.drafts.draft import Draft
     from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements, add_rest_threshold
+    from collaudit.cli.drafts.draft_json import draft_json
     from collaudit.cli.drafts.trial import try_again, try_log
     from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
@@ -81,15 +83,17 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool) -> int:
     draft.remark(trial.findings)
     text = draft.text()
     parse_config(text, output)
-    if output is None:
+    if output is None and not as_json:
         say(text, nl=False)
-    else:
+    elif output is not None:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
     print_findings([finding for finding in trial.findings if finding.severity != "info"], err=True)
     if trial.result is not None:
         note(came_of_it(trial))
     reasons = missing(trial, draft.problems, robot=robot is not None)
+    if as_json:
+        say_json(draft_json(text, output, trial, reasons))
     if not reasons:
         note(next_step(trial, " ".join(logs), output, fitted=loaded.friction_path is not None))
         return EXIT_PASS

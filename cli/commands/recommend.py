@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, progress, say, say_json, terminal_width
+from collaudit.cli.console import note, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
@@ -55,8 +56,9 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool, truth: tup
     from collaudit.reports.terminal.rules_text import rules_text
 
     audits, known = _audits(inputs, truth)
-    rules = recommend(audits, _persistence_s(audits), known)
-    laws = _dynamic(audits)
+    with progress("recommending"):
+        rules = recommend(audits, _persistence_s(audits), known)
+        laws = _dynamic(audits)
     if as_json:
         say_json(_json(audits, rules, laws))
     elif as_dynamic:
@@ -98,7 +100,7 @@ def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], 
     files_known = known_contact(truth, len(runs) + len(found))
     labelled: list[Times | None] = [None] * len(audits)
     for files in found:
-        with progress(f"reading {files[0].name}") as report:
+        with progress(f"judging {files[0].name}") as report:
             audits.append(audit_files(files, loaded, report)[0])
         wanted = loaded.config.detect.true_events
         labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)

@@ -12,6 +12,8 @@ from collaudit.cli.settings import config_option, config_path, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
+WRITTEN_SCHEMA = "collaudit/written/1"
+
 
 @example_command(
     "report",
@@ -37,8 +39,9 @@ from collaudit.reports.formats.registry import FORMATS, report_text, write_repor
     metavar="LIST",
     help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
+@click.option("--json", "as_json", is_flag=True, help="Print the written files as JSON.")
 @config_option
-def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
+def command(runs: tuple[Path, ...], output: Path, formats: str, as_json: bool) -> int:
     """Write the report of finished runs as one self-contained page that works offline.
 
     The first format keeps the name given with -o; others are written beside it with their own suffix. With
@@ -47,6 +50,7 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
     from collaudit.cli.formats import parse_formats, report_paths
+    from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.files.run_files import read_run
 
     wanted = parse_formats(formats)
@@ -58,6 +62,10 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
             if audit.result.provenance.config_sha256 != sha256:
                 note(f"{run}: was judged with other settings than {config_path()}")
     if not paths:
+        if as_json:
+            raise ConfigError(
+                "the report itself goes to stdout", where="--json", expected="a file with -o, or no --json"
+            )
         if len(wanted) > 1:
             raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
         text = report_text(audits, wanted[0])
@@ -65,4 +73,8 @@ def command(runs: tuple[Path, ...], output: Path, formats: str) -> int:
     for name, path in paths.items():
         write_report(path, audits, name)
         note(f"report written to {path}")
+    if as_json:
+        files = {name: str(path) for name, path in paths.items()}
+        verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
+        say_json(json_text({"schema": WRITTEN_SCHEMA, "files": files, "verdicts": verdicts}, indent=2))
     return EXIT_PASS

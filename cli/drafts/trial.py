@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from collaudit.cli.console import progress
+from collaudit.cli.progress_bar import progress
 from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray

@@ -10,7 +10,7 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.detection.watch import Watch, choose_watched
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.phases import contact_mask
 
@@ -66,6 +66,7 @@ def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dic
             where="[detect] gamma_nm",
             found=", ".join(unknown),
             expected="some of " + ", ".join(joints),
+            hint=did_you_mean(unknown[0], joints),
         )
     return {joint: float(configured[joint]) for joint in joints if joint in configured}
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.detection_result import ControlMode, Mode
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES
@@ -110,6 +110,7 @@ def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
             where="[detect] watch",
             found=", ".join(missing),
             expected="some of " + ", ".join(joints),
+            hint=did_you_mean(missing[0], joints),
         )
     return {
         joint: Watch(True, True, "named in [detect] watch")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
 from collaudit.core.logs.opening import open_tables
@@ -39,7 +39,7 @@ def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
             if not found:
                 raise ConfigError("no log matches this pattern", where=str(arg))
         else:
-            raise ConfigError("there is no such file or folder", where=str(arg))
+            raise ConfigError("there is no such file or folder", where=str(arg), hint=similar_file(path))
         out.update(dict.fromkeys(found))
     return list(out)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.errors import LogError
+from collaudit.core.errors import LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
@@ -33,7 +33,7 @@ def check_there(paths: Sequence[Path]) -> None:
     """
     for path in paths:
         if not path.exists():
-            raise LogError("there is no such file or folder", where=str(path))
+            raise LogError("there is no such file or folder", where=str(path), hint=similar_file(path))
 
 
 def data_files(path: Path) -> tuple[Path, ...]:

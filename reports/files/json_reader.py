@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
-from collaudit.core.errors import CollauditError
+from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.json_writer import not_finite
 
 T = TypeVar("T")
@@ -74,7 +74,7 @@ def _load(path: Path) -> str:
             raise CollauditError("the file is too large to be a result", where=str(path), expected="under 1 GiB")
         return path.read_bytes().decode("utf-8")
     except FileNotFoundError as error:
-        raise CollauditError("no such file", where=str(path)) from error
+        raise CollauditError("no such file", where=str(path), hint=similar_file(path)) from error
     except OSError as error:
         raise CollauditError("cannot read the file", where=str(path), found=error.strerror) from error
     except UnicodeDecodeError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
-from collaudit.core.errors import CollauditError
+from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.atomic import atomic_write, staged, write_synced
 from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
 from collaudit.reports.files.json_writer import json_text
@@ -27,6 +28,8 @@ __all__ = [
 AUDIT_NAME = "audit.json"
 SIGNALS_NAME = "signals.parquet"
 FRICTION_NAME = "friction.json"
+#: Runs named in a message.
+_OFFERED = 6
 
 
 def audit_json(result: AuditResult) -> str:
@@ -89,6 +92,25 @@ def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> Non
             (run_dir / FRICTION_NAME).unlink(missing_ok=True)
 
 
+def no_run(folder: Path) -> CollauditError:
+    """The error for a folder that is no run; it offers the runs inside, where there are any."""
+    inside = sorted(path.parent for path in folder.glob(f"*/{AUDIT_NAME}"))
+    found = "nothing of that name" if not folder.exists() else f"no {AUDIT_NAME} in it"
+    hint = similar_file(folder) or "make one with: collaudit detect LOG -c collaudit.toml -o RUN/"
+    if inside:
+        names = [str(run) for run in inside[:_OFFERED]]
+        more = f" and {len(inside) - _OFFERED} more" if len(inside) > _OFFERED else ""
+        found = f"{len(inside)} run folder{'s' if len(inside) > 1 else ''} inside: {', '.join(names)}{more}"
+        hint = f"collaudit report {shlex.join(names) if not more else shlex.quote(str(folder)) + '/*/'} -o report.html"
+    return CollauditError(
+        "this is not a run folder",
+        where=str(folder),
+        found=found,
+        expected=f"a folder with {AUDIT_NAME} and {SIGNALS_NAME}",
+        hint=hint,
+    )
+
+
 def read_run(run_dir: Path) -> Audit:
     """Read a run's folder back.
 
@@ -104,13 +126,7 @@ def read_run(run_dir: Path) -> Audit:
     from collaudit.reports.files.signals_file import read_signals
 
     if not (run_dir / AUDIT_NAME).is_file():
-        raise CollauditError(
-            "this is not a run folder",
-            where=str(run_dir),
-            found="nothing of that name" if not run_dir.exists() else f"no {AUDIT_NAME} in it",
-            expected=f"a folder with {AUDIT_NAME} and {SIGNALS_NAME}",
-            hint="make one with: collaudit detect LOG -c collaudit.toml -o RUN/",
-        )
+        raise no_run(run_dir)
     result = read_result(run_dir / AUDIT_NAME, AuditResult, AUDIT_SCHEMA)
     return Audit(result=result, signals=read_signals(run_dir / SIGNALS_NAME, result.log.sha256))
 

@@ -1,18 +1,19 @@
-"""Audits for a terminal: one in full, many in a line each, and the rule as it was applied."""
+"""Audits for a terminal: one in full, many in a line each."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.core.data.audit_result import AuditResult, RuleFacts
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.terminal.finding_text import finding_lines
+from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.screen_text import contact_table, sensitivity_text, verdict_text
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
 from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.sensitivity_rows import sensitivity_row
-from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural
 
 
@@ -58,7 +59,7 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
     Tables are cut to ``width``, None: any.
     """
     contacts = contacts_of(result)
-    parts = [verdict_text(result), "\n", _joint_table(result, width), *sensitivity_text(result, width)]
+    parts = [verdict_text(result, None, width), "\n", _joint_table(result, width), *sensitivity_text(result, width)]
     if contacts:
         parts += ["\nContacts\n", contact_table(result, contacts, width)]
     if result.collisions:
@@ -68,19 +69,9 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
     findings = [finding for finding in rows.worst_first(result.findings) if finding.severity != "info"]
     if findings:
         parts.append("\nFindings\n")
-        parts += [f"  {finding.severity:<8}{finding.code}: {visible(finding.text)}\n" for finding in findings]
-    parts.append(f"\n{STATEMENT}\n")
+        parts += [f"  {severity:<8}{line}\n" for severity, line in finding_lines(findings)]
+    parts.append(f"\n{rule_text(result.rule)}\n{wrapped(STATEMENT, width)}\n")
     return "".join(parts)
-
-
-def rule_text(rule: RuleFacts) -> str:
-    """Rule (6) as applied, its persistence in whole samples."""
-    gamma = ", ".join(f"{name} {value:g}" for name, value in rule.gamma_nm.items() if name in rule.watch)
-    asked = "" if rule.persistence_requested_ms is None else f" (asked: {rule.persistence_requested_ms:g} ms)"
-    return (
-        f"rule: {rule.detector}, n = {plural(rule.n, 'sample')} = {1e3 * rule.persistence_s:.4g} ms{asked}, "
-        f"gamma in N·m: {gamma or 'no joint is watched'}"
-    )
 
 
 def _joint_table(result: AuditResult, width: int | None) -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identification
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.identified import identification_tables
+from collaudit.reports.values.joint_lines import joint_lines
 
 
 def fit_text(friction: FrictionFile, width: int | None = None) -> str:
@@ -41,7 +42,7 @@ def _identification_text(friction: FrictionFile, width: int | None) -> str:
     parts = []
     for each in identification_tables(found):
         if not each.folded:
-            notes = "".join(f"  {note}\n" for note in each.notes)
+            notes = "".join(f"{wrapped(f'  {note}', width, '    ')}\n" for note in each.notes)
             parts.append(f"\n{each.title}\n{table(each.head, each.rows, width=width)}{notes}")
     return "".join(parts)
 
@@ -49,16 +50,17 @@ def _identification_text(friction: FrictionFile, width: int | None) -> str:
 def _fit_table(friction: FrictionFile, width: int | None) -> str:
     """One line a joint: model, parameters with intervals, quality; below it what is not identifiable."""
     rows = []
-    remarks = []
+    said: list[tuple[str, str]] = []
     for name, fit in friction.joints.items():
         rows.append(
             (name, fit.model or "not fitted", _parameters(fit), str(fit.n_points), *_quality(fit), _speeds(fit))
         )
         if fit.reason:
-            remarks.append(f"  {name}: {fit.reason}")
-        remarks += [f"  {name}: {text}" for text in fit.not_identifiable]
+            said.append((name, fit.reason))
+        said += [(name, text) for text in fit.not_identifiable]
         if fit.identifiability is not None and fit.identifiability.motion_needed:
-            remarks.append(f"  {name}: to settle it: {'; '.join(fit.identifiability.motion_needed)}")
+            said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
+    remarks = [wrapped(f"  {line}", width, "    ") for line in joint_lines(said, len(friction.joints))]
     head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE (of rated)", "R²", "speeds")
     return "\n".join([table(head, rows, (3,), width).rstrip(), *remarks])
 

@@ -8,7 +8,8 @@ from itertools import groupby
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.findings import Finding
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.rule_text import rule_text
+from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
@@ -28,23 +29,25 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
         more: where the rest is.
     """
     contacts = contacts_of(result)
-    parts = [verdict_text(result, _MOST_REASONS)]
+    parts = [verdict_text(result, _MOST_REASONS, width)]
     if contacts:
         worst = _highest(result, contacts, _MOST_CONTACTS)
         note = f", the {_MOST_CONTACTS} highest" if len(worst) < len(contacts) else ""
         parts += [f"\nContacts ({len(contacts)}{note})\n", contact_table(result, worst, width, evidence=False)]
     if not nothing_judged(result):
         parts += sensitivity_text(result, width)
-    parts += _findings(result)
-    parts.append(f"\n{'' if more is None else f'More: {more}. '}{STATEMENT}\n")
+    parts += _findings(result, width)
+    parts.append(f"\n{wrapped(rule_text(result.rule), width, '  ')}\n")
+    parts += [] if more is None else [f"More: {more}.\n"]
+    parts.append(f"{wrapped(STATEMENT, width)}\n")
     return "".join(parts)
 
 
-def verdict_text(result: AuditResult, most: int | None = None) -> str:
-    """The verdict, its reasons and what it does not speak of, ``most`` lines of each at most."""
+def verdict_text(result: AuditResult, most: int | None = None, width: int | None = None) -> str:
+    """The verdict, its reasons and what it does not speak of, ``most`` of each at most, in lines of ``width``."""
     head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n"
-    text = head + "".join(_listed(result.reasons, most))
-    return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most)) if result.exclusions else "")
+    text = head + "".join(_listed(result.reasons, most, width))
+    return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")
 
 
 def contact_table(result: AuditResult, contacts: Sequence[Contact], width: int | None, evidence: bool = True) -> str:
@@ -64,13 +67,14 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
     head = ("joint", "asked", "detectable", "hidden", "not judged", "alarms in 50 %", "in 95 %", "whenever judged")
     lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
     parts = [
-        "\nSmallest torque that would have alarmed (shares of the time in which the joint was watched)\n",
+        "\nSmallest torque that would have alarmed (shares of the time watched)\n",
         table(head, lines, range(1, 8), width),
     ]
     forces = force_rows(result)
     if forces:
         text = ", ".join(f"{row.place} {row.most}" for row in forces)
-        parts.append(f"Smallest force in 95 % of the time, from 95 % of the directions: {visible(text)}\n")
+        line = f"Smallest force in 95 % of the time, from 95 % of the directions: {visible(text)}"
+        parts.append(f"{wrapped(line, width, '  ')}\n")
     return parts
 
 
@@ -82,7 +86,7 @@ def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
     return [(group[0], len(group)) for _, found in groupby(order, key=lambda f: f.code) if (group := list(found))]
 
 
-def _findings(result: AuditResult) -> list[str]:
+def _findings(result: AuditResult, width: int | None) -> list[str]:
     found = important_findings(result)
     if not found:
         return []
@@ -91,7 +95,8 @@ def _findings(result: AuditResult) -> list[str]:
     parts = [f"\nFindings ({sum(count for _, count in shown)} of {total} warnings and errors)\n"]
     for finding, count in shown:
         others = f" (and {count - 1} more of this kind)" if count > 1 else ""
-        parts.append(f"  {finding.severity:<8}{finding.code}: {visible(finding.text)}{others}\n")
+        line = f"  {finding.severity:<8}{finding.code}: {visible(finding.text)}{others}"
+        parts.append(f"{wrapped(line, width, ' ' * 10)}\n")
     return parts
 
 
@@ -110,8 +115,8 @@ def _highest(result: AuditResult, contacts: Sequence[Contact], most: int) -> lis
     return sorted(ranked, key=lambda contact: contact.onset_s)
 
 
-def _listed(texts: Sequence[str], most: int | None) -> list[str]:
+def _listed(texts: Sequence[str], most: int | None, width: int | None) -> list[str]:
     shown = texts[:most]
     left = len(texts) - len(shown)
     more = [f"  - {plural(left, 'more line')}: -v lists all\n"] if left else []
-    return [f"  - {visible(text)}\n" for text in shown] + more
+    return [f"{wrapped(f'  - {visible(text)}', width, '    ')}\n" for text in shown] + more

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 
 from collaudit.reports.values.visible_text import visible
@@ -37,6 +38,17 @@ def table(
     alignment = ["right" if k in numeric else "left" for k in range(len(head))]
     text = tabulate([cells[0], SEPARATING_LINE, *cells[1:]], tablefmt=shape, disable_numparse=True, colalign=alignment)
     return "".join(f"{line if width is None else _cut(line, width)}\n" for line in text.split("\n"))
+
+
+def wrapped(text: str, width: int | None, indent: str = "") -> str:
+    """Text in lines of the terminal's width at most, the later ones indented; None: one line.
+
+    Args:
+        text: one line.
+        width: columns of the terminal.
+        indent: before every line but the first.
+    """
+    return text if width is None else "\n".join(textwrap.wrap(text, max(width, 40), subsequent_indent=indent) or [""])
 
 
 def _shortened(cells: list[list[str]], numeric: Sequence[int], width: int) -> list[list[str]]:

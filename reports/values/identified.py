@@ -14,6 +14,7 @@ from collaudit.core.data.identification_result import (
     SensorFacts,
     Trend,
 )
+from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import interval, percent, significant
 
 NONE = "–"
@@ -144,7 +145,8 @@ def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds
 
 
 def _trends(trends: dict[str, FrictionVariation]) -> Table:
-    lines, untold = [], []
+    lines: list[tuple[str, ...]] = []
+    untold: list[tuple[str, str]] = []
     for joint, found in trends.items():
         by = {kind: [t for t in found.trends if t.against == kind] for kind in ("time", "temperature", "load")}
         waves = "; ".join(
@@ -154,7 +156,7 @@ def _trends(trends: dict[str, FrictionVariation]) -> Table:
         lines.append(
             (joint, _each(by["time"], 100), _each(by["temperature"], 100), _each(by["load"], 1), waves or NONE)
         )
-        untold += [f"{joint}: {text}." for text in found.untold]
+        untold += [(joint, f"{text}.") for text in found.untold]
     head = (
         "Joint",
         "Friction with running time, % a minute",
@@ -162,7 +164,12 @@ def _trends(trends: dict[str, FrictionVariation]) -> Table:
         "With load, N·m per N·m",
         "Ripple: amplitude, cycles, share of the residual's variance",
     )
-    return Table("Friction trends (time, temperature, load, position)", head, tuple(lines), tuple(untold))
+    return Table(
+        "Friction trends (time, temperature, load, position)",
+        head,
+        tuple(lines),
+        tuple(joint_lines(untold, len(trends))),
+    )
 
 
 def _each(trends: list[Trend], scale: float) -> str:

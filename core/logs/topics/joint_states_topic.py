@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.core.errors import ConfigError, LogError
+from collaudit.core.errors import ConfigError, LogError, did_you_mean
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
 from collaudit.core.logs.signals.joint_naming import listed, matches
 from collaudit.core.logs.storage.records import MessageReader
@@ -119,7 +119,8 @@ def _configured(topics: Sequence[Topic], wanted: str, where: str) -> Topic:
                 why = topic.problem or f"messages of type {topic.type} are not joint states"
                 raise LogError(f"the topic {wanted} cannot be read as joint states: {why}", where=where)
             return topic
-    raise LogError(f"there is no topic {wanted}", where=where, found=described(topics))
+    hint = did_you_mean(wanted, [topic.name for topic in topics])
+    raise LogError(f"there is no topic {wanted}", where=where, found=described(topics), hint=hint)
 
 
 def _none(topics: Sequence[Topic], where: str) -> LogError:

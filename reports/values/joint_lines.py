@@ -1,0 +1,53 @@
+"""What is said of several joints in the same words, said once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
+_JOINT = "\x00"
+_MOST_RANGES = 2
+
+
+def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0) -> list[str]:
+    """Lines ``joint: text``; texts that differ in the joint's name, or in a number or two, are one line.
+
+    A number that differs becomes its range. What cannot be joined without doubt stays as it is.
+
+    Args:
+        said: joint and text, in the order of the joints; the joint may be empty.
+        joints: how many there are in all: "all 6 joints" instead of their names. 0: not known.
+    """
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for joint, text in said:
+        groups.setdefault(_NUMBER.sub("#", _nameless(joint, text)), []).append((joint, text))
+    return [line for group in groups.values() for line in _joined(group, joints)]
+
+
+def _joined(group: Sequence[tuple[str, str]], joints: int) -> list[str]:
+    names = list(dict.fromkeys(joint for joint, _ in group if joint))
+    plain = [_nameless(joint, text) for joint, text in group]
+    slots = list(zip(*(_NUMBER.findall(text) for text in plain), strict=True))
+    varying = sum(len(set(slot)) > 1 for slot in slots)
+    if len(group) == 1 or varying > _MOST_RANGES or (varying and " to " in plain[0]):
+        return list(dict.fromkeys(f"{joint}: {text}" if joint else text for joint, text in group))
+    ranges = iter([slot[0] if len(set(slot)) == 1 else _range(slot) for slot in slots])
+    text = _NUMBER.sub(lambda _: next(ranges), plain[0])
+    text = (
+        text.replace(f"joint '{_JOINT}'", "the joint").replace(f"'{_JOINT}'", "the joint").replace(_JOINT, "the joint")
+    )
+    text = text[:1].upper() + text[1:] if group[0][1][:1].isupper() else text
+    whole = f"all {joints} joints" if len(names) == joints > 1 else ", ".join(names)
+    return [f"{whole}: {text}" if whole else text]
+
+
+def _nameless(joint: str, text: str) -> str:
+    if not joint:
+        return text
+    return re.sub(rf"(?i:joint )?(['\"]?)(?<!\w){re.escape(joint)}(?!\w)\1", _JOINT, text)
+
+
+def _range(numbers: Sequence[str]) -> str:
+    ordered = sorted(set(numbers), key=float)
+    return f"{ordered[0]} to {ordered[-1]}"

@@ -1,0 +1,199 @@
+"""The terminal: progress with an estimate, messages above it, colour, suggestions, errors as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from collaudit.cli import progress_bar
+from collaudit.cli.console import note, say_result
+from collaudit.cli.main import collaudit as group
+from collaudit.cli.progress_bar import ProgressLine, above_progress
+from collaudit.core.findings import Finding
+from collaudit.reports.terminal.finding_text import finding_lines
+from collaudit.reports.values.joint_lines import joint_lines
+
+NO_SUFFIX = ["simulate", "friction", "-o", "x.xyz"]
+
+
+def _line(times: list[float]) -> tuple[ProgressLine, list[str]]:
+    written: list[str] = []
+    return ProgressLine("judging", written.append, iter(times).__next__, 80), written
+
+
+def test_nothing_is_shown_for_two_seconds() -> None:
+    line, written = _line([0.0, 1.9])
+    line.report(1, 10)
+    assert written == []
+
+
+def test_progress_has_an_estimate() -> None:
+    line, written = _line([0.0, 5.0])
+    line.report(1, 4)
+    assert "25 %, about 15 s left" in written[0]
+
+
+def test_without_a_share_the_time_is_shown() -> None:
+    line, _ = _line([0.0, 190.0])
+    assert line.text() == "judging … 3 min 10 s"
+
+
+def test_messages_stand_above_the_progress_line(monkeypatch, capsys) -> None:
+    line, _ = _line([0.0, 5.0, 6.0])
+    line.report(1, 4)
+    monkeypatch.setattr(progress_bar, "_active", [line])
+    monkeypatch.setattr(line, "_write", sys.stderr.write)
+    note("a word")
+    err = capsys.readouterr().err
+    assert re.fullmatch(r"\r\x1b\[Ka word\n\r\x1b\[Kjudging \[.*left", err)
+
+
+def test_nothing_is_drawn_where_no_line_is() -> None:
+    with above_progress():
+        pass
+
+
+def _on_a_terminal(*args: object, **env: str) -> str:
+    """What a command prints on a terminal, both streams."""
+    main, side = pty.openpty()
+    command = [sys.executable, "-c", "from collaudit.cli.main import main; main()", *map(str, args)]
+    environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"} | {"TERM": "xterm", "COLUMNS": "90"} | env
+    process = subprocess.Popen(command, stdout=side, stderr=side, env=environment)
+    os.close(side)
+    out = b""
+    while True:
+        try:
+            got = os.read(main, 1 << 16)
+        except OSError:
+            break
+        if not got:
+            break
+        out += got
+    process.wait()
+    os.close(main)
+    return out.decode()
+
+
+def test_colour_on_a_terminal_unless_refused(arm) -> None:
+    command = ("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction)
+    coloured = _on_a_terminal(*command)
+    assert "\x1b[31m\x1b[1mFAIL\x1b[0m" in coloured
+    plain = _on_a_terminal(*command, NO_COLOR="1")
+    assert "\x1b[31m" not in plain
+    lines = re.sub(r"[^\n]*\r\x1b\[K", "", plain).replace("\r", "").splitlines()
+    assert [line for line in lines if len(line) > 90] == []
+    assert len(lines) <= 40, "one screen"
+
+
+def test_the_verdict_is_coloured_at_the_beginning_of_a_line_only(capsys, monkeypatch) -> None:
+    texts: list[str] = []
+    monkeypatch.setattr("collaudit.cli.console.say", lambda text, **_: texts.append(text))
+    say_result("PASS, WITH EXCLUSIONS  a FAIL  b\n  error   code: text\n")
+    assert texts[0].count("\x1b[0m") == 2
+    assert "a FAIL  b" in texts[0]
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["simulate", "frction", "-o", "x.mcap"], "did you mean 'friction'?"),
+        (["simulate", "stop-go", "--robot", "sevn", "-o", "x.mcap"], "did you mean 'seven'?"),
+        (["simulate", "stop-go", "--with", "sprngs", "-o", "x.mcap"], "did you mean 'springs'?"),
+        (["detekt", "x"], "Did you mean 'detect'?"),
+        (["report", "x", "-o", "r.html", "--format", "htlm"], "did you mean 'html'?"),
+        (NO_SUFFIX, "no log format has this suffix"),
+        (["simulate", "friction", "-o", "x.mcp"], "did you mean '.mcap'?"),
+    ],
+)
+def test_near_names_are_suggested(collaudit, tmp_path: Path, monkeypatch, args: list[str], said: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = collaudit(*args)
+    assert done.code == 2
+    assert said in done.err
+    assert list(tmp_path.iterdir()) == [], "refused before anything is made"
+
+
+def test_names_in_a_log_are_suggested(arm, collaudit) -> None:
+    common = ("detect", arm.clean, "-c", arm.config, "--friction", arm.friction)
+    assert "did you mean 'joint1'?" in collaudit(*common, "--watch", "jiont1").err
+    assert "did you mean 'joint2'?" in collaudit(*common, "--gamma", "joint2_=4").err
+    assert f"did you mean '{arm.clean.name}'?" in collaudit("inspect", arm.clean.with_name("claen.csv")).err
+
+
+def test_a_folder_offers_the_runs_inside(arm, collaudit, tmp_path: Path) -> None:
+    for name in ("monday", "tuesday"):
+        collaudit("detect", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "week" / name)
+    done = collaudit("report", tmp_path / "week", "-o", tmp_path / "r.html")
+    assert done.code == 2
+    assert f"2 run folders inside: {tmp_path / 'week' / 'monday'}, {tmp_path / 'week' / 'tuesday'}" in done.err
+    assert f"collaudit report {tmp_path / 'week' / 'monday'} {tmp_path / 'week' / 'tuesday'}" in done.err
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "kind"),
+    [
+        (["detect", "absent.mcap", "--json"], 2, "ConfigError"),
+        (["inspect", "--json"], 2, "UsageError"),
+        (["report", "absent", "-o", "r.html", "--json"], 2, "CollauditError"),
+        (["recommend", "absent", "--json"], 2, "ConfigError"),
+        ([*NO_SUFFIX, "--json"], 2, "ConfigError"),
+    ],
+)
+def test_errors_are_json_where_json_was_asked_for(collaudit, args: list[str], code: int, kind: str) -> None:
+    done = collaudit(*args)
+    error = json.loads(done.out)
+    assert (done.code, error["exit_code"], error["kind"]) == (code, code, kind)
+    assert error["schema"] == "collaudit/error/1"
+    assert error["message"] and error["message"].splitlines()[0] in done.err
+
+
+def test_a_log_that_cannot_be_judged_is_an_error_in_json(collaudit, tmp_path: Path) -> None:
+    words = tmp_path / "words.csv"
+    words.write_text("name,colour\nrobot,orange\n")
+    done = collaudit("detect", words, "--json")
+    assert (done.code, json.loads(done.out)["exit_code"]) == (3, 3)
+
+
+def test_every_command_takes_json() -> None:
+    without = [
+        entry.name
+        for entry in group.entries
+        if (command := group.get_command(None, entry.name)) is None  # type: ignore[arg-type]
+        or not any("--json" in param.opts for param in command.params)
+    ]
+    assert without == []
+
+
+def test_init_as_json(arm, collaudit) -> None:
+    done = collaudit("init", arm.clean, "-c", arm.config, "--json")
+    content = json.loads(done.out)
+    assert content["schema"] == "collaudit/init/1"
+    assert content["judged"] is (done.code == 0)
+    assert "[robot]" in content["toml"]
+
+
+def test_what_is_said_of_several_joints_is_said_once() -> None:
+    said = [(f"a{k}", f"change with time: {10 + k} s of motion of joint 'a{k}' are too short.") for k in (1, 2, 3)]
+    assert joint_lines(said, 3) == ["all 3 joints: change with time: 11 to 13 s of motion of the joint are too short."]
+    assert joint_lines([("a", "x is 1"), ("b", "y is 1")]) == ["a: x is 1", "b: y is 1"]
+    ranges = [("a", "from 1 to 2 rad"), ("b", "from 1 to 3 rad")]
+    assert joint_lines(ranges) == ["a: from 1 to 2 rad", "b: from 1 to 3 rad"], "a range of ranges would be a riddle"
+
+
+def test_findings_of_several_logs_name_them_once() -> None:
+    found = [Finding("phases-unknown", "info", "No phases.", where=name) for name in ("a.mcap", "b.mcap")]
+    assert finding_lines(found) == [("info", "phases-unknown: No phases. [a.mcap; b.mcap]")]
+
+
+def test_a_fit_of_several_logs_says_whose_a_finding_is(arm, collaudit, tmp_path: Path) -> None:
+    out = tmp_path / "f.json"
+    assert collaudit("fit", arm.clean, arm.pushed, "-c", arm.config, "-o", out).code == 0
+    places = {f["where"] for f in json.loads(out.read_text())["findings"] if f["code"] == "phases-unknown"}
+    assert places == {"clean.csv", "pushed.csv"}

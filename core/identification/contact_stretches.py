@@ -16,10 +16,11 @@ import numpy as np
 
 from collaudit.core.data.left_out import LeftOut, LeftOutBy, LeftOutSpan
 from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.identification.lasting_contact import lasting_contact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
@@ -36,6 +37,8 @@ _UNEXPLAINED = 0.9
 _COARSE = 60
 #: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.
 _SETTLED_S = 0.2
+#: What lies on both sides of a reversal or a standstill of up to this, s, lies there as well; or beside one of half.
+_UNTOLD_S = 2.0
 #: Speeds over which friction may fall from breakaway: quantiles of those driven, and shares of the fastest.
 _SLOW, _OF_FASTEST = (0.03, 0.1, 0.3), (0.05, 0.15, 0.4)
 #: Rare speeds count as much as common ones in the regression, up to this many times their share: a few fast strokes
@@ -53,7 +56,10 @@ MOSTLY = 0.42
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Joint:
-    """Moving samples of one joint: rows (k,) of the log, columns (k, c), effort (k,), conditions (k, 2); its step."""
+    """Moving samples of one joint: rows (k,) of the log, columns (k, c), effort (k,), conditions (k, 2); its step.
+
+    ``modelled``: whether the model's torque is among the columns.
+    """
 
     name: str
     rows: IntArray
@@ -61,6 +67,7 @@ class _Joint:
     effort: FloatArray
     conditions: FloatArray
     step: float
+    modelled: bool
 
 
 def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArray, LeftOut]:
@@ -79,20 +86,24 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
     moving = np.zeros(n, dtype=bool)
     for joint in joints:
         moving[joint.rows] = True
-    out = np.zeros(n, dtype=bool)
+    lasting = np.zeros(n, dtype=bool)
+    for joint in joints:
+        if joint.modelled:
+            lasting |= lasting_contact(joint.rows, joint.columns, joint.effort, series.time_s, joint.step)
+    out = lasting.copy()
     seen: list[tuple[str, FloatArray, BoolArray]] = []
     rounds, settled = 0, False
     while rounds < _ROUNDS and not settled and joints:
         rounds += 1
         seen = [(joint.name, *_stretches(joint, out, n, period)) for joint in joints]
-        fresh: BoolArray = np.any([core for _, _, core in seen], axis=0)
+        fresh: BoolArray = np.any([lasting, *(core for _, _, core in seen)], axis=0)
         if rounds > _ROUNDS // 2:  # a stretch that comes and goes is left out
             fresh = fresh | out
         settled = bool(np.count_nonzero(fresh ^ out) <= 0.001 * np.count_nonzero(moving))
         out = fresh
-    if not any(ratio.max(initial=0.0, where=out) >= _CLEAR for _, ratio, _ in seen):
+    if not lasting.any() and not any(ratio.max(initial=0.0, where=out) >= _CLEAR for _, ratio, _ in seen):
         out = np.zeros(n, dtype=bool)
-    wide = _widened(out, ceil(_MARGIN_S / period))
+    wide = widened(out, ceil(_MARGIN_S / period))
     spans = _spans(wide, [(name, ratio) for name, ratio, _ in seen], series.time_s)
     facts = _facts("stated" if stated_free else "found", wide, out, moving, period, spans, rounds, settled)
     return (np.zeros(n, dtype=bool) if stated_free else wide), facts
@@ -113,7 +124,7 @@ def labelled_contact(prepared: Prepared, times_s: Sequence[tuple[float, float]])
     for start, end in times_s:
         a, b = np.searchsorted(series.time_s, [start, end], side="left")
         out[a : max(b, a + 1)] = True
-    wide = _widened(out, ceil(_MARGIN_S / series.period_s))
+    wide = widened(out, ceil(_MARGIN_S / series.period_s))
     moving = np.asarray((np.abs(series.velocity_rad_s) > MOVING_RAD_S).any(axis=1))
     return wide, _facts("labels", wide, out, moving, series.period_s, _spans(wide, [], series.time_s), 1, True)
 
@@ -168,7 +179,9 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
         columns += [torque[rows], rate, sign * np.abs(torque[rows])]
     conditions = np.column_stack([speed, np.abs(a[rows])])
     step = _step(series.effort[rows, j])
-    return _Joint(series.joint_names[j], rows, np.column_stack(columns), effort[rows], conditions, step)
+    return _Joint(
+        series.joint_names[j], rows, np.column_stack(columns), effort[rows], conditions, step, torque is not None
+    )
 
 
 def _step(effort: FloatArray) -> float:
@@ -194,7 +207,7 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
         return ratio, np.zeros(n, dtype=bool)
     ratio[joint.rows] = np.abs(rest) / np.maximum(spread, max(_LEAST_SHARE * usual, joint.step, 1e-9))
     dip = ceil(_DIP_S / period)
-    near = _closed(ratio > _NEAR, dip)
+    near = closed(ratio > _NEAR, dip)
     starts, stops = run_bounds(ratio > _FAR)
     lasting = max(_LASTING, ceil(_LASTING_S / period))
     core = np.zeros(n, dtype=bool)
@@ -206,7 +219,9 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
     marks = np.zeros(n + 1)
     np.add.at(marks, first[hit], 1)
     np.add.at(marks, last[hit], -1)
-    return ratio, np.cumsum(marks[:-1]) > 0
+    told = np.zeros(n, dtype=bool)
+    told[joint.rows] = True
+    return ratio, spread_over_unknown(np.cumsum(marks[:-1]) > 0, told, round(0.5 * _UNTOLD_S / period))
 
 
 def _balanced(speed: FloatArray) -> FloatArray:
@@ -215,24 +230,6 @@ def _balanced(speed: FloatArray) -> FloatArray:
     bins = np.searchsorted(edges, speed)
     count = np.bincount(bins, minlength=_SPEED_BINS + 1)
     return np.asarray(np.minimum(count.max() / count[bins], _MOST_WEIGHT))
-
-
-def _closed(mask: BoolArray, dip: int) -> BoolArray:
-    """The mask with holes shorter than ``dip`` filled."""
-    starts, stops = run_bounds(~mask)
-    short = (stops - starts <= dip) & (starts > 0) & (stops < mask.size)
-    marks = np.zeros(mask.size + 1)
-    np.add.at(marks, starts[short], 1)
-    np.add.at(marks, stops[short], -1)
-    return np.asarray(mask | (np.cumsum(marks[:-1]) > 0))
-
-
-def _widened(mask: BoolArray, margin: int) -> BoolArray:
-    starts, stops = run_bounds(mask)
-    marks = np.zeros(mask.size + 1)
-    np.add.at(marks, np.maximum(starts - margin, 0), 1)
-    np.add.at(marks, np.minimum(stops + margin, mask.size), -1)
-    return np.asarray(np.cumsum(marks[:-1]) > 0)
 
 
 def _spans(wide: BoolArray, ratios: Sequence[tuple[str, FloatArray]], time_s: FloatArray) -> tuple[LeftOutSpan, ...]:

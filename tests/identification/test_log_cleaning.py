@@ -173,3 +173,49 @@ def test_real_motion_is_nearly_left_whole(data_dir: Path, tmp_path: Path) -> Non
     (log,) = (data_dir / "ur10_db3").glob("*.db3")
     _, facts = find_contact(api.prepare(log, load_config(config)))
     assert facts.share < 0.1
+
+
+def clamped(log: Prepared, settings: Any, share: float, torque_nm: dict[int, float]) -> tuple[Prepared, BoolArray]:
+    """The log with a constant torque on some joints for one part of its time, from a quarter of it on."""
+    series = log.start.series
+    assert series.effort is not None
+    effort, n = series.effort.copy(order="F"), series.time_s.size
+    touched = np.zeros(n, dtype=bool)
+    touched[n // 4 : n // 4 + round(share * n)] = True
+    for joint, torque in torque_nm.items():
+        effort[touched, joint] += torque
+    start = replace(log.start, series=replace(series, effort=effort))
+    return _modelled(start, log.calibration, settings.config, None), touched
+
+
+@pytest.mark.parametrize(("share", "torque_nm"), [(0.08, {0: -12.0}), (0.25, {4: 6.0}), (0.35, {0: 9.0, 3: -3.0})])
+def test_a_clamp_is_left_out_however_long_it_lasts(
+    free: Any, robot: str, share: float, torque_nm: dict[int, float]
+) -> None:
+    clean, settings = free(robot)
+    log, touched = clamped(clean, settings, share, torque_nm)
+    out, facts = find_contact(log)
+    moving = (np.abs(log.series.velocity_rad_s) > 0.05).any(axis=1)
+    assert out[touched & moving].mean() > 0.9
+    assert out[~touched].mean() < 0.05
+    assert not facts.refused
+
+
+def test_half_of_a_log_under_a_clamp_is_refused(free: Any, robot: str) -> None:
+    clean, settings = free(robot)
+    log, _ = clamped(clean, settings, 0.46, {1: 15.0})
+    assert find_contact(log)[1].refused
+
+
+def test_a_real_arm_that_is_clamped_is_seen_and_a_free_one_is_left_whole(data_dir: Path, tmp_path: Path) -> None:
+    config = tmp_path / "c.toml"
+    config.write_text(f'[robot]\nurdf = "{data_dir}/urdf/ur10_robot.urdf"\n')
+    settings = load_config(config)
+    (log,) = (data_dir / "ur10_db3").glob("*.db3")
+    free = api.prepare(log, settings)
+    assert find_contact(free)[1].spans == ()
+    held, touched = clamped(free, settings, 0.3, {0: 30.0, 2: 25.0})
+    out, facts = find_contact(held)
+    assert out[touched].mean() > 0.8
+    assert out[~touched].mean() < 0.25
+    assert facts.share > 0.25

@@ -70,11 +70,11 @@ def command(runs: tuple[Path, ...], output: Path, formats: str, as_json: bool) -
             raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
         text = report_text(audits, wanted[0])
         (say_json if wanted[0] in ("json", "sarif") else say_document)(text)
+    files: dict[str, list[str]] = {}
     for name, path in paths.items():
-        write_report(path, audits, name)
-        note(f"report written to {path}")
+        files[name] = [str(each) for each in write_report(path, audits, name)]
+        note(f"report written to {' and '.join(files[name])}")
     if as_json:
-        files = {name: str(path) for name, path in paths.items()}
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
         say_json(json_text({"schema": WRITTEN_SCHEMA, "files": files, "verdicts": verdicts}, indent=2))
     return EXIT_PASS

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from collaudit.core.errors import ConfigError
 
@@ -25,11 +25,13 @@ class ReportFormat:
             returns the text. It takes ``(audits)``; or, of a format for many logs, ``(results, unread)``: audit results
             without their signals, and lines of logs that could not be audited.
         of_many: whether ``collaudit audit --format`` offers it, for all logs together.
+        files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
     """
 
     suffix: str
     writer: str
     of_many: bool = False
+    files: bool = False
 
 
 #: Name, as on the command line, to format; the order is that of help and messages.
@@ -39,6 +41,10 @@ FORMATS: dict[str, ReportFormat] = {
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
     "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
+    "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
+    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
+    "parquet": ReportFormat(".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True),
+    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True),
 }
 
 
@@ -47,7 +53,9 @@ def formats_of_many() -> tuple[str, ...]:
     return tuple(name for name, fmt in FORMATS.items() if fmt.of_many)
 
 
-def write_report(path: Path, audits: Sequence[Audit], fmt: str = "html", unread: Sequence[IndexEntry] = ()) -> None:
+def write_report(
+    path: Path, audits: Sequence[Audit], fmt: str = "html", unread: Sequence[IndexEntry] = ()
+) -> tuple[Path, ...]:
     """Write a report of one or several audits.
 
     Args:
@@ -56,13 +64,22 @@ def write_report(path: Path, audits: Sequence[Audit], fmt: str = "html", unread:
         fmt: one of :data:`FORMATS`.
         unread: logs that could not be audited; formats of many logs list them.
 
+    Returns:
+        The files written: ``path``, and those beside it that belong to the format.
+
     Raises:
         ConfigError: an unknown format, or nothing to report on.
         CollauditError: the file cannot be written.
     """
     from collaudit.reports.files.atomic import atomic_write
 
+    known = format_named(fmt)
+    if known.files and audits:
+        written = _function(known)(path, audits)
+        assert isinstance(written, tuple)
+        return written
     atomic_write(path, report_text(audits, fmt, unread))
+    return (path,)
 
 
 def report_text(audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
@@ -70,6 +87,8 @@ def report_text(audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] 
     known = format_named(fmt)
     if not audits and not (unread and known.of_many):
         raise ConfigError("there is nothing to report on", expected="at least one run")
+    if known.files:
+        raise ConfigError("this format is written to files", found=fmt, hint="name a file with -o")
     if known.of_many:
         return summary_text([audit.result for audit in audits], fmt, unread)
     return _call(known, audits)
@@ -104,7 +123,13 @@ def format_named(name: str) -> ReportFormat:
 
 
 def _call(known: ReportFormat, *arguments: object) -> str:
-    module, _, function = known.writer.partition(":")
-    text = getattr(import_module(module), function)(*arguments)
+    text = _function(known)(*arguments)
     assert isinstance(text, str)
     return text
+
+
+def _function(known: ReportFormat) -> Callable[..., object]:
+    module, _, function = known.writer.partition(":")
+    found = getattr(import_module(module), function)
+    assert callable(found)
+    return cast("Callable[..., object]", found)

@@ -44,8 +44,8 @@ def with_toy(tmp_path: Path):
 
 
 def test_a_toy_format_is_offered_and_written_by_every_command(with_toy, arm, tmp_path: Path) -> None:
-    for command in ("report", "audit"):
-        assert "markdown, toy," in " ".join(with_toy(command, "--help").stdout.split())
+    for command, before in (("report", "mcap"), ("audit", "github")):
+        assert f"{before}, toy," in " ".join(with_toy(command, "--help").stdout.split())
     assert ", toy" in with_toy("report", "x", "-o", "-", "--format", "pdf").stderr
     bad = tmp_path / "bad.csv"
     bad.write_text("t,q1\n0,0\n")
@@ -62,7 +62,7 @@ def test_help_and_names_come_from_the_registry(collaudit) -> None:
     assert f"Out of {', '.join(FORMATS)}, separated" in everything
     refused = collaudit("audit", "x", "-o", "out", "--format", "html")
     assert refused.code == 2
-    assert "expected: junit, sarif, markdown" in refused.err
+    assert "expected: junit, sarif, markdown, github" in refused.err
 
 
 def test_suffixes_are_apart() -> None:

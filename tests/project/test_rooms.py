@@ -21,13 +21,13 @@ ALLOWED = {
 #: Libraries that are imported only below these folders.
 BELONGS = {
     "pinocchio": ("core/robot/pinocchio_model.py",),
-    "mcap": ("core/logs/mcap/", "fixtures/"),
+    "mcap": ("core/logs/mcap/", "fixtures/", "reports/exports/"),
     "mcap_ros1": (),
     "mcap_ros2": (),
     "rosbags": ("core/logs/messages/", "fixtures/"),
     "sqlite3": ("core/logs/rosbag2/",),
     "lz4": ("core/logs/storage/",),
-    "zstandard": ("core/logs/storage/", "core/logs/csv/"),
+    "zstandard": ("core/logs/storage/", "core/logs/csv/", "reports/exports/"),
     "pyarrow": (
         "core/logs/storage/table_reader.py",
         "core/logs/csv/",

@@ -155,7 +155,7 @@ def test_markdown_text_stays_text(text: str, shown: str) -> None:
 
 @pytest.mark.parametrize("fmt", FORMATS)
 def test_every_format_is_written_the_same_twice(tmp_path: Path, audits, fmt) -> None:
-    some = audits[:2] if fmt == "html" else audits
+    some = audits[:1] if fmt == "mcap" else audits[:2] if fmt == "html" else audits
     write_report(tmp_path / "a", some, fmt)
     write_report(tmp_path / "b", some, fmt)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()

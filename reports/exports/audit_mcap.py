@@ -1,0 +1,169 @@
+"""An audit as MCAP: what was computed, on the clock of the log, to be opened beside it in a viewer of robot logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.core.data.signals import Signals, State
+from collaudit.reports.exports.mcap_container import Channel, write_mcap
+from collaudit.reports.exports.ros_messages import (
+    DEFINITIONS,
+    ERROR,
+    LOG_ERROR,
+    LOG_INFO,
+    LOG_WARN,
+    OK,
+    STALE,
+    WARN,
+    diagnostics,
+    joint_states,
+    log_message,
+)
+from collaudit.reports.files.atomic import staged
+from collaudit.reports.values import rows
+from collaudit.reports.values.contact_rows import contact_row, contacts_of
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import STATEMENT, verdict_word
+
+_JOINTS, _STATES, _LOG = "sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log"
+_NANO = 1_000_000_000
+#: Seconds between two messages of what does not change.
+_CONSTANT_S = 1.0
+
+
+def write_audit_mcap(path: Path, audit: Audit) -> None:
+    """Write the residual, thresholds, friction's range, state and events of an audit as ROS 2 messages.
+
+    Args:
+        path: the file to make.
+        audit: result and signals.
+
+    Raises:
+        CollauditError: the file cannot be written.
+    """
+    result, signals = audit.result, audit.signals
+    stamps = start_ns(result.log.start) + np.round(signals.time_s * _NANO).astype(np.int64)
+    channels = [
+        *_series(signals, stamps),
+        _thresholds(signals, stamps),
+        _states(signals, stamps),
+        *_events(result, stamps),
+    ]
+    facts = {
+        "log": visible(result.log.name),
+        "log_sha256": result.log.sha256,
+        "clock": "of the log" if result.log.start else "seconds from the log's first sample: it states no date",
+        "verdict": verdict_word(result.verdict, result.exclusions),
+        "config_sha256": result.provenance.config_sha256 or "",
+        "friction_sha256": result.provenance.friction_sha256 or "",
+        "statement": STATEMENT,
+    }
+    with staged(path) as part, part.open("wb") as file:
+        write_mcap(file, channels, facts, f"collaudit {result.provenance.collaudit}")
+
+
+def start_ns(start: str | None) -> int:
+    """The log's first moment in nanoseconds since 1970; 0 where the log states none.
+
+    Args:
+        start: as in ``audit.json``: ISO 8601 with up to nine decimals, UTC.
+    """
+    if start is None:
+        return 0
+    whole, _, fraction = start.removesuffix("Z").partition(".")
+    seconds = int(datetime.fromisoformat(f"{whole}+00:00").timestamp())
+    return seconds * _NANO + int(fraction.ljust(9, "0")[:9])
+
+
+def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
+    series = {
+        "residual": signals.residual_nm,
+        "measured": signals.measured_nm,
+        "model": signals.model_nm,
+        "friction_range/least": signals.least_nm,
+        "friction_range/most": signals.most_nm,
+    }
+    made = []
+    for name, values in series.items():
+        if values is None:
+            continue
+        known = np.isfinite(values).any(axis=1) if name.startswith("friction_range") else np.ones(len(stamps), bool)
+        at = stamps[known]
+        made.append(_channel(name, _JOINTS, at, joint_states(at, signals.joint_names, values[known].astype(float))))
+    return made
+
+
+def _thresholds(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
+    period = float(np.median(np.diff(signals.time_s))) if len(stamps) > 1 else _CONSTANT_S
+    step = max(1, round(_CONSTANT_S / period))
+    at = stamps[np.unique([*range(0, len(stamps), step), len(stamps) - 1])] if len(stamps) else stamps
+    gamma = np.broadcast_to(signals.gamma_nm, (len(at), len(signals.joint_names)))
+    return _channel("gamma", _JOINTS, at, joint_states(at, signals.joint_names, gamma))
+
+
+def _states(signals: Signals, stamps: NDArray[np.int64]) -> Channel:
+    """At the beginning and at each change the state of every joint that changed."""
+    changed = np.ones(signals.state.shape, bool)
+    changed[1:] = signals.state[1:] != signals.state[:-1]
+    at = np.flatnonzero(changed.any(axis=1))
+    words = {
+        state.value: (_level(state), state.text, {"code": str(state.value), "state": state.code}) for state in State
+    }
+    messages = []
+    for k in at:
+        joints = np.flatnonzero(changed[k])
+        status = [(words[int(signals.state[k, j])], signals.joint_names[j]) for j in joints]
+        messages.append(
+            diagnostics(int(stamps[k]), [(level, name, text, facts) for (level, text, facts), name in status])
+        )
+    return _channel("state", _STATES, stamps[at], messages)
+
+
+def _level(state: State) -> int:
+    if state is State.JUDGED:
+        return OK
+    if state is State.FRICTION_INTERVAL:
+        return WARN
+    return ERROR if state is State.UNUSABLE else STALE
+
+
+def _events(result: AuditResult, stamps: NDArray[np.int64]) -> list[Channel]:
+    origin = start_ns(result.log.start)
+    near = [
+        (m.onset_s, LOG_WARN, m.joint, f"near miss of {m.joint}: peak {r.peak}, threshold {r.gamma}, {r.closeness}")
+        for m in rows.in_time(result.near_misses)
+        for r in (rows.near_miss_row(m, result),)
+    ]
+    touched = [
+        (c.onset_s, LOG_ERROR, ", ".join(c.joints), f"contact on {r.joints} for {r.lasted}: {r.worst}, kind {r.kind}")
+        for c in contacts_of(result)
+        for r in (contact_row(c, result),)
+    ]
+    reasons = "; ".join((*result.reasons, *result.exclusions))
+    said = f"{verdict_word(result.verdict, result.exclusions)}: {reasons} {STATEMENT}"
+    first = (int(stamps[0]) - origin) / _NANO if len(stamps) else 0.0
+    return [
+        _log("contacts", touched, origin),
+        _log("near_misses", near, origin),
+        _log("verdict", [(first, LOG_INFO, result.log.name, said)], origin),
+    ]
+
+
+def _log(name: str, events: Sequence[tuple[float, int, str, str]], origin: int) -> Channel:
+    ordered = sorted(events, key=lambda event: event[0])
+    at = origin + np.array([round(event[0] * _NANO) for event in ordered], dtype=np.int64)
+    messages = [
+        log_message(int(stamp), level, visible(about), visible(text))
+        for stamp, (_, level, about, text) in zip(at, ordered, strict=True)
+    ]
+    return _channel(name, _LOG, at, messages)
+
+
+def _channel(name: str, kind: str, stamps: NDArray[np.int64], messages: NDArray[np.uint8] | Sequence[bytes]) -> Channel:
+    return Channel(f"/collaudit/{name}", kind, DEFINITIONS[kind], stamps, messages)

@@ -1,0 +1,99 @@
+"""Contacts, alarms and near misses as one table: a row an event, the same columns for every log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import pyarrow as pa
+
+from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.reports.values import rows
+from collaudit.reports.values.contact_rows import contacts_of
+
+_TEXT, _NUMBER = pa.string(), pa.float64()
+EVENT_COLUMNS: dict[str, pa.DataType] = {
+    "log": _TEXT,
+    "log_sha256": _TEXT,
+    "log_start": _TEXT,
+    "verdict": _TEXT,
+    "event": _TEXT,
+    "onset_s": _NUMBER,
+    "detected_s": _NUMBER,
+    "duration_s": _NUMBER,
+    "joints": _TEXT,
+    "peak_nm": _NUMBER,
+    "gamma_nm": _NUMBER,
+    "ratio": _NUMBER,
+    "kind": _TEXT,
+    "phase": _TEXT,
+    "link": _TEXT,
+    "force_low_n": _NUMBER,
+    "force_high_n": _NUMBER,
+}
+
+
+def event_table(audits: Sequence[Audit]) -> pa.Table:
+    """One row an event, by log and onset.
+
+    A log that was not judged, or in which nothing was found, has one row with ``event`` "none" and its verdict: a table
+    without rows would look like a log without events.
+
+    Args:
+        audits: of one or several logs.
+    """
+    made = [row for audit in audits for row in _log_rows(audit.result)]
+    return pa.Table.from_pylist(made, schema=pa.schema(list(EVENT_COLUMNS.items())))
+
+
+def _log_rows(result: AuditResult) -> Iterator[dict[str, Any]]:
+    log = result.log
+    common = {"log": log.name, "log_sha256": log.sha256, "log_start": log.start, "verdict": result.verdict}
+    common = {key: None if value is None else _text(value) for key, value in common.items()}
+    found = sorted(_events(result), key=lambda event: (event["onset_s"], event["event"], event["joints"]))
+    for event in found or [{"event": "none"}]:
+        yield {**common, **event}
+
+
+def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
+    for contact in contacts_of(result):
+        force = (None, None) if contact.force is None else contact.force.size_ci95_n
+        yield {
+            "event": "contact",
+            "onset_s": contact.onset_s,
+            "detected_s": contact.detected_s,
+            "duration_s": contact.end_s - contact.onset_s,
+            "joints": _text(" ".join(contact.joints)),
+            "kind": contact.kind,
+            "link": _text(contact.link) or None,
+            "force_low_n": force[0],
+            "force_high_n": force[1],
+        }
+    for alarm in rows.in_time(result.collisions):
+        yield {
+            "event": "alarm",
+            "onset_s": alarm.onset_s,
+            "detected_s": alarm.detected_s,
+            "duration_s": alarm.duration_s,
+            "joints": _text(alarm.joint),
+            "peak_nm": alarm.peak_nm,
+            "gamma_nm": alarm.gamma_nm,
+            "ratio": abs(alarm.peak_nm) / alarm.gamma_nm,
+            "phase": alarm.phase,
+        }
+    for near in rows.in_time(result.near_misses):
+        yield {
+            "event": "near miss",
+            "onset_s": near.onset_s,
+            "duration_s": near.duration_s,
+            "joints": _text(near.joint),
+            "peak_nm": near.peak_nm,
+            "gamma_nm": near.gamma_nm,
+            "ratio": near.ratio,
+            "kind": near.kind,
+            "phase": near.phase,
+        }
+
+
+def _text(value: str) -> str:
+    return value.encode("utf-8", "backslashreplace").decode("utf-8")

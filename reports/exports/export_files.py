@@ -1,0 +1,71 @@
+"""The files of a format that is no text: tables of events and signals, MCAP."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pq
+
+from collaudit.core.data.audit_result import Audit
+from collaudit.core.errors import ConfigError
+from collaudit.reports.exports.audit_mcap import write_audit_mcap
+from collaudit.reports.exports.event_table import event_table
+from collaudit.reports.exports.signal_table import signal_table
+from collaudit.reports.files.atomic import staged
+
+_Writer = Callable[[pa.Table, Path], None]
+
+
+def write_csv(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
+    """Write ``PATH`` with the events and ``NAME.signals.csv`` beside it; returns both.
+
+    Raises:
+        CollauditError: a file cannot be written.
+    """
+    return _write_tables(path, audits, _csv)
+
+
+def write_parquet(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
+    """Write ``PATH`` with the events and ``NAME.signals.parquet`` beside it; returns both.
+
+    Raises:
+        CollauditError: a file cannot be written.
+    """
+    return _write_tables(path, audits, _parquet)
+
+
+def write_mcap(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
+    """Write the MCAP of one audit: another log has another clock, and needs a file of its own.
+
+    Raises:
+        ConfigError: there are several audits. CollauditError: the file cannot be written.
+    """
+    if len(audits) != 1:
+        raise ConfigError(
+            "an MCAP file holds one run, since each log has a clock of its own",
+            where="--format mcap",
+            found=f"{len(audits)} runs",
+            hint="one collaudit report for each run",
+        )
+    write_audit_mcap(path, audits[0])
+    return (path,)
+
+
+def _write_tables(path: Path, audits: Sequence[Audit], write: _Writer) -> tuple[Path, ...]:
+    beside = path.with_name(f"{path.stem}.signals{path.suffix}")
+    for target, table in ((path, event_table(audits)), (beside, signal_table(audits))):
+        with staged(target) as part:
+            write(table, part)
+    return path, beside
+
+
+def _csv(table: pa.Table, path: Path) -> None:
+    plain = [column.cast(pa.string()) if pa.types.is_dictionary(column.type) else column for column in table.columns]
+    pa_csv.write_csv(pa.table(plain, names=table.column_names), path)
+
+
+def _parquet(table: pa.Table, path: Path) -> None:
+    pq.write_table(table, path, compression="zstd", write_statistics=True)

@@ -40,6 +40,7 @@ from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
+from collaudit.core.detection.rule_reach import reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.watch import control_modes
@@ -255,6 +256,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     series, period = prepared.judged_series, prepared.judged_series.period_s
     rule, watch, found = make_rule(series, prepared.phases, config)
     found += change_findings(prepared, applied.quiet, rule.gamma_nm)
+    found += reach_findings(series, prepared.robot, rule)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)

@@ -587,7 +587,7 @@ KINDS: dict[str, Kind] = {
     "friction-other-model": Kind(
         "The friction was fitted with another robot model, tool or mounting.",
         "Fit again with the robot, tool and mounting of this configuration.",
-        _WARNING,
+        {"warning": "excludes"},
     ),
     "friction-missing": Kind(
         "A joint has no friction model; its residual is not judged.",
@@ -605,6 +605,19 @@ KINDS: dict[str, Kind] = {
         'Correct masses and tool ([fit] estimate = ["friction", "inertials"]); look for what pulls on the joint. '
         "Alarms at these positions are in doubt.",
         _LEVEL,
+    ),
+    "gamma-out-of-reach": Kind(
+        "A threshold lies above the joint's torque limit, or above its largest torque on record: hardly anything, or "
+        "nothing, could exceed it.",
+        "Lower it: collaudit recommend says what the data support; check the unit of [detect] gamma_nm.",
+        {"warning": "excludes", "error": "not-judged-joint"},
+        setting="detect.gamma_nm",
+    ),
+    "persistence-long": Kind(
+        "The persistence is longer than most contacts, or than the log.",
+        "Shorten it: [detect] persistence_ms or n; 25 ms is usual.",
+        {"warning": "excludes", "error": "not-judged-log"},
+        setting="detect.n",
     ),
     "persistence-rounded": Kind(
         "The persistence was rounded up to whole samples.", "Nothing; state [detect] n to choose samples.", _INFO

@@ -177,6 +177,8 @@ def friction_models(
         law = None if fit is None else FrictionModel.of(fit)
         if fit is not None and fit.effort_unit == "raw" and law is not None:
             why = "was fitted in the log's own unit, not in N·m"
+        elif fit is not None and law is not None and fit.effort_unit not in ("N·m", "N"):
+            why = f"is in {fit.effort_unit!r}, not in N·m"
         elif law is not None:
             laws[joint] = law
             continue

@@ -61,15 +61,15 @@ def locked_findings(
         whole: the model with all joints free.
     """
     heavy = [name for name, mass, _ in whole.bodies() if name in locked and mass >= _LIGHT_KG]
-    order = [joint.name for joint in description.joints]
-    first_judged = min(order.index(name) for name in names)
-    last_judged = max(order.index(name) for name in names)
-    before = [name for name in locked if name not in parked and order.index(name) < last_judged]
+    place = {joint.name: number for number, joint in enumerate(description.joints)}
+    first_judged = min(place[name] for name in names)
+    last_judged = max(place[name] for name in names)
+    before = [name for name in locked if name not in parked and place[name] < last_judged]
     at_zero = ", ".join(name for name in locked if name not in parked)
     stated = ", ".join(f"{name} at {locked[name]:.6g}" for name in locked if name in parked)
     text = f"Not in the log and held at zero: {at_zero}." if at_zero else ""
     text += f" Not in the log and parked as configured: {stated}." if stated else ""
-    if any(order.index(name) < first_judged for name in before):
+    if any(place[name] < first_judged for name in before):
         text += " Torques are wrong if such a joint lies below the others and was not at zero."
     severe = before or any(name not in parked for name in heavy)
     out = [Finding("model-joint-locked", "warning" if severe else "info", text.strip(), where=description.where)]

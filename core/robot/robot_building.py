@@ -29,20 +29,22 @@ def build_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> R
     if description is None:
         return _bare_model(config, joints)
     known = description.movable
+    movable, logged = frozenset(known), frozenset(joints)
     for where, names in (("robot.joints", config.joints or ()), ("joints of the log", joints)):
         for name in names:
-            if name not in known:
+            if name not in movable:
                 raise unknown_name("the robot has no such joint", where, name, known)
     if not joints:
         raise RobotError("no joint of the log is a joint of the robot", where=description.where)
-    kept = tuple(joint for joint in description.joints if joint.name in joints)
+    kept = tuple(joint for joint in description.joints if joint.name in logged)
     return _model(config, description, kept)
 
 
 def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts, ...]) -> RobotModel:
     names = tuple(joint.name for joint in kept)
     whole = _whole(description)
-    follow = [joint for joint in description.joints if joint.leader in names]
+    led = frozenset(names)
+    follow = [joint for joint in description.joints if joint.leader in led]
     moving = {*names, *(joint.name for joint in follow)}
     _check_parked(config, description, moving)
     locked = {j.name: config.parked.get(j.name, j.offset) for j in description.joints if j.name not in moving}
@@ -93,11 +95,13 @@ def _expansion(
 ) -> tuple[FloatArray, FloatArray]:
     """Model joints from the log's joints: order restored, mimicking joints following their leaders."""
     expansion, offset = np.zeros((len(model_names), len(names))), np.zeros(len(model_names))
-    for column, name in enumerate(names):
-        expansion[model_names.index(name), column] = 1.0
+    rows = {name: row for row, name in enumerate(model_names)}
+    columns = {name: column for column, name in enumerate(names)}
+    for name, column in columns.items():
+        expansion[rows[name], column] = 1.0
     for joint in follow:
-        row = model_names.index(joint.name)
-        expansion[row, names.index(joint.leader or "")] = joint.multiplier
+        row = rows[joint.name]
+        expansion[row, columns[joint.leader or ""]] = joint.multiplier
         offset[row] = joint.offset
     return expansion, offset
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from collaudit.core.config.schema import DhRow, RobotConfig
 from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
+from collaudit.core.robot.urdf_numbers import check_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +118,9 @@ def _describe_urdf(path: Path, where: str) -> Description:
 
 
 def _describe_dh(rows: Sequence[DhRow], convention: str) -> Description:
+    check_rows(rows)
     names = dh_names(rows)
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         raise RobotError("two DH rows have the same name", where="robot.dh", found=", ".join(twice))
     joints = tuple(

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from collections import Counter
 from dataclasses import dataclass
 
 from collaudit.core.errors import RobotError
+from collaudit.core.robot.urdf_numbers import check_joint, check_link
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = "1e9"
@@ -55,6 +57,10 @@ def read_urdf(data: bytes, where: str) -> Urdf:
     joints = [_joint(element, where) for element in root.findall("joint")]
     if not links:
         raise RobotError("the URDF has no links", where=where)
+    for element in root.findall("joint"):
+        check_joint(element, f"{where}: joint {element.get('name', '')!r}")
+    for element in root.findall("link"):
+        check_link(element, f"{where}: link {element.get('name', '')!r}")
     _check_tree(joints, set(links), where)
     for element in root.findall("joint"):
         _normalise_joint(element)
@@ -123,16 +129,16 @@ def _number(element: ET.Element | None, key: str, default: float, where: str) ->
 
 
 def _check_tree(joints: list[UrdfJoint], links: set[str], where: str) -> None:
-    names = [joint.name for joint in joints]
-    children = [joint.child for joint in joints]
+    names = Counter(joint.name for joint in joints)
+    children = Counter(joint.child for joint in joints)
     for joint in joints:
         place = f"{where}: joint {joint.name!r}"
         for link in (joint.parent, joint.child):
             if link not in links:
                 raise RobotError("a joint names a link that is not there", where=place, found=link)
-        if names.count(joint.name) > 1:
+        if names[joint.name] > 1:
             raise RobotError("two joints have the same name", where=place)
-        if children.count(joint.child) > 1:
+        if children[joint.child] > 1:
             raise RobotError("a link has two parents", where=place, found=joint.child)
         if joint.leader is not None and joint.leader not in names:
             raise RobotError("a joint mimics one that is not there", where=place, found=joint.leader)

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 _MOST_BYTES = 512 << 20
 #: Rows that derivatives are looked for in, and the span of one difference.
 _ROWS, _SPAN = 20_000, 5
+#: Columns of wider tables are not compared with each other: that takes the square of their number.
+_MOST_RELATED = 1000
 #: A column goes as the derivative of another from this correlation on.
 _ALIKE = 0.97
 #: A number that stands still for so many rows in the mean is a state.
@@ -50,6 +52,8 @@ def _of_file(file: AssignedTable, settings: CsvConfig) -> list[ColumnInfo]:
     numeric, values = _numbers(file)
     place = {index: k for k, index in enumerate(numeric)}
     derived = _derivatives(values) if values is not None else {}
+    bases = frozenset(derived.values())
+    follows = {place_of: file.reader.names[numeric[base]] for place_of, base in derived.items()}
     known = _known(file, settings)
     out = []
     for index, name in enumerate(file.reader.names):
@@ -57,9 +61,8 @@ def _of_file(file: AssignedTable, settings: CsvConfig) -> list[ColumnInfo]:
         finite = column[np.isfinite(column)] if column is not None else np.empty(0)
         guess, joint = known.get(index, (None, ""))
         if guess is None:
-            follows = {place_of: file.reader.names[numeric[base]] for place_of, base in derived.items()}
             guess = _by_data(file, index, column, finite, follows.get(place.get(index, -1)))
-            if guess.role == "signal" and place.get(index) in derived.values():
+            if guess.role == "signal" and place.get(index) in bases:
                 guess = _Guess("position?", "another column goes as its derivative", _angle(finite))
         out.append(
             ColumnInfo(
@@ -172,7 +175,7 @@ def _derivatives(values: FloatArray) -> dict[int, int]:
     """Column to the column whose derivative it goes as."""
     rows = values[:_ROWS]
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if rows.shape[0] < 10 * _SPAN:
+    if rows.shape[0] < 10 * _SPAN or rows.shape[1] > _MOST_RELATED:
         return {}
     change = rows[_SPAN:] - rows[:-_SPAN]
     summed = np.cumsum(rows, axis=0)

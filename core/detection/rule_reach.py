@@ -1,0 +1,96 @@
+"""Whether anything could ever exceed the rule: thresholds and persistences that no contact of the arm reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.robot_model import RobotModel
+
+#: A contact shorter than this is one too, s.
+LONGEST_PERSISTENCE_S = 1.0
+#: A threshold that many times beyond all that any joint of the arm exerted, or than a joint's limit, is a mistake.
+_FAR = 10.0
+
+
+def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) -> list[Finding]:
+    """Thresholds and a persistence that nothing, or hardly anything, could exceed.
+
+    A drive holds against an external torque with its own, so an external torque above the joint's limit does not build
+    up for long. The largest torque on record says what the arm is used for: an alarm that needs more than that needs
+    a harder contact than all that the arm did itself. Limits that the log itself exceeds are no limits and count for
+    nothing.
+
+    Args:
+        series: the judged joints, effort in N·m or N.
+        robot: their limits.
+        rule: as applied.
+    """
+    out = [found for found in (_persistence(series, rule),) if found is not None]
+    if series.effort_unit != "Nm":
+        return out
+    largest = _largest(series)
+    limits = dict(zip(robot.joint_names, robot.effort_limit_nm.tolist(), strict=True))
+    most = max(largest.values(), default=0.0)
+    above_limit, above_record = [], []
+    for joint in rule.watch:
+        gamma, seen, limit = rule.gamma_nm[joint], largest.get(joint, 0.0), limits.get(joint, float("nan"))
+        bounded = limit >= seen  # not where there is no limit, which is NaN, or the log exceeds it
+        if not seen:
+            continue
+        if gamma > _FAR * most or (bounded and gamma > _FAR * limit):
+            out.append(_hopeless(joint, gamma, most, limit if bounded else None))
+        elif bounded and gamma > limit:
+            above_limit.append(f"{joint} {gamma:.4g} (limit {limit:.4g})")
+        elif gamma > seen:
+            above_record.append(f"{joint} {gamma:.4g} (largest {seen:.4g})")
+    if above_limit:
+        text = f"Thresholds above the joints' limits, N·m: {', '.join(above_limit)}. Hardly any contact would alarm."
+        out.append(Finding("gamma-out-of-reach", "warning", text))
+    if above_record:
+        text = (
+            f"Thresholds above the largest torque on record, N·m: {', '.join(above_record)}. Only a contact harder "
+            "than all that the joint did in this log would alarm."
+        )
+        out.append(Finding("gamma-out-of-reach", "warning", text))
+    return out
+
+
+def _hopeless(joint: str, gamma: float, most: float, limit: float | None) -> Finding:
+    beside = "" if limit is None else f"; the joint's limit is {limit:.4g} N·m"
+    text = (
+        f"The threshold of joint '{joint}', {gamma:.4g} N·m, is more than {_FAR:g} times what this arm exerts (at most "
+        f"{most:.4g} N·m on record{beside}): no contact exceeds it, and nothing is judged by it."
+    )
+    return Finding("gamma-out-of-reach", "error", text, joint=joint)
+
+
+def _persistence(series: UniformSeries, rule: RuleFacts) -> Finding | None:
+    recorded = float(series.time_s[-1] - series.time_s[0])
+    if rule.persistence_s > recorded:
+        text = (
+            f"The persistence n = {rule.n} ({rule.persistence_s:.4g} s) is longer than the log ({recorded:.4g} s): "
+            "nothing can alarm, and nothing is judged."
+        )
+        return Finding("persistence-long", "error", text)
+    if rule.persistence_s > LONGEST_PERSISTENCE_S:
+        text = (
+            f"The persistence n = {rule.n} is {rule.persistence_s:.4g} s: a contact shorter than that does not alarm, "
+            "however hard it is."
+        )
+        return Finding("persistence-long", "warning", text)
+    return None
+
+
+def _largest(series: UniformSeries) -> Mapping[str, float]:
+    """The largest effort of each joint, N·m or N; joints without any are absent."""
+    effort: FloatArray | None = series.effort
+    if effort is None:
+        return {}
+    size = np.nan_to_num(np.fmax.reduce(np.abs(effort), axis=0)).tolist()
+    return dict(zip(series.joint_names, size, strict=True))

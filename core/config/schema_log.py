@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -104,6 +104,25 @@ class UnitsConfig(ConfigTable):
     effort_sign: dict[str, Literal[-1, 1]] = Field({}, description="-1 for a joint whose effort is inverted.")
 
 
+class LimitsConfig(ConfigTable):
+    """How much is read of one log. More is refused, as a small file can honestly hold very much."""
+
+    memory_gb: Positive | None = Field(
+        None,
+        description="Memory that reading and judging may take, GB (10⁹ bytes), estimated from the numbers read (50 "
+        "bytes each); 100 times the size of the log's files when absent, at least 1 and at most 16.",
+    )
+    expansion: Annotated[float, Field(ge=1)] = Field(
+        100.0,
+        description="Bytes that compressed files may become, as a multiple of their size; 256 MB always are read.",
+    )
+    chunk_mb: Positive = Field(128.0, description="Largest decompressed chunk of an MCAP file or bag, MB (10⁶ bytes).")
+    messages: Annotated[int, Field(ge=1)] = Field(200_000_000, description="Most messages that are decoded.")
+    columns: Annotated[int, Field(ge=1)] = Field(
+        30_000, description="Most numbers in one sample or columns of a table."
+    )
+
+
 class LogConfig(ConfigTable):
     """Which signals of a log are meant, and in which units."""
 
@@ -147,3 +166,4 @@ class LogConfig(ConfigTable):
     )
     csv: CsvConfig = Field(CsvConfig(), description="Columns of CSV logs.")
     units: UnitsConfig = Field(UnitsConfig(), description="Units of the log.")
+    limits: LimitsConfig = Field(LimitsConfig(), description="How much is read of one log.")

@@ -9,7 +9,8 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_summary import LogSummary
 from collaudit.core.logs.message_description import describe_by_overview, describe_messages
-from collaudit.core.logs.opening import check_there, misnamed, open_messages
+from collaudit.core.logs.opening import check_there, data_files, log_name, misnamed, open_messages
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.table_description import describe_tables
 
 if TYPE_CHECKING:
@@ -35,8 +36,10 @@ def describe(paths: tuple[Path, ...], settings: LogConfig | None = None) -> LogS
     summary = describe_by_overview(paths, settings)
     if summary is not None:
         return summary
-    reader = open_messages(paths)
+    files = [file for path in paths for file in data_files(path)]
+    bounds = ReadingBounds.of(files, log_name(paths), None if settings is None else settings.limits)
+    reader = open_messages(paths, bounds)
     try:
-        return describe_messages(paths, reader, settings)
+        return describe_messages(paths, reader, settings, bounds)
     finally:
         reader.close()

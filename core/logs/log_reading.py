@@ -10,8 +10,16 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_hashing import Hashing, sha256_of
-from collaudit.core.logs.opening import check_there, log_name, misnamed, open_messages, open_tables
+from collaudit.core.logs.opening import (
+    check_there,
+    data_files,
+    log_name,
+    misnamed,
+    open_messages,
+    open_tables,
+)
 from collaudit.core.logs.signals.impossible_values import without_impossible
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Progress
 from collaudit.core.logs.tables.joined_tables import also_files
 
@@ -84,8 +92,10 @@ def _read(
         else:
             from collaudit.core.logs.topics.message_reading import read_message_log
 
-            reader, name = open_messages(paths), log_name(paths)
-            log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress)
+            name = log_name(paths)
+            bounds = ReadingBounds.of([file for path in paths for file in data_files(path)], name, settings.limits)
+            reader = open_messages(paths, bounds)
+            log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress, bounds)
             log = without_impossible(log, "message")
     except BaseException:
         hashing.abandon()
@@ -105,7 +115,10 @@ def _read_tables(
     from collaudit.core.logs.tables.table_reading import read_table_log
 
     try:
-        readers = open_tables([*paths, *also_files(paths, settings.csv)], settings.csv)
-        return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, judged, hashing)
+        files = [*paths, *also_files(paths, settings.csv)]
+        readers = open_tables(files, settings.csv)
+        bounds = ReadingBounds.of(files, log_name(paths), settings.limits)
+        bounds.check_columns(sum(len(reader.names) for reader in readers))
+        return read_table_log(readers, log_name(paths), settings, robot_joints, prismatic, judged, hashing, bounds)
     except LogError as error:
         raise misnamed(paths[0], error) from error

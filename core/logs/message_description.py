@@ -16,6 +16,7 @@ from collaudit.core.logs.messages.profiles import CONFIGURED
 from collaudit.core.logs.opening import data_files, log_name
 from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
 from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of
 from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
@@ -28,15 +29,21 @@ if TYPE_CHECKING:
 OVERVIEW_FROM_BYTES = 128 << 20
 
 
-def describe_messages(paths: Sequence[Path], reader: MessageReader, settings: LogConfig | None) -> LogSummary:
+def describe_messages(
+    paths: Sequence[Path], reader: MessageReader, settings: LogConfig | None, bounds: ReadingBounds | None = None
+) -> LogSummary:
     """Topics, joints, rates and gaps of a recording, all of which is read.
 
     Args:
         paths: its files, for names and sizes.
         reader: of them.
         settings: message definitions and fields of the configuration.
+        bounds: how much may be read.
+
+    Raises:
+        LogError: it holds more than that.
     """
-    topics = topics_of(reader, settings)
+    topics = topics_of(reader, settings, bounds)
     times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
     owner = {channel.key: topic for topic in topics for channel in topic.channels}
     for batch in reader.batches():

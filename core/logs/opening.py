@@ -12,7 +12,9 @@ from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_for
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
 from collaudit.core.logs.storage.file_head import compression_of, head_of, looks_like_text, workbook_in
 from collaudit.core.logs.storage.joined_recording import JoinedRecording
+from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.packed_file import inner_head
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Damage, MessageReader
 from collaudit.core.logs.storage.table_reader import TableReader
 
@@ -45,8 +47,12 @@ def data_files(path: Path) -> tuple[Path, ...]:
     return folder_files(path, is_bag_storage)[0] if path.is_dir() else (path,)
 
 
-def open_messages(paths: Sequence[Path]) -> MessageReader:
+def open_messages(paths: Sequence[Path], bounds: ReadingBounds | None = None) -> MessageReader:
     """Open a recording of messages.
+
+    Args:
+        paths: its files or bag folders.
+        bounds: how much may be read; None for the defaults of a chunk alone.
 
     Raises:
         LogError: a file is empty, of no known format, or cannot be read at all.
@@ -63,6 +69,9 @@ def open_messages(paths: Sequence[Path]) -> MessageReader:
             damage.append(Damage(f"{file.name} could not be read ({error.message})"))
     if not readers:
         raise refused[0]
+    for _, reader in readers:
+        if isinstance(reader, NotedFile):
+            reader.bounds = bounds
     if len(readers) == 1:
         readers[0][1].damage.extend(damage)
         return readers[0][1]

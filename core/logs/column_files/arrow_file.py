@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.storage.file_reading import plausible_size
+from collaudit.core.logs.storage.file_reading import plausible_table
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -35,9 +35,14 @@ def open_parquet(path: Path, settings: CsvConfig) -> NamedColumns:
 
     try:
         with pq.ParquetFile(path) as file:
-            rows = int(file.metadata.num_rows)
-            if not plausible_size(path.stat().st_size, rows * _NUMBER):
-                raise LogError("claims more rows than its size allows", where=str(path), found=f"{rows} rows")
+            rows, columns = int(file.metadata.num_rows), int(file.metadata.num_columns)
+            if not plausible_table(path.stat().st_size, rows * columns * _NUMBER):
+                raise LogError(
+                    "claims more rows than its size allows",
+                    where=str(path),
+                    found=f"{rows} rows of {columns} columns",
+                    hint="if the log is honest, write it with fewer columns, or as CSV",
+                )
             table = file.read()
         table.validate(full=True)
     except (pa.ArrowException, OSError, MemoryError, UnicodeError) as error:

@@ -8,7 +8,7 @@ import zlib
 from pathlib import Path
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.file_reading import plausible_size
+from collaudit.core.logs.storage.file_reading import plausible_table
 
 _HEADER = 128
 #: Bytes of a number by the type of its element; 14 is an array of elements, 15 a compressed element.
@@ -78,7 +78,7 @@ def _inflated(body: memoryview, path: Path) -> bytes:
         while piece := stream.decompress(stream.unconsumed_tail or (b"" if parts else body), 1 << 20):
             parts.append(piece)
             have += len(piece)
-            if not plausible_size(len(body), have):
+            if not plausible_table(len(body), have):
                 raise _broken(path, "an element decompresses into more than its size allows")
     except zlib.error as error:
         raise _broken(path, str(error)) from error

@@ -11,7 +11,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.logs.column_files.array_columns import columns_of
 from collaudit.core.logs.column_files.named_columns import NamedColumns
-from collaudit.core.logs.storage.file_reading import plausible_size
+from collaudit.core.logs.storage.file_reading import plausible_table
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -27,7 +27,7 @@ def open_npz(path: Path, settings: CsvConfig) -> NamedColumns:
     try:
         with zipfile.ZipFile(path) as archive:
             claimed = sum(item.file_size for item in archive.infolist())
-        if not plausible_size(path.stat().st_size, claimed):
+        if not plausible_table(path.stat().st_size, claimed):
             raise LogError("decompresses into more than its size allows", where=str(path), found=f"{claimed} bytes")
         with np.load(path, allow_pickle=False) as loaded:
             for name in loaded.files:

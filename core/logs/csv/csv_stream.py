@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.storage.file_reading import plausible_size
+from collaudit.core.logs.storage.file_reading import plausible_table
 from collaudit.core.logs.storage.packed_file import decompression_errors, decompressor
 
 _PIECE = 1 << 18
@@ -61,11 +61,12 @@ class BoundedStream(io.RawIOBase):
             self._ended = True
             return
         self._given += len(data)
-        if not plausible_size(self._size, self._given):
+        if not plausible_table(self._size, self._given):
             raise LogError(
                 "decompresses into more than its size allows",
                 where=str(self._path),
                 found=f"{self._given} bytes from {self._size}",
+                hint="if the log is honest, unpack it first",
             )
         whole = len(data) if not data else data.rfind(b"\n") + 1
         self._ended = not data

@@ -7,12 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_run import MESSAGE
-from collaudit.core.logs.mcap.mcap_scan import MESSAGE_HEAD, chunk_records
+from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MESSAGE_HEAD, SCHEMA, chunk_records
 from collaudit.core.logs.storage.message_places import ascending, gather
 from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
+
+#: What chunks hold (mcap.dev/spec). So many other records are passed over, and so many schemas and channels taken.
+_OF_CHUNKS = (SCHEMA, CHANNEL, MESSAGE)
+_MOST_FOREIGN, _MOST_OTHERS = 10_000, 1 << 18
 
 Heads = np.ndarray[tuple[int], np.dtype[np.void]]
 
@@ -26,7 +30,7 @@ class Located:
         channel: (n,) channel numbers.
         log_ns: (n,) log times.
         publish_ns: (n,) publish times.
-        others: (op, offset, length) of the other records.
+        others: (op, offset, length) of schemas and channels.
         rest: bytes at the end that are no whole record.
     """
 
@@ -87,14 +91,18 @@ def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: In
     """Walk the gaps record by record, and put together what is known and what they hold."""
     found: list[int] = []
     others: list[tuple[int, int, int]] = []
-    rest = 0
+    rest = foreign = 0
     for start, stop in gaps:
         last = start
         for op, at, length in chunk_records(data, start, stop):
+            if op not in _OF_CHUNKS:
+                foreign += 1
+                if op == 0 or foreign > _MOST_FOREIGN:  # no record begins so: the rest is none, however long
+                    break
             last = at + 9 + length
             if op == MESSAGE and length >= 22:
                 found.append(at)
-            else:
+            elif op in (SCHEMA, CHANNEL) and len(others) < _MOST_OTHERS:
                 others.append((op, at, length))
         rest += stop - last
     offsets = known

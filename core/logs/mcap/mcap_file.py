@@ -15,7 +15,7 @@ from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.records import Batch, Channel, MessageReader, Progress
-from collaudit.core.numeric.parallel import THREADS, ordered_map
+from collaudit.core.numeric.parallel import ordered_map
 
 _WINDOW = 1 << 20
 #: Chunks are unpacked ahead of who reads them, as many as fit this and not more than so many.
@@ -63,7 +63,7 @@ class McapFile(NotedFile):
     def _load(self, ref: ChunkRef) -> _Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw))
+        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self._most())
         problem = unpacked.problem
         data = unpacked.data
         if problem is None and ref.complete:
@@ -86,8 +86,9 @@ class McapFile(NotedFile):
         wanted = keys if keys is not None else frozenset(self.index.channels)
         chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
         self._read_counts = {}
+        self._take_chunks([ref.size for ref in chunks if ref.compression])
         largest = max((ref.size for ref in chunks), default=1)
-        for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(THREADS, _AHEAD_BYTES // max(1, largest)))):
+        for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
             self._judge(chunk)
             yield from self._split(np.frombuffer(chunk.data, dtype=np.uint8), chunk.located, wanted)
             if progress is not None:

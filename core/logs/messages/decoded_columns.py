@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 #: Rows of room that a column grows by at least.
 _LEAST_ROWS = 4096
 #: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
 _MARGIN, _MOST_FORESEEN = 1.1, 1000
+#: Numbers of a row besides its quantities: stamps and place.
+_OWN_COLUMNS = 3
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")
 
@@ -167,6 +170,7 @@ class Decoded:
         slow: messages that went through the generic decoder.
         latency: how long after publishing messages were recorded.
         share: how much of the log's bytes has been read, 0 … 1.
+        bounds: how much may be read; None for no bounds.
     """
 
     groups: dict[GroupKey, Group] = field(default_factory=dict)
@@ -176,6 +180,7 @@ class Decoded:
     slow: int = 0
     latency: Latency = field(default_factory=lambda: Latency())
     share: float = 0.0
+    bounds: ReadingBounds | None = None
 
     def skip(self, count: int, problem: str) -> None:
         """Count messages that could not be used."""
@@ -184,7 +189,21 @@ class Decoded:
 
     def group(self, key: GroupKey) -> Group:
         """The group of a key, made when new."""
-        return self.groups.setdefault(key, Group(key))
+        found = self.groups.get(key)
+        if found is None:
+            found = self.groups[key] = Group(key)
+            if self.bounds is not None:
+                self.bounds.check_layouts(len(self.groups))
+        return found
+
+    def take(self, key: GroupKey, rows: int) -> None:
+        """Count rows that are about to be kept.
+
+        Raises:
+            LogError: they are more than is read of a log.
+        """
+        if self.bounds is not None:
+            self.bounds.take_values(rows, _OWN_COLUMNS + sum(count for _, count in key.present))
 
 
 def all_names(tables: Iterable[Decoded]) -> tuple[str, ...]:

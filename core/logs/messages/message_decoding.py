@@ -85,6 +85,8 @@ class ChannelDecoder:
         count = batch.start.shape[0]
         if count == 0:
             return
+        if self.out.bounds is not None:
+            self.out.bounds.take_messages(count)
         order = np.arange(self.out.seen, self.out.seen + count, dtype=np.int64)
         self.out.seen += count
         if batch.publish_ns is not None:
@@ -137,6 +139,7 @@ class ChannelDecoder:
         self._add(plan.key, {"log_ns": log_ns, "order": order, **plan.columns_of(rows)})
 
     def _add(self, key: GroupKey, columns: dict[str, IntArray | FloatArray]) -> None:
+        self.out.take(key, columns["log_ns"].shape[0])
         if self.tagged:
             columns["source"] = np.full(columns["log_ns"].shape[0], self.channel.key, dtype=np.int64)
         self.out.group(key).add(columns, self.out.share)

@@ -182,7 +182,7 @@ class BagFile(NotedFile):
 
     def _load(self, ref: BagChunk) -> _Loaded:
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size)
+        unpacked = unpack(ref.compression, raw, ref.size, self._most())
         parts = [self.file.read(at, size) for at, size in ref.index]
         whole = b"".join(part[: len(part) // 12 * 12] for part in parts)
         offsets = np.frombuffer(whole, dtype="<u4").reshape(-1, 3)[:, 2].astype(np.int64)
@@ -191,6 +191,7 @@ class BagFile(NotedFile):
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
         """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
         found: dict[int, int] = {}
+        self._take_chunks([ref.size for ref in self.chunks if ref.compression != "none"])
         for chunk in ordered_map(self._load, list(self.chunks)):
             located = locate_bag(chunk.data, chunk.offsets)
             if chunk.problem is not None:

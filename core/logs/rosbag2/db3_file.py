@@ -61,6 +61,10 @@ class Db3File:
         }
         if not {"topics", "messages"} <= tables:
             raise ValueError(f"tables {', '.join(sorted(tables)) or 'none'}")
+        computing = "SELECT name FROM sqlite_master WHERE type IN ('view', 'trigger')"
+        active = [_str(name) for (name,) in self._db.execute(computing)]
+        if active:
+            raise ValueError(f"views or triggers, which no recorder writes: {', '.join(sorted(active)[:5])}")
         for table in sorted(tables & {"topics", "messages", "message_definitions"}):
             computed = [_str(row[1]) for row in self._db.execute(f"PRAGMA table_xinfo({table})") if row[6]]
             if computed:

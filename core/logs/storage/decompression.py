@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from collaudit.core.logs.storage.file_reading import plausible_size
+from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
 
 _STEP = 1 << 16
 
@@ -71,13 +71,14 @@ def _whole(kind: str, data: bytes, size: int) -> bytes:
     return _STREAMS[kind](data).read(size)
 
 
-def unpack(kind: str, data: bytes, size: int) -> Unpacked:
+def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Unpacked:
     """Decompress a chunk that claims to hold ``size`` bytes.
 
     Args:
         kind: "", ``none``, ``zstd``, ``lz4`` or ``bz2``.
         data: the compressed bytes, possibly cut short.
         size: the size the file claims.
+        most: bytes that it may become.
 
     Returns:
         The bytes, as many as could be had, and the problem when they are not all.
@@ -86,7 +87,7 @@ def unpack(kind: str, data: bytes, size: int) -> Unpacked:
         return Unpacked(data, None if len(data) == size else f"it holds {len(data)} of {size} bytes")
     if kind not in _STREAMS:
         return Unpacked(b"", f"its compression {kind[:20]!r} is not supported")
-    if not plausible_size(len(data), size):
+    if not plausible_size(len(data), size, most):
         return Unpacked(b"", f"it claims {size} bytes in {len(data)} compressed ones")
     if size == 0:
         return Unpacked(b"")

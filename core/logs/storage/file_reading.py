@@ -7,11 +7,13 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 
-#: Nothing of a file is decompressed into more than this at once.
-MAX_CHUNK_BYTES = 1 << 31
+#: Nothing of a file is decompressed into more than this at once, unless the configuration says so.
+MAX_CHUNK_BYTES = 128_000_000
 #: A chunk that claims to be larger than this, and more than ``MAX_RATIO`` times its bytes, is refused.
 FREE_CHUNK_BYTES = 64 << 20
 MAX_RATIO = 1000
+#: A table may become this large, or so many times its file.
+FREE_TABLE_BYTES, TABLE_RATIO = 128_000_000, 25
 
 
 class RandomFile:
@@ -48,6 +50,11 @@ class RandomFile:
             self._fd = -1
 
 
-def plausible_size(compressed: int, claimed: int) -> bool:
-    """Whether a chunk of ``compressed`` bytes may be trusted to hold ``claimed`` bytes."""
-    return claimed <= MAX_CHUNK_BYTES and (claimed <= FREE_CHUNK_BYTES or claimed <= MAX_RATIO * max(compressed, 1))
+def plausible_size(compressed: int, claimed: int, most: int = MAX_CHUNK_BYTES) -> bool:
+    """Whether a chunk of ``compressed`` bytes may be trusted to hold ``claimed`` bytes; ``most`` are allowed."""
+    return claimed <= most and (claimed <= FREE_CHUNK_BYTES or claimed <= MAX_RATIO * max(compressed, 1))
+
+
+def plausible_table(file_bytes: int, claimed: int) -> bool:
+    """Whether a file of so many bytes may be read as a table of ``claimed`` bytes: all of it is in memory at once."""
+    return claimed <= max(FREE_TABLE_BYTES, TABLE_RATIO * file_bytes)

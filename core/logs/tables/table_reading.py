@@ -14,6 +14,7 @@ from collaudit.core.logs.signals.annotation_spans import annotation_findings, ph
 from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
@@ -36,6 +37,7 @@ def read_table_log(
     prismatic: Sequence[str],
     judged: Sequence[str],
     digest: Digest,
+    bounds: ReadingBounds | None = None,
 ) -> JointLog:
     """Read one log from tables.
 
@@ -44,11 +46,14 @@ def read_table_log(
         name: of the log, for messages and its source.
         settings, robot_joints, prismatic, judged: as of :func:`collaudit.core.logs.log_reading.read_log`.
         digest: hash of the log.
+        bounds: how much may be read.
 
     Raises:
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
     table = join_tables(readers, settings)
+    if bounds is not None:
+        bounds.take_values(table.time_s.size, 1 + sum(values.shape[1] for values in table.columns.values()))
     _check_stated(table, settings.csv, name)
     names = list(table.names)
     kept = map_names(

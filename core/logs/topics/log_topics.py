@@ -11,6 +11,7 @@ from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_definitions import read_definitions
 from collaudit.core.logs.messages.message_schema import SchemaError
 from collaudit.core.logs.messages.profiles import Profile, configured, profile_of
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
 
 if TYPE_CHECKING:
@@ -48,8 +49,15 @@ class Topic:
         return ", ".join(dict.fromkeys(channel.type or "no type" for channel in self.channels))
 
 
-def topics_of(reader: MessageReader, settings: LogConfig | None = None) -> list[Topic]:
+def topics_of(
+    reader: MessageReader, settings: LogConfig | None = None, bounds: ReadingBounds | None = None
+) -> list[Topic]:
     """The topics of a log, sorted by name, each with a decoder where a profile or the configuration reads it.
+
+    Args:
+        reader: the log.
+        settings: definitions and fields that the configuration states.
+        bounds: how much may be read; None for no bounds.
 
     Raises:
         ConfigError: the configured message definitions cannot be read, or paths are given for no topic.
@@ -62,6 +70,8 @@ def topics_of(reader: MessageReader, settings: LogConfig | None = None) -> list[
     for name, channels in sorted(by_name.items()):
         own = configured(settings, name, channels[0].type) if settings is not None else None
         out.append(_topic(name, channels, extra) if own is None else read_by(name, channels, own, extra))
+    for topic in out:
+        topic.decoded.bounds = bounds
     return out
 
 

@@ -19,6 +19,7 @@ from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
+from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, Progress, damage_findings
 from collaudit.core.logs.topics.alarm_fields import alarm_annotations, alarm_fields
 from collaudit.core.logs.topics.annotation_topics import (
@@ -49,6 +50,7 @@ def read_message_log(
     judged: Sequence[str],
     digest: Digest,
     progress: Progress | None,
+    bounds: ReadingBounds | None = None,
 ) -> JointLog:
     """Read one log of messages.
 
@@ -57,12 +59,13 @@ def read_message_log(
         name: of the log, for messages and its source.
         settings, robot_joints, prismatic, judged, progress: as of :func:`collaudit.core.logs.log_reading.read_log`.
         digest: hash of the log.
+        bounds: how much may be read.
 
     Raises:
         LogError, ConfigError: as of :func:`collaudit.core.logs.log_reading.read_log`.
     """
     try:
-        topics = topics_of(reader, settings)
+        topics = topics_of(reader, settings, bounds)
         joints = choose_joint_states(reader, topics, settings.joint_states, robot_joints, settings.joint_names, name)
         wrench = _wrench_topic(topics, settings.wrench)
         wanted = [joints, *companions(topics, joints)]

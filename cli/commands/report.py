@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, say_document, say_json
+from collaudit.cli.console import note, say, say_document, say_json, terminal_width
 from collaudit.cli.group import example_command
 from collaudit.cli.settings import config_option, config_path, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
 WRITTEN_SCHEMA = "collaudit/written/1"
+BODY_REGIONS_SCHEMA = "collaudit/body-regions/1"
 
 
 @example_command(
@@ -21,13 +22,14 @@ WRITTEN_SCHEMA = "collaudit/written/1"
     "collaudit report monday/ tuesday/ -o week.html",
     "collaudit report run/ -o report.html --format html,json,junit",
     "collaudit report run/ -o - --format markdown",
+    "collaudit report run/ -o run.mcap --format mcap,csv,parquet",
+    "collaudit report before/ after/ --compare",
 )
 @click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path, allow_dash=True),
-    required=True,
     metavar="FILE",
     help="The page to write; - for stdout.",
 )
@@ -39,13 +41,26 @@ WRITTEN_SCHEMA = "collaudit/written/1"
     metavar="LIST",
     help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the written files as JSON.")
+@click.option("--compare", is_flag=True, help="Compare two runs: settings, friction, residual level, contacts.")
+@click.option(
+    "--limits",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Print estimated contact forces beside limits by body region from your own file (docs/choosing-gamma.md).",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: the written files, or the comparison.")
 @config_option
-def command(runs: tuple[Path, ...], output: Path, formats: str, as_json: bool) -> int:
+def command(
+    runs: tuple[Path, ...], output: Path | None, formats: str, compare: bool, limits: Path | None, as_json: bool
+) -> int:
     """Write the report of finished runs as one self-contained page that works offline.
 
     The first format keeps the name given with -o; others are written beside it with their own suffix. With
     -c, a run that was judged with other settings is pointed out.
+
+    With --limits, nothing is written: forces and limits are printed, with what cannot be concluded from them. With
+    --compare, the first run is taken as before and the second as after: what differs goes to stdout. A contact
+    that only one run has says whether the other judged that moment.
 
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
@@ -53,6 +68,12 @@ def command(runs: tuple[Path, ...], output: Path, formats: str, as_json: bool) -
     from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.files.run_files import read_run
 
+    if compare:
+        return _compare(runs, output, as_json)
+    if limits is not None:
+        return _beside_limits(runs, output, limits, as_json)
+    if output is None:
+        raise click.UsageError("Missing option '-o' / '--output': the file to write, or - for stdout.")
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)
     audits = [read_run(run) for run in runs]
@@ -78,3 +99,46 @@ def command(runs: tuple[Path, ...], output: Path, formats: str, as_json: bool) -
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
         say_json(json_text({"schema": WRITTEN_SCHEMA, "files": files, "verdicts": verdicts}, indent=2))
     return EXIT_PASS
+
+
+def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
+    """Print what differs between two runs."""
+    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.run_files import read_run
+    from collaudit.reports.terminal.comparison_text import comparison_text
+    from collaudit.reports.values.comparison import compare
+
+    if len(runs) != 2:
+        raise click.UsageError(f"--compare takes two runs, before and after; {len(runs)} given.")
+    _on_stdout(output, "--compare")
+    found = compare(*(read_run(run) for run in runs))
+    if as_json:
+        say_json(json_text(found, indent=2))
+    else:
+        say(comparison_text(found, terminal_width()), nl=False)
+    return EXIT_PASS
+
+
+def _beside_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as_json: bool) -> int:
+    """Print the forces of contacts beside the user's limits."""
+    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.limits_file import read_limits
+    from collaudit.reports.files.run_files import read_run
+    from collaudit.reports.terminal.body_region_text import body_region_text
+    from collaudit.reports.values.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
+
+    _on_stdout(output, "--limits")
+    stated = read_limits(limits)
+    results = [read_run(run).result for run in runs]
+    if as_json:
+        logs = [{"log": r.log.name, "verdict": r.verdict, "contacts": body_region_rows(r, stated)} for r in results]
+        content = {"schema": BODY_REGIONS_SCHEMA, "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
+        say_json(json_text(content, indent=2))
+    else:
+        say(body_region_text(results, stated, terminal_width()), nl=False)
+    return EXIT_PASS
+
+
+def _on_stdout(output: Path | None, flag: str) -> None:
+    if output is not None:
+        raise click.UsageError(f"{flag} prints on stdout: leave -o away, and redirect the output.")

@@ -25,6 +25,8 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audi
 from collaudit.core.findings import Finding
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
+from collaudit.reports.values import comparison
+from collaudit.reports.values.comparison import COMPARISON_SCHEMA, Comparison
 from collaudit.reports.values.entries import IndexEntry
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -45,12 +47,18 @@ def summary_schema() -> dict[str, Any]:
     return _published(Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)")
 
 
+def comparison_schema() -> dict[str, Any]:
+    """The JSON Schema of ``report --compare --json``."""
+    return _published(Comparison, COMPARISON_SCHEMA, "two collaudit runs compared (report --compare --json)")
+
+
 def schema_texts() -> dict[str, str]:
     """File name to JSON Schema, of every result file."""
     documents = {
         "audit-1.schema.json": audit_schema(),
         "friction-1.schema.json": friction_schema(),
         "summary-1.schema.json": summary_schema(),
+        "comparison-1.schema.json": comparison_schema(),
     }
     return {name: json_text(document) for name, document in documents.items()}
 
@@ -70,6 +78,7 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 def _dataclass(name: str) -> type:
     elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
     homes = (
+        comparison,
         result_types,
         detection_result,
         friction_correction,

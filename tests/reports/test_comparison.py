@@ -1,0 +1,146 @@
+"""Two runs side by side, and forces beside the user's limits: gained, lost, not judged, what cannot be concluded."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import samples
+from jsonschema import Draft202012Validator
+
+from collaudit.core.data.audit_result import Audit
+from collaudit.core.data.detection_result import Contact, ContactForce
+from collaudit.core.data.signals import State
+from collaudit.core.errors import ConfigError
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.limits_file import read_limits
+from collaudit.reports.files.result_schemas import comparison_schema
+from collaudit.reports.terminal.body_region_text import body_region_text
+from collaudit.reports.terminal.comparison_text import comparison_text
+from collaudit.reports.values.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
+from collaudit.reports.values.comparison import compare
+from collaudit.reports.values.contact_rows import contacts_of
+
+LIMITS = """
+source = "our own measurement of 3 March"
+[[region]]
+name = "hand"
+quasi_static_n = 100
+transient_n = 200
+"""
+
+
+@pytest.fixture(scope="module")
+def audit() -> Audit:
+    return samples.failed(5000)
+
+
+def _without_contacts(audit: Audit) -> Audit:
+    return replace(audit, result=replace(audit.result, collisions=(), contacts=(), verdict="pass"))
+
+
+def test_a_run_beside_itself_differs_in_nothing(audit: Audit) -> None:
+    found = compare(audit, audit)
+    assert found.same_log and found.kept == len(contacts_of(audit.result))
+    assert (found.contacts, found.settings, found.findings) == ((), (), ())
+    assert all(change.differs in (False, None) for change in found.friction)
+    assert "nothing differs" in comparison_text(found, 80)
+
+
+def test_contacts_are_gained_and_lost(audit: Audit) -> None:
+    lost = compare(audit, _without_contacts(audit))
+    assert {change.change for change in lost.contacts} == {"lost"}
+    assert len(lost.contacts) == len(contacts_of(audit.result)) and lost.kept == 0
+    assert lost.contacts[0].why == "judged after, and no alarm"
+    gained = compare(_without_contacts(audit), audit)
+    assert {change.change for change in gained.contacts} == {"gained"}
+    assert f"0 in both, {len(gained.contacts)} gained, 0 lost" in comparison_text(gained)
+
+
+def test_a_contact_lost_in_time_that_was_not_judged_says_nothing(audit: Audit) -> None:
+    other = _without_contacts(audit)
+    blind = replace(other.signals, state=np.full_like(other.signals.state, State.NO_MODEL))
+    found = compare(audit, replace(other, signals=blind))
+    assert {change.judged for change in found.contacts} == {0.0}
+    assert "not judged after: its absence says nothing" in comparison_text(found)
+
+
+def test_contacts_of_different_logs_are_listed_and_not_matched(audit: Audit) -> None:
+    other = replace(audit, result=replace(audit.result, log=replace(audit.result.log, sha256="f" * 64)))
+    found = compare(audit, other)
+    assert found.kept is None and {change.change for change in found.contacts} == {"before", "after"}
+    assert "cannot be matched" in comparison_text(found)
+
+
+def test_friction_differs_only_where_intervals_are_apart(audit: Audit) -> None:
+    joint, fit = next((j, f) for j, f in audit.result.friction.items() if any(f.ci95.values()))
+    name, (low, high) = next((n, b) for n, b in fit.ci95.items() if b is not None and None not in b)
+    for share, differs in ((0.5, False), (2.0, True)):
+        shift = share * (high - low)
+        moved = replace(
+            fit,
+            parameters={**fit.parameters, name: fit.parameters[name] + shift},
+            ci95={**fit.ci95, name: (low + shift, high + shift)},
+        )
+        other = replace(audit, result=replace(audit.result, friction={**audit.result.friction, joint: moved}))
+        changes = {(c.joint, c.parameter): c.differs for c in compare(audit, other).friction}
+        assert changes[joint, name] is differs
+
+
+def test_settings_and_versions_that_differ(audit: Audit) -> None:
+    rule = replace(audit.result.rule, n=9, gamma_nm={**audit.result.rule.gamma_nm, samples.JOINTS[0]: 7.5})
+    found = compare(audit, replace(audit, result=replace(audit.result, rule=rule)))
+    assert {c.what: c.after for c in found.settings} == {"n": "9", f"γ of {samples.JOINTS[0]}, N·m": "7.5"}
+
+
+def test_the_comparison_keeps_to_its_schema(audit: Audit) -> None:
+    text = json_text(compare(audit, _without_contacts(audit)))
+    Draft202012Validator(comparison_schema()).validate(json.loads(text))
+
+
+def _with_force(audit: Audit, low: float, high: float, blind: int) -> Audit:
+    unseen = ((0.0, 0.0, 1.0),) * blind
+    force = ContactForce("tool", (high, 0.0, 0.0), (1.0, None, None), high, (low, high), unseen, 0.1)
+    contact = Contact(1.0, 1.1, 1.5, samples.JOINTS[:1], "forearm", "", force, "undecided", ())
+    return replace(audit, result=replace(audit.result, contacts=(contact,)))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "blind", "beside"),
+    [
+        (10.0, 50.0, 0, "the interval is below"),
+        (50.0, 150.0, 0, "the interval reaches above"),
+        (120.0, 150.0, 0, "the whole interval is above"),
+        (120.0, 150.0, 1, "the whole interval is above"),
+        (10.0, 50.0, 1, "not determinable: some directions are not felt"),
+    ],
+)
+def test_a_force_beside_a_limit(audit: Audit, tmp_path: Path, low: float, high: float, blind: int, beside: str) -> None:
+    (tmp_path / "limits.toml").write_text(LIMITS)
+    result = _with_force(audit, low, high, blind).result
+    rows = body_region_rows(result, read_limits(tmp_path / "limits.toml"))
+    assert [row.limit for row in rows] == ["100 N quasi-static", "200 N transient"]
+    assert rows[0].beside == beside
+    text = body_region_text([result], read_limits(tmp_path / "limits.toml"), 80)
+    assert CANNOT_BE_CONCLUDED in " ".join(text.split()) and "3 March" in text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        'source = "x"',
+        '[[region]]\nname = "a"\ntransient_n = 1',
+        'source = "x"\n[[region]]\nname = "a"',
+        'source = "x"\n[[region]]\nname = "a"\ntransient_n = -1',
+        'source = "x"\n[[region]]\nname = "a"\ntransient_n = nan',
+        'source = "x"\n[[region]]\nname = "a"\ntransient = 1',
+    ],
+)
+def test_a_file_of_limits_says_whose_they_are_and_nothing_unknown(tmp_path: Path, text: str) -> None:
+    (tmp_path / "limits.toml").write_text(text)
+    with pytest.raises(ConfigError):
+        read_limits(tmp_path / "limits.toml")

@@ -32,6 +32,7 @@ __all__ = [
     "audit",
     "contacts",
     "describe",
+    "disturbances",
     "find_logs",
     "findings",
     "fit",
@@ -302,6 +303,22 @@ def contacts(audit: Audit) -> pd.DataFrame:
         for c in (detection.incidents if detection else ())
     ]
     return _table(rows, ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE))
+
+
+def disturbances(audit: Audit) -> pd.DataFrame:
+    """Disturbances of standing joints, one row a joint: when, by how much torque (N·m) and deflection (rad) stepped."""
+    rows = [
+        {
+            "onset_s": one.onset_s,
+            "end_s": one.end_s,
+            "joint": joint.joint,
+            "torque_step_nm": joint.torque_step_nm,
+            "deflection_rad": joint.deflection_rad,
+        }
+        for one in audit.result.disturbances
+        for joint in one.joints
+    ]
+    return _table(rows, ("onset_s", "end_s", "joint", "torque_step_nm", "deflection_rad"))
 
 
 def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:

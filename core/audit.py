@@ -39,6 +39,7 @@ from collaudit.core.detection.detector_run import (
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
+from collaudit.core.detection.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
 from collaudit.core.detection.rule_reach import reach_findings
 from collaudit.core.detection.rule_settings import make_rule
@@ -200,6 +201,7 @@ def audit_log(
         series.time_s,
         alarm_possible(judged.run, judged.inputs, series.joint_names),
     )
+    disturbed = rest_disturbances(prepared, judged.run, judged.inputs, [(c.onset_s, c.end_s) for c in contacts])
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
     recommended = _recommended(judged, _log_facts(series), phases)
     step(8, 10)
@@ -209,6 +211,7 @@ def audit_log(
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
+    findings += [*disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)]
     findings += [*coverage_findings(short), *scarce]
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)
@@ -234,6 +237,7 @@ def audit_log(
         contacts=contacts,
         exclusions=exclusions(coverage, sensitivity.joints, findings),
         sensitivity=sensitivity,
+        disturbances=disturbed,
     )
     return Audit(result, judged.signals)
 

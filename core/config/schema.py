@@ -204,6 +204,11 @@ class PolicyConfig(ConfigTable):
     max_near_misses_per_hour: NonNegative | None = Field(
         None, description="The audit fails if there are more near misses an hour than this."
     )
+    max_disturbed_at_rest: Annotated[int, Field(ge=0)] = Field(
+        0,
+        description="Disturbances of standing joints, below what alarms, that a log may have; with more it is not "
+        "judged.",
+    )
     observable_nm: Positive | dict[str, Positive] | None = Field(
         None,
         description="External torque that must be noticeable, N·m; one number, or by joint; for a joint that has "

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
-from collaudit.core.data.detection_result import Contact, DetectionFacts
+from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
@@ -250,6 +250,7 @@ class AuditResult:
         exclusions: what the verdict does not speak of: time and joints that were not judged, torque that friction hid.
         sensitivity: how small a torque or force would have alarmed, for how much of the time; None in files of
             earlier versions.
+        disturbances: pushes on standing joints below what alarms, which friction hides but for their steps.
     """
 
     schema: str
@@ -271,6 +272,7 @@ class AuditResult:
     contacts: tuple[Contact, ...] = ()
     exclusions: tuple[str, ...] = ()
     sensitivity: Sensitivity | None = None
+    disturbances: tuple[RestDisturbance, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -176,6 +176,36 @@ class Contact:
 
 
 @dataclass(frozen=True, slots=True)
+class DisturbedJoint:
+    """What one standing joint shows of a disturbance.
+
+    Attributes:
+        joint: its name.
+        torque_step_nm: largest step of the drive's torque less the model's: a lower bound of the external torque's,
+            as friction takes a part of it.
+        deflection_rad: step of the position there, against the torque's; m if prismatic.
+    """
+
+    joint: str
+    torque_step_nm: float
+    deflection_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class RestDisturbance:
+    """Standing joints were pushed, or something let go of them, below what alarms: its level is hidden by friction.
+
+    Attributes:
+        onset_s, end_s: first and last step.
+        joints: those that show it, base to tip.
+    """
+
+    onset_s: float
+    end_s: float
+    joints: tuple[DisturbedJoint, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class ControllerAlarmComparison:
     """A mark of somebody else's, an alarm of the controller or a label of the log, or a contact of ours without one.
 

@@ -656,6 +656,12 @@ KINDS: dict[str, Kind] = {
         "Nothing. Time at rest is never called clean.",
         _INFO,
     ),
+    "disturbed-at-rest": Kind(
+        "A standing joint's torque and position stepped against each other: something pushed it, or let go of it.",
+        "Look at these times by eye. [policy] max_disturbed_at_rest accepts as many as a cell's work makes.",
+        {"info": "excludes", "warning": "not-judged-part"},
+        setting="policy.max_disturbed_at_rest",
+    ),
     "phases-unknown": Kind(
         "No phases were given; the whole log is one free phase.",
         'State phases in [phases] or [log] phase_topic, or set [phases] find = "wrench".',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,11 @@ import pytest
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.data.detection_result import Score
+from collaudit.core.detection.detector_run import DetectionInputs, run_detector
+from collaudit.core.detection.rest_disturbances import rest_disturbances
+from collaudit.core.detection.rest_rule import with_rest_thresholds
+from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.friction.applied_friction import applied_friction
 
 TOUCHES = (15, 16, 15, 15, 15, 16)
 
@@ -58,3 +64,24 @@ def test_out_of_the_box_a_resting_arm_gets_thresholds_of_its_own(cli, data_dir: 
     assert cli("audit", log, "-c", "c.toml", "-o", "out").code == 1
     (found,) = Path("out").rglob("audit.json")
     assert len(json.loads(found.read_text(encoding="utf-8"))["contacts"]) == TOUCHES[-1]
+
+
+@pytest.mark.parametrize("k", [2, 5])
+def test_touches_disturb_an_arm_at_rest(data_dir: Path, tmp_path: Path, k: int) -> None:
+    """The same touches as steps of torque against the deflection, which need no level: rest is told although the arm
+    is touched most of the time."""
+    log = data_dir / "franka_touch_csv" / f"touch_0{k}.csv"
+    if not log.exists():
+        pytest.skip(f"absent: {log}")
+    given = settings(data_dir, tmp_path, "tau_J{i0}")
+    prepared = api.prepare(log, given)
+    series, applied = prepared.judged_series, applied_friction(prepared, None, given.config)
+    config = with_rest_thresholds(given.config, applied.quiet, series.joint_names)
+    rule, watch, _ = make_rule(series, prepared.phases, config)
+    inputs = DetectionInputs(applied.laws, frozenset(), rule, watch, quiet=applied.quiet)
+    run = run_detector(prepared, inputs, config)
+    found = rest_disturbances(prepared, run, replace(inputs, quiet={}), ())
+    touches = [span for label in series.annotations if label.name == "label" for span in label.intervals_s]
+    assert len(touches) == TOUCHES[k - 1]
+    assert all(any(d.onset_s < end + 0.5 and start - 0.5 < d.end_s for d in found) for start, end in touches)
+    assert all(any(d.onset_s < end + 0.7 and start - 0.7 < d.end_s for start, end in touches) for d in found)

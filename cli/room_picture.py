@@ -27,6 +27,7 @@ ROOMS = (
     "scoring",
     "recommend",
     "verdict",
+    "rule_study",
     "provenance",
     "audit",
     "api",

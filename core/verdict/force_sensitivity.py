@@ -25,8 +25,8 @@ MOMENTS = 500
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
-    """A frame of the arm, and how many joints lie between it and the base."""
+class Place:
+    """A frame of the arm, with words for it, and how many joints lie between it and the base."""
 
     words: str
     frame: str
@@ -58,23 +58,24 @@ def force_sensitivities(
     level[:, columns] = detectable_nm[fine]
     return tuple(
         _at(robot, place, positions[fine], level, judged, samples.size)
-        for place in _places(robot, tool)
+        for place in places(robot, tool)
         if any(joint in judged for joint in robot.joint_names[: place.joints])
     )
 
 
-def _places(robot: RobotModel, tool: str | None) -> list[_Place]:
-    """The outer ends of the links, where the next joint is, and the tool."""
-    assert robot.bodies is not None
+def places(robot: RobotModel, tool: str | None) -> list[Place]:
+    """The outer ends of the links, where the next joint is, and the tool; none without a kinematic model."""
+    if robot.bodies is None:
+        return []
     names, frames = robot.joint_names, robot.bodies.frame_names
     out = []
     for k, following in enumerate(names[1:], 1):
         frame = following if following in frames else robot.link_of(following)
         if frame is not None:
-            out.append(_Place(f"end of {robot.link_of(names[k - 1]) or names[k - 1]}", frame, k))
+            out.append(Place(f"end of {robot.link_of(names[k - 1]) or names[k - 1]}", frame, k))
     own = [f for f in frames if robot.bodies.frame_joint(f) == names[-1]]
     outer = tool if tool in frames else max(own, key=lambda f: _distance(robot, f), default=None)
-    return [*out, _Place("tool", outer, len(names))] if outer is not None else out
+    return [*out, Place("tool", outer, len(names))] if outer is not None else out
 
 
 def _distance(robot: RobotModel, frame: str) -> float:
@@ -84,7 +85,7 @@ def _distance(robot: RobotModel, frame: str) -> float:
 
 
 def _at(
-    robot: RobotModel, place: _Place, q: FloatArray, level_nm: FloatArray, judged: Sequence[str], moments: int
+    robot: RobotModel, place: Place, q: FloatArray, level_nm: FloatArray, judged: Sequence[str], moments: int
 ) -> ForceSensitivity:
     """At one place, over positions (k, j) with the joints' levels (k, j)."""
     arms = np.stack([_torque_per_newton(robot, q, axis, place.frame) for axis in range(3)], axis=2)

@@ -1,0 +1,102 @@
+"""Contacts of known force added to a log: where, from which direction, when, and the joint torques they cause.
+
+A force F on the robot adds J_c(q)^T (-F) to what the drives have to bring up, eq. (3), at the poses that the log holds.
+It keeps its direction in the link, and the motion is taken as it was recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.rule_study.contact_shapes import ContactShape
+
+
+@dataclass(frozen=True, slots=True)
+class InjectedContact:
+    """A contact of one newton at its peak.
+
+    Attributes:
+        sample: of the log, at its onset.
+        place: words for where it acts.
+        frame, point_m: a frame of the model and a point in its axes.
+        direction: unit vector on the robot in base axes.
+        joints: how many joints from the base can feel it; None: all.
+        phase: how much later than the sample it begins, in samples.
+    """
+
+    sample: int
+    place: str
+    frame: str
+    direction: tuple[float, float, float]
+    point_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    joints: int | None = None
+    phase: float = field(default=0.0)
+
+
+def open_moments(series: UniformSeries, usable: BoolArray, before: int, after: int) -> IntArray:
+    """Samples around which a stretch lies in one piece of the log and is usable throughout.
+
+    Args:
+        series: its segments.
+        usable: (n,) samples without contact.
+        before, after: length of the stretch, samples.
+    """
+    bad = np.concatenate(([0], np.cumsum(~usable)))
+    parts = [np.arange(span.start + before, span.stop - after, dtype=np.int64) for span in series.segments]
+    at = np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
+    return np.asarray(at[bad[at + after] == bad[at - before]])
+
+
+def spread_moments(moments: IntArray, most: int, rng: np.random.Generator) -> IntArray:
+    """At most so many of the moments, one at random from each of equal parts."""
+    if moments.size <= most:
+        return moments
+    part = (np.arange(most) + rng.random(most)) * moments.size / most
+    return np.asarray(moments[part.astype(np.int64)])
+
+
+def random_direction(rng: np.random.Generator) -> tuple[float, float, float]:
+    """A unit vector, all directions being equally likely."""
+    x, y, z = rng.normal(size=3)
+    size = float(np.sqrt(x * x + y * y + z * z)) or 1.0
+    return float(x / size), float(y / size), float(z / size)
+
+
+def unit_torques(
+    prepared: Prepared, contacts: Sequence[InjectedContact], samples: IntArray, shape: ContactShape
+) -> FloatArray:
+    """(j, k, t) what contacts of one newton add to the torque of the judged joints, N·m, unfiltered.
+
+    Args:
+        prepared: the log and its model.
+        contacts: k.
+        samples: (k, t) of the log, around each contact.
+        shape: over time.
+    """
+    series, robot = prepared.series, prepared.robot
+    columns, period = prepared.columns(), series.period_s
+    out = np.zeros((len(columns), *samples.shape))
+    for frame in dict.fromkeys(contact.frame for contact in contacts):
+        rows = [k for k, contact in enumerate(contacts) if contact.frame == frame]
+        force = np.empty((len(rows), 6))
+        after = np.empty((len(rows), samples.shape[1]))
+        for i, k in enumerate(rows):
+            contact = contacts[k]
+            turn = robot.frame_rotation(series.position_rad[contact.sample], frame)
+            on_robot = turn.T @ np.array(contact.direction)
+            force[i] = *on_robot, *np.cross(contact.point_m, on_robot)
+            after[i] = (samples[k] - contact.sample - contact.phase) * period
+        share = shape.values(after, period)
+        wrench = (share[:, :, None] * force[:, None, :]).reshape(-1, 6)
+        torque = -robot.wrench_torque(series.position_rad[samples[rows].ravel()], wrench, frame)
+        out[:, rows] = torque[:, columns].T.reshape(len(columns), len(rows), samples.shape[1])
+    for k, contact in enumerate(contacts):
+        if contact.joints is not None:
+            out[[i for i, column in enumerate(columns) if column >= contact.joints], k] = 0.0
+    return out

@@ -1,0 +1,140 @@
+"""What a residual shows of a torque that is added to a log: windows of the log, and the torque through its filters.
+
+The effort is not filtered before the detector's kernel, which is linear: an added torque x adds G x to what the model
+does not explain. Where friction is a value, the residual grows by as much. Where it is an interval [low, high], the
+residual is the distance from it of u + G x. A joint at rest gives way first: its friction takes up the torque until it
+is at the end of its calibrated range, so that u rises to that end + G x only (:func:`shown`).
+
+Short contacts reach a residual mostly through the motion: the arm gives way before its drives react, and velocity and
+acceleration have passed their own low-pass. A torque is therefore added behind both filters; in the effort alone, as
+of an arm that does not move at all, a knock of 10 ms would show a third more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.detector_run import DetectorRun
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.filters import low_pass
+from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.residual.residual import SIGMAS
+
+_BELOW_RANGE = 0.95
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """Stretches of a log around moments, for some of its joints.
+
+    Attributes:
+        above_nm: (j, k, t) unexplained torque less the upper end of friction's interval; the residual where friction
+            is a value.
+        width_nm: (j, k, t) of the interval, 0 where friction is a value.
+        taken_nm: (j, k, t) of the width what friction takes up as calibrated: the rest is doubt about its level.
+        uncertainty_nm: (j, k, t) by which the threshold is raised.
+        evidence: (j, k, t) samples that may count.
+        standing: (j, k, t) samples at which the joint rests.
+    """
+
+    above_nm: FloatArray
+    width_nm: FloatArray
+    taken_nm: FloatArray
+    uncertainty_nm: FloatArray
+    evidence: BoolArray
+    standing: BoolArray
+
+
+def judges_joints(run: DetectorRun) -> bool:
+    """Whether a torque on one joint shows in that joint's residual, and how it does is known."""
+    return run.residual.isolation.isolates and run.residual.span_nm is not None and run.residual.hidden_nm is not None
+
+
+def margin_samples(kernel: Kernel, bandwidth_hz: float, period_s: float) -> int:
+    """Samples before and after a contact in which the filters show some of it."""
+    return ceil((2.0 * kernel.settle_s + 1.5 / bandwidth_hz) / period_s) + 1
+
+
+def windows(
+    series: UniformSeries,
+    run: DetectorRun,
+    laws: Mapping[str, FrictionModel],
+    slow_rad_s: float | None,
+    columns: Sequence[int],
+    samples: IntArray,
+) -> Windows:
+    """The log at some samples.
+
+    Args:
+        series: judged joints.
+        run: a detector of which :func:`judges_joints` holds.
+        laws: friction by joint.
+        slow_rad_s: speed below which a joint rests, where that is configured.
+        columns: j joints.
+        samples: (k, t).
+    """
+    residual, state = run.residual, run.detected.state
+    assert residual.span_nm is not None and residual.hidden_nm is not None
+    least, hidden = residual.span_nm[0], residual.hidden_nm
+    shape = (len(columns), *samples.shape)
+    out = Windows(*(np.empty(shape) for _ in range(4)), *(np.empty(shape, dtype=np.bool_) for _ in range(2)))
+    for k, j in enumerate(columns):
+        here, torque = state[:, j][samples], residual.torque_nm[:, j][samples]
+        interval = here == State.FRICTION_INTERVAL
+        out.above_nm[k] = np.where(interval, least[:, j][samples], torque)
+        out.width_nm[k] = np.where(interval, hidden[:, j][samples], 0.0)
+        level = residual.levels.get(series.joint_names[j])
+        slack = 0.0 if level is None else SIGMAS * level.sd[samples]
+        out.taken_nm[k] = out.width_nm[k] * (1.0 - 0.5 * slack / (1.0 + slack))
+        out.uncertainty_nm[k] = residual.uncertainty_nm[:, j][samples]
+        out.evidence[k] = (here <= State.FRICTION_INTERVAL) & np.isfinite(out.above_nm[k]) & np.isfinite(torque)
+        law = laws.get(series.joint_names[j])
+        slow = np.inf if law is None else slow_rad_s or _BELOW_RANGE * law.speed_range[0]
+        out.standing[k] = interval & (np.abs(residual.balance.velocity_rad_s[:, j][samples]) < slow)
+    return out
+
+
+def shown(around: Windows, added_nm: FloatArray) -> FloatArray:
+    """(j, k, t) threshold below which each sample counts as above it with a torque (j, k, t) added, N·m.
+
+    It is -inf where nothing can alarm. The rest of rule (6) is in :mod:`alarm_grid`.
+    """
+    above, width = around.above_nm, around.width_nm
+    pushed = above + added_nm
+    if around.standing.any():
+        with np.errstate(invalid="ignore"):
+            spare = width - around.taken_nm
+            rising = np.maximum(above, added_nm - around.taken_nm)
+            falling = np.minimum(above, added_nm - spare)
+            lazy = np.where(added_nm > 0, rising, np.where(added_nm < 0, falling, above))
+        pushed = np.where(around.standing, lazy, pushed)
+    inside = np.where(np.isfinite(width), width, 0.0)
+    size = np.maximum(np.maximum(pushed, -(pushed + inside)), 0.0)
+    hopeless = np.isinf(width)
+    size -= around.uncertainty_nm
+    size[~around.evidence | hopeless] = -np.inf
+    return np.asarray(size)
+
+
+def through_filters(torque_nm: FloatArray, kernel: Kernel, bandwidth_hz: float, period_s: float) -> FloatArray:
+    """(…, t) torque as a detector with this kernel shows it; time runs along the last axis, with margins of zeros.
+
+    Args:
+        torque_nm: (…, t) that is added.
+        kernel: of the detector.
+        bandwidth_hz: of the low-pass of velocity and acceleration, which a causal detector does without.
+        period_s: sample period, s.
+    """
+    length = torque_nm.shape[-1]
+    rows = np.asfortranarray(torque_nm.reshape(-1, length).T)
+    whole = [Span(0, length)]
+    if not kernel.causal:
+        rows = low_pass(rows, whole, period_s, bandwidth_hz)
+    return np.ascontiguousarray(kernel.apply(rows, whole, period_s).T).reshape(torque_nm.shape)

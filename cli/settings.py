@@ -138,6 +138,17 @@ def labels_option(function: CommandFunction) -> CommandFunction:
     return _flag("--labels", "detect.true_events", _names, "NAMES", words)(function)
 
 
+def study_option(function: CommandFunction) -> CommandFunction:
+    """The flag that asks for a study of the rule."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
+        if given:
+            ctx.meta.setdefault(_OVERRIDES, {})["study.run"] = True
+
+    words = "Study the rule: alarms, delay and sensitivity over threshold and persistence (some seconds a log)."
+    return click.option("--study", is_flag=True, callback=keep, expose_value=False, help=words)(function)
+
+
 def free_option(function: CommandFunction) -> CommandFunction:
     """The flag that states the logs to be free of contact."""
 

@@ -64,6 +64,7 @@ from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.clean_evidence import recommend_rules
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help
 from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
+from collaudit.core.rule_study.audit_study import audit_study
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
@@ -239,7 +240,10 @@ def audit_log(
         sensitivity=sensitivity,
         disturbances=disturbed,
     )
-    return Audit(result, judged.signals)
+    study = None
+    if config.study.run:
+        study = audit_study(prepared, judged.run, judged.inputs, config, result, judged.signals, truth)
+    return Audit(result, judged.signals, study)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,14 @@ from collaudit.cli.console import note, say, say_json, say_result, terminal_widt
 from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
-from collaudit.cli.settings import config_option, labels_option, load_settings, robot_options, rule_options
+from collaudit.cli.settings import (
+    config_option,
+    labels_option,
+    load_settings,
+    robot_options,
+    rule_options,
+    study_option,
+)
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import AuditResult
@@ -37,6 +44,7 @@ if TYPE_CHECKING:
 )
 @detail_options
 @labels_option
+@study_option
 @config_option
 @robot_options
 @rule_options

@@ -28,6 +28,7 @@ __all__ = [
     "PolicyConfig",
     "RobotConfig",
     "SectionsConfig",
+    "StudyConfig",
     "ToolConfig",
     "UnitsConfig",
 ]
@@ -231,6 +232,22 @@ class PolicyConfig(ConfigTable):
     )
 
 
+class StudyConfig(ConfigTable):
+    """What is found out about threshold and persistence beside the verdict."""
+
+    run: bool = Field(
+        False,
+        description="Study threshold and persistence in every audit: alarms, delay and sensitivity over both, with "
+        "contacts of known force added to the log. `collaudit recommend` does so for logs without being asked.",
+    )
+    contacts: Annotated[int, Field(ge=20, le=5000)] = Field(
+        200, description="Contacts of each shape that are added to a log, at random places, directions and moments."
+    )
+    max_delay_ms: Positive | None = Field(
+        None, description="A persistence at which a push or knock is noticed later than this is not chosen, ms."
+    )
+
+
 class Config(ConfigTable):
     """A whole collaudit.toml."""
 
@@ -244,3 +261,4 @@ class Config(ConfigTable):
     near_miss: NearMissConfig = Field(NearMissConfig(), description="What counts as a near miss.")
     phases: PhasesConfig = Field(PhasesConfig(), description="When the tool was meant to do what.")
     policy: PolicyConfig = Field(PolicyConfig(), description="What makes an audit fail.")
+    study: StudyConfig = Field(StudyConfig(), description="What is found out about threshold and persistence.")

@@ -16,6 +16,7 @@ from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
 from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
@@ -277,7 +278,8 @@ class AuditResult:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Audit:
-    """One audited log: the result, and the sample-by-sample evidence behind it."""
+    """One audited log: the result, the sample-by-sample evidence behind it, and the study of its rule where one is."""
 
     result: AuditResult
     signals: Signals
+    study: RuleStudy | None = None

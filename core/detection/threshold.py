@@ -111,21 +111,28 @@ def learn_dynamic(
         None with fewer than 1,000 clean samples.
     """
     from scipy.ndimage import minimum_filter1d
-    from scipy.optimize import nnls
 
     use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
     if np.count_nonzero(use) < _LEAST_SAMPLES:
         return None
     size = np.where(use, np.abs(residual), 0.0)
     columns = np.stack([np.ones_like(size), np.abs(velocity), np.abs(acceleration)], axis=1)[use]
-    gram = columns.T @ columns
-    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
-    shape, _ = nnls(root.T, np.linalg.solve(root, columns.T @ size[use]))
-    shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size[use])))
+    shape = dynamic_shape(size[use], columns)
     lasting = minimum_filter1d(size, n, mode="constant")[use]
     scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
     base, speed, turn = (float(scale * x) for x in shape)
     return DynamicThreshold(base, speed, turn)
+
+
+def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:
+    """(3,) non-negative least-squares fit of |residual| (n,) on columns (n, 3) of 1, |v| and |a|."""
+    from scipy.optimize import nnls
+
+    gram = columns.T @ columns
+    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
+    shape, _ = nnls(root.T, np.linalg.solve(root, columns.T @ size_nm))
+    shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size_nm)))
+    return np.asarray(shape)
 
 
 def pooled_dynamic(laws: Sequence[DynamicThreshold | None]) -> DynamicThreshold | None:

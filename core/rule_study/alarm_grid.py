@@ -110,7 +110,7 @@ def grid_gammas(floor_nm: float, set_nm: Sequence[float], largest_nm: float) -> 
 
 
 def grid_counts(period_s: float, set_n: int) -> IntArray:
-    """(50,) persistences, dense where they are short, up to a quarter of a second or more; the one set is among them."""
+    """(50,) persistences, dense where they are short, up to a quarter of a second or more; with the one set."""
     longest = max(COUNTS, round(_LONGEST_S / period_s), set_n)
     values = np.arange(1, COUNTS + 1)
     if longest > COUNTS:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.rule_study.shown_torque import Windows, shown
 
 #: Forces between which the smallest is looked for, N: beyond the largest no contact with a person is.
 LEAST_N, LARGEST_N = 0.1, 5000.0
 #: Halvings of that range: the force is found to 1 %.
-_HALVINGS = 12
+_HALVINGS = 10
+#: Contacts that are computed together: few enough to stay in the cache.
+_AT_ONCE = 8
 
 
 def lowest_in_row(excess_nm: FloatArray, n: int) -> FloatArray:
@@ -31,10 +34,10 @@ def first_alarms(excess_nm: FloatArray, gamma_nm: FloatArray, n: int) -> IntArra
         gamma_nm: (j,) thresholds.
         n: persistence, samples.
     """
-    lasting = lowest_in_row(excess_nm, n) > gamma_nm[:, None, None]
+    lasting: BoolArray = np.asarray(lowest_in_row(excess_nm, n) > gamma_nm[:, None, None])
     if lasting.shape[-1] == 0:
         return np.full(excess_nm.shape[1], -1, dtype=np.int64)
-    fires = lasting.any(axis=0)
+    fires = np.asarray(lasting.any(axis=0))
     return np.where(fires.any(axis=1), np.argmax(fires, axis=1) + n - 1, -1).astype(np.int64)
 
 
@@ -52,6 +55,14 @@ def noticed_forces(around: Windows, unit_nm: FloatArray, gamma_nm: FloatArray, n
         gamma_nm: (j,) thresholds.
         n: persistence, samples.
     """
+    parts = [
+        _noticed_forces(around.part(rows), np.ascontiguousarray(unit_nm[:, rows]), gamma_nm, n)
+        for rows in blocks(unit_nm.shape[1], _AT_ONCE)
+    ]
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _noticed_forces(around: Windows, unit_nm: FloatArray, gamma_nm: FloatArray, n: int) -> FloatArray:
     count = unit_nm.shape[1]
     low, high = np.full(count, np.log(LEAST_N)), np.full(count, np.log(LARGEST_N))
     seen = alarmed(around, LARGEST_N * unit_nm, gamma_nm, n)

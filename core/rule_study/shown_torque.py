@@ -51,6 +51,17 @@ class Windows:
     evidence: BoolArray
     standing: BoolArray
 
+    def part(self, contacts: slice) -> Windows:
+        """Around some of the moments."""
+        return Windows(
+            self.above_nm[:, contacts],
+            self.width_nm[:, contacts],
+            self.taken_nm[:, contacts],
+            self.uncertainty_nm[:, contacts],
+            self.evidence[:, contacts],
+            self.standing[:, contacts],
+        )
+
 
 def judges_joints(run: DetectorRun) -> bool:
     """Whether a torque on one joint shows in that joint's residual, and how it does is known."""

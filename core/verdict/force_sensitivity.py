@@ -88,7 +88,7 @@ def _at(
     robot: RobotModel, place: Place, q: FloatArray, level_nm: FloatArray, judged: Sequence[str], moments: int
 ) -> ForceSensitivity:
     """At one place, over positions (k, j) with the joints' levels (k, j)."""
-    arms = np.stack([_torque_per_newton(robot, q, axis, place.frame) for axis in range(3)], axis=2)
+    arms = np.stack([torque_per_newton(robot, q, axis, place.frame) for axis in range(3)], axis=2)
     felt = slice(0, place.joints)
     with np.errstate(divide="ignore", invalid="ignore"):
         force = level_nm[:, felt, None] / np.abs(arms[:, felt] @ directions())
@@ -107,7 +107,7 @@ def _at(
     )
 
 
-def _torque_per_newton(robot: RobotModel, q: FloatArray, axis: int, frame: str) -> FloatArray:
+def torque_per_newton(robot: RobotModel, q: FloatArray, axis: int, frame: str) -> FloatArray:
     """(k, j) torque of each joint for a newton along one axis of the frame."""
     wrench = np.zeros((q.shape[0], 6))
     wrench[:, axis] = 1.0

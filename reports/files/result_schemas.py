@@ -18,10 +18,12 @@ from collaudit.core.data import (
     friction_result,
     identification_result,
     left_out,
+    rule_study_result,
     sensitivity_result,
     threshold_result,
 )
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
+from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.findings import Finding
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
@@ -42,6 +44,11 @@ def friction_schema() -> dict[str, Any]:
     return _published(FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)")
 
 
+def study_schema() -> dict[str, Any]:
+    """The JSON Schema of ``study.json``."""
+    return _published(RuleStudy, STUDY_SCHEMA, "collaudit study of one log's rule (study.json)")
+
+
 def summary_schema() -> dict[str, Any]:
     """The JSON Schema of ``summary.json``."""
     return _published(Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)")
@@ -57,6 +64,7 @@ def schema_texts() -> dict[str, str]:
     documents = {
         "audit-1.schema.json": audit_schema(),
         "friction-1.schema.json": friction_schema(),
+        "study-1.schema.json": study_schema(),
         "summary-1.schema.json": summary_schema(),
         "comparison-1.schema.json": comparison_schema(),
     }
@@ -85,6 +93,7 @@ def _dataclass(name: str) -> type:
         friction_result,
         identification_result,
         left_out,
+        rule_study_result,
         sensitivity_result,
         threshold_result,
     )

@@ -1,4 +1,4 @@
-"""The files of a run: ``audit.json``, ``signals.parquet``, ``friction.json``."""
+"""The files of a run: ``audit.json``, ``signals.parquet``, ``friction.json``, ``study.json``."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
+from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.atomic import atomic_write, staged, write_synced
 from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
@@ -28,6 +29,7 @@ __all__ = [
 AUDIT_NAME = "audit.json"
 SIGNALS_NAME = "signals.parquet"
 FRICTION_NAME = "friction.json"
+STUDY_NAME = "study.json"
 #: Runs named in a message.
 _OFFERED = 6
 
@@ -74,7 +76,8 @@ def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> Non
     Args:
         run_dir: folder, made when missing; the files of an earlier run in it are replaced.
         audit: the result and its signals.
-        friction: what the run was judged with; without it an earlier ``friction.json`` is removed.
+        friction: what the run was judged with; without it an earlier ``friction.json`` is removed, as is an earlier
+            study of the rule.
 
     Raises:
         CollauditError: a file cannot be written.
@@ -83,13 +86,18 @@ def write_run(run_dir: Path, audit: Audit, friction: FrictionFile | None) -> Non
 
     audit_text = audit_json(audit.result)
     friction_text = friction_json(friction) if friction is not None else None
+    study_text = _sound(json_text(audit.study), RuleStudy) if audit.study is not None else None
     with ExitStack() as stack:  # renames run in reverse order of entering
         write_synced(stack.enter_context(staged(run_dir / AUDIT_NAME)), audit_text.encode())
         if friction_text is not None:
             write_synced(stack.enter_context(staged(run_dir / FRICTION_NAME)), friction_text.encode())
+        if study_text is not None:
+            write_synced(stack.enter_context(staged(run_dir / STUDY_NAME)), study_text.encode())
         write_signals(stack.enter_context(staged(run_dir / SIGNALS_NAME)), audit.signals, audit.result.log.sha256)
         if friction_text is None:
             (run_dir / FRICTION_NAME).unlink(missing_ok=True)
+        if study_text is None:
+            (run_dir / STUDY_NAME).unlink(missing_ok=True)
 
 
 def no_run(folder: Path) -> CollauditError:
@@ -128,10 +136,13 @@ def read_run(run_dir: Path) -> Audit:
     if not (run_dir / AUDIT_NAME).is_file():
         raise no_run(run_dir)
     result = read_result(run_dir / AUDIT_NAME, AuditResult, AUDIT_SCHEMA)
-    return Audit(result=result, signals=read_signals(run_dir / SIGNALS_NAME, result.log.sha256))
+    study = None
+    if (run_dir / STUDY_NAME).is_file():
+        study = read_result(run_dir / STUDY_NAME, RuleStudy, STUDY_SCHEMA)
+    return Audit(result, read_signals(run_dir / SIGNALS_NAME, result.log.sha256), study)
 
 
-def _sound(text: str, kind: type[AuditResult] | type[FrictionFile]) -> str:
+def _sound(text: str, kind: type[AuditResult] | type[FrictionFile] | type[RuleStudy]) -> str:
     try:
         validator: TypeAdapter[Any] = adapter(kind)
         validator.validate_json(text, strict=True)

@@ -1,0 +1,213 @@
+"""Contacts at random places, directions and moments, added to a log, and what a rule of the arm notices of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, sqrt
+
+import numpy as np
+
+from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNoticed, MissRate, Motion
+from collaudit.core.data.signals import State
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.rule_study.contact_shapes import ContactShape
+from collaudit.core.rule_study.injected_contacts import (
+    InjectedContact,
+    open_moments,
+    random_direction,
+    spread_moments,
+    unit_torques,
+)
+from collaudit.core.rule_study.noticed_force import alarm_delays, noticed_forces
+from collaudit.core.rule_study.shown_torque import Windows, margin_samples, through_filters, windows
+from collaudit.core.verdict.force_sensitivity import Place, places
+
+#: Shares of contacts whose force is given, and forces at which misses are counted.
+NOTICED_SHARES = (0.5, 0.9, 0.95)
+FORCES_N = (10.0, 20.0, 30.0, 50.0, 75.0, 100.0, 150.0, 200.0, 300.0, 500.0)
+#: The delay is that of contacts of so many times the force that each needs.
+_DELAY_FORCES = 2.0
+#: Fewer contacts than this say nothing of a place.
+_FEWEST = 10
+_SEED = 20210315
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AddedContacts:
+    """Contacts of one shape, added to one log.
+
+    Attributes:
+        shape: over time.
+        contacts: k, with the place of each.
+        standing: (k,) whether the joints that feel it stand at its onset.
+        around: the watched joints there, (j, k, t).
+        unit_nm: (j, k, t) torque of a newton through the filters.
+        onset: sample of each window.
+        period_s: sample period, s.
+    """
+
+    shape: ContactShape
+    contacts: tuple[InjectedContact, ...]
+    standing: BoolArray
+    around: Windows
+    unit_nm: FloatArray
+    onset: int
+    period_s: float
+
+    def part(self, step: int) -> AddedContacts:
+        """Every so many of the contacts."""
+        rows = slice(None, None, step)
+        return replace(
+            self,
+            contacts=self.contacts[rows],
+            standing=self.standing[rows],
+            around=self.around.part(rows),
+            unit_nm=self.unit_nm[:, rows],
+        )
+
+
+def watched_columns(inputs: DetectionInputs, joint_names: Sequence[str]) -> list[int]:
+    """Columns of the joints that the rule judges."""
+    return [j for j, name in enumerate(joint_names) if inputs.watch[name].watched and name in inputs.rule.gamma_nm]
+
+
+def added_contacts(
+    prepared: Prepared,
+    run: DetectorRun,
+    inputs: DetectionInputs,
+    shape: ContactShape,
+    free: BoolArray,
+    most: int,
+    slow_rad_s: float | None,
+    tool: str | None,
+) -> AddedContacts | None:
+    """Contacts at evenly spread moments, each at a random place from a random direction.
+
+    Args:
+        prepared, run, inputs: the log, judged by a detector that tells joints apart.
+        shape: of the contacts.
+        free: (n,) samples without contact.
+        most: number of contacts.
+        slow_rad_s: speed below which a joint rests, where that is configured.
+        tool: frame of the tool.
+
+    Returns:
+        None without a kinematic model, watched joints, or a stretch that is long enough.
+    """
+    series, kernel = prepared.judged_series, run.residual.balance.kernel
+    columns = watched_columns(inputs, series.joint_names)
+    model_columns = prepared.columns()
+    felt = [p for p in places(prepared.robot, tool) if any(model_columns[j] < p.joints for j in columns)]
+    margin = margin_samples(kernel, series.bandwidth_hz, series.period_s)
+    after = ceil(shape.duration_s / series.period_s) + margin
+    judged = np.asarray((run.detected.state[:, columns] <= State.FRICTION_INTERVAL).any(axis=1))
+    moments = open_moments(series, free & np.isfinite(series.position_rad).all(axis=1), margin, after)
+    moments = moments[judged[moments]]
+    if not felt or moments.size == 0:
+        return None
+    rng = np.random.default_rng(_SEED)
+    moments = spread_moments(moments, most, rng)
+    contacts = tuple(_at_random(felt, int(sample), rng) for sample in moments)
+    samples = moments[:, None] + np.arange(-margin, after)
+    raw = unit_torques(prepared, contacts, samples, shape)[columns]
+    unit = through_filters(raw, kernel, series.bandwidth_hz, series.period_s)
+    around = windows(series, run, inputs.laws, slow_rad_s, columns, samples)
+    gamma = np.array([inputs.rule.gamma_nm[series.joint_names[j]] for j in columns])
+    strongest = np.argmax(np.abs(raw).max(axis=2) / gamma[:, None], axis=0)
+    standing = around.standing[strongest, np.arange(moments.size), margin]
+    return AddedContacts(shape, contacts, standing, around, unit, margin, series.period_s)
+
+
+def _at_random(felt: Sequence[Place], sample: int, rng: np.random.Generator) -> InjectedContact:
+    place = felt[int(rng.integers(len(felt)))]
+    phase = float(rng.random())
+    return InjectedContact(sample, place.words, place.frame, random_direction(rng), joints=place.joints, phase=phase)
+
+
+def contact_sensitivities(
+    added: AddedContacts, gamma_nm: Mapping[str, float], joints: Sequence[str], n: int
+) -> list[ContactSensitivity]:
+    """What a rule notices of the contacts: of all, by motion, and by place.
+
+    Args:
+        added: to the watched joints.
+        gamma_nm: thresholds.
+        joints: names of the watched joints.
+        n: persistence, samples.
+    """
+    gamma = np.array([gamma_nm[joint] for joint in joints])
+    needed = noticed_forces(added.around, added.unit_nm, gamma, n)
+    at_twice = _DELAY_FORCES * np.where(np.isfinite(needed), needed, 0.0)
+    late = alarm_delays(added.around, added.unit_nm, at_twice, gamma, n, added.onset)
+    delay_s = float(np.median(late)) * added.period_s if late.size else None
+    place = np.array([contact.place for contact in added.contacts])
+    groups: list[tuple[str | None, Motion | None, BoolArray]] = [(None, None, np.ones(needed.size, dtype=np.bool_))]
+    groups += [(None, "moving", ~added.standing), (None, "standing", added.standing)]
+    groups += [(str(name), None, np.asarray(place == name)) for name in dict.fromkeys(place.tolist())]
+    return [
+        _summary(added.shape, name, motion, needed[mask & ~np.isnan(needed)], delay_s if name is None else None)
+        for name, motion, mask in groups
+        if np.count_nonzero(mask & ~np.isnan(needed)) >= _FEWEST
+    ]
+
+
+def _summary(
+    shape: ContactShape, place: str | None, motion: Motion | None, needed: FloatArray, delay_s: float | None
+) -> ContactSensitivity:
+    ordered = np.sort(needed)
+    return ContactSensitivity(
+        shape=shape.name,
+        duration_s=shape.duration_s,
+        edge_s=shape.edge_s,
+        place=place,
+        motion=motion,
+        contacts=int(needed.size),
+        noticed=tuple(noticed_share(ordered, share) for share in NOTICED_SHARES),
+        misses=tuple(miss_rate(ordered, force) for force in FORCES_N),
+        delay_s=delay_s,
+        blind=float(np.mean(np.isinf(needed))),
+    )
+
+
+def noticed_share(ordered: FloatArray, share: float) -> ForceNoticed:
+    """The force that a share of contacts needs at most, with the interval that their ranks give (binomial, 95 %).
+
+    Args:
+        ordered: (k,) force that each contact needs, rising; infinite where none does.
+        share: of them.
+    """
+    from scipy.special import bdtrik
+
+    count = ordered.size
+
+    def at(rank: float) -> float | None:
+        place = int(rank)
+        value = ordered[place] if 0 <= place < count else np.inf
+        return _force(float(value))
+
+    low, high = (float(bdtrik(p, count, share)) for p in (0.025, 0.975))
+    lower = at(np.floor(low)) if low >= 0.0 else None
+    return ForceNoticed(share, at(ceil(share * count - 1e-9) - 1), (lower, at(np.ceil(high))))
+
+
+def miss_rate(ordered: FloatArray, force_n: float) -> MissRate:
+    """How many contacts a force leaves unnoticed, with the Wilson interval."""
+    count = ordered.size
+    missed = int(count - np.searchsorted(ordered, force_n, side="right"))
+    return MissRate(force_n, missed, count, missed / count, wilson_interval(missed, count))
+
+
+def wilson_interval(hits: int, count: int) -> tuple[float, float]:
+    """95 % interval of a share (Wilson 1927), which is sound at 0 and 1 too."""
+    z, share = NORMAL_QUANTILE_975, hits / count
+    middle = share + z * z / (2 * count)
+    half = z * sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(0.0, (middle - half) / (1 + z * z / count)), min(1.0, (middle + half) / (1 + z * z / count))
+
+
+def _force(value: float) -> float | None:
+    return float(f"{value:.3g}") if np.isfinite(value) else None

@@ -1,0 +1,57 @@
+"""The study of the rule of a log that was just judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from collaudit.core.config.schema import Config
+from collaudit.core.contacts.controller_alarms import is_named
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.rule_study_result import RuleStudy
+from collaudit.core.data.signals import Signals
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.recommend.arm_evidence import Times, evidence_of
+from collaudit.core.recommend.recommendation import recommend_rule
+from collaudit.core.rule_study.rule_study import StudiedLog, study_rule
+from collaudit.core.scoring.known_events import contact_times, label_times
+from collaudit.core.scoring.truth_events import TruthFile
+
+
+def audit_study(
+    prepared: Prepared,
+    run: DetectorRun,
+    inputs: DetectionInputs,
+    config: Config,
+    result: AuditResult,
+    signals: Signals,
+    truth: TruthFile | None,
+) -> RuleStudy:
+    """Study the rule of a judged log, with the thresholds that this log alone supports.
+
+    Args:
+        prepared, run, inputs, config, signals: as it was judged.
+        result: of the audit.
+        truth: known contacts, if any; labels of the log that the configuration names count as well.
+    """
+    contact = known_contact(prepared, config, truth)
+    events = (result.collisions, result.near_misses)
+    evidence = evidence_of(result.log, inputs.rule, signals, result.phases, events, contact)
+    period = result.log.sample_period_s
+
+    def gammas_at(n: int) -> Mapping[str, float | None]:
+        return {joint: recommend_rule([evidence.of_joint(joint)], n * period).gamma_nm for joint in evidence.watched}
+
+    return study_rule(StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at)
+
+
+def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -> Times | None:
+    """Start and end of all contacts of a log, s; none where it is stated to be free of them, None where unknown."""
+    if config.fit.contact == "none":
+        return ()
+    if truth is not None:
+        return contact_times(truth, prepared.judged)
+    wanted, labels = config.detect.true_events, prepared.series.annotations
+    if any(is_named(label, wanted) for label in labels):
+        return label_times(labels, wanted)
+    return None

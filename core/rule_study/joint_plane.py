@@ -1,0 +1,202 @@
+"""Alarms, sensitivity and delay of one joint for every threshold and persistence of a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.rule_study.alarm_grid import alarm_grid, excess, grid_counts, grid_gammas, sustained_level
+from collaudit.core.rule_study.shown_torque import Windows, shown
+
+#: Of the moments, a torque is to be noticed at so many.
+NOTICED_SHARE = 0.95
+#: Torques that are tried: from below the lowest threshold to above the highest, in equal ratios.
+_TORQUES = 28
+#: The delay is that of a torque of so many thresholds.
+DELAY_THRESHOLDS = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSeries:
+    """One joint of a log as rule (6) sees it.
+
+    Attributes:
+        residual_nm, uncertainty_nm: (n,).
+        clean: (n,) samples without contact at which the rule can fire.
+        period_s: sample period, s.
+        merge_samples: alarms closer than this are one.
+    """
+
+    residual_nm: FloatArray
+    uncertainty_nm: FloatArray
+    clean: BoolArray
+    period_s: float
+    merge_samples: int
+
+    @property
+    def hours(self) -> float:
+        """Of clean samples."""
+        return float(np.count_nonzero(self.clean)) * self.period_s / 3600.0
+
+    def excess(self) -> FloatArray:
+        """(n,) of :func:`alarm_grid.excess`."""
+        return excess(self.residual_nm, self.uncertainty_nm, self.clean)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AddedTorque:
+    """A torque of one newton metre added to one joint at many moments, through the filters.
+
+    Attributes:
+        around: the joint there, (1, k, t).
+        unit_nm: (1, k, t) or (1, 1, t).
+        onset: sample of each window at which it begins.
+    """
+
+    around: Windows
+    unit_nm: FloatArray
+    onset: int
+
+
+def joint_plane(
+    joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque | None, lasting: AddedTorque | None
+) -> JointPlane:
+    """The plane of one joint, with the rule that is set and no recommendation.
+
+    Args:
+        joint: its residual.
+        gamma_nm, n: the rule that is set.
+        push: reference push at moments of the log; None where its sensitivity is not known.
+        lasting: lasting torque, for the delay.
+    """
+    found = joint.excess()
+    seen = found[np.isfinite(found)]
+    floor = robust_sd(seen - np.median(seen)) if seen.size else 0.0
+    gammas = np.array(_short(grid_gammas(floor, [gamma_nm], float(seen.max(initial=0.0)))))
+    counts = grid_counts(joint.period_s, n)
+    alarms = alarm_grid(found, gammas, counts, joint.merge_samples)
+    torque = np.full(alarms.shape, np.nan) if push is None else smallest_torques(push, gammas, counts)
+    delay = np.full(alarms.shape, np.nan) if lasting is None else alarm_delays_s(lasting, gammas, counts, joint)
+    return JointPlane(
+        gamma_nm=tuple(float(x) for x in gammas),
+        n=tuple(int(x) for x in counts),
+        clean_hours=joint.hours,
+        alarms=tuple(tuple(int(x) for x in row) for row in alarms),
+        torque_nm=tuple(tuple(_known(row)) for row in torque),
+        delay_s=tuple(tuple(_known(row)) for row in delay),
+        moments=0 if push is None else int(push.around.above_nm.shape[1]),
+        configured=plane_point(joint, gamma_nm, n, push, lasting),
+        chosen=None,
+        frontier=(),
+    )
+
+
+def plane_point(
+    joint: JointSeries, gamma_nm: float, n: int, push: AddedTorque | None, lasting: AddedTorque | None
+) -> PlanePoint:
+    """One rule of a joint, computed as the cells of the plane are."""
+    gammas, counts = np.array([gamma_nm]), np.array([n])
+    alarms = int(alarm_grid(joint.excess(), gammas, counts, joint.merge_samples)[0, 0])
+    torque = None if push is None else _known(smallest_torques(push, gammas, counts)[0])[0]
+    delay = None if lasting is None else _known(alarm_delays_s(lasting, gammas, counts, joint)[0])[0]
+    rate, upper = alarm_rates(np.array([alarms]), joint.hours)
+    known = joint.hours > 0
+    return PlanePoint(
+        gamma_nm, n, alarms, float(rate[0]) if known else None, float(upper[0]) if known else None, torque, delay
+    )
+
+
+def alarm_rates(alarms: IntArray, hours: float) -> tuple[FloatArray, FloatArray]:
+    """Alarms an hour, and their one-sided 95 % Poisson bound (3 where none was seen), of the shape of ``alarms``."""
+    if hours <= 0:
+        return np.full(alarms.shape, np.nan), np.full(alarms.shape, np.inf)
+    from scipy.special import gammaincinv
+
+    upper = np.where(alarms > 0, gammaincinv(alarms + 1.0, 0.95), -log(0.05))
+    return np.asarray(alarms / hours), np.asarray(upper / hours)
+
+
+def smallest_torques(push: AddedTorque, gammas: FloatArray, counts: IntArray) -> FloatArray:
+    """(g, c) smallest torque, N·m, that alarms at 95 % of the moments; NaN where none of those tried does.
+
+    At each moment the level that is sustained for n samples rises with the torque, and an alarm is where it exceeds
+    gamma: between the torques tried it is taken as straight, which it is where friction is a value.
+    """
+    torques = _torques(gammas, push)
+    moments = push.around.above_nm.shape[1]
+    level = np.empty((torques.size, moments, counts.size))
+    for i, torque in enumerate(torques):
+        level[i] = sustained_level(shown(push.around, torque * push.unit_nm), counts)[0]
+    level = np.maximum.accumulate(level, axis=0)
+    needed = _crossings(level, torques, gammas)
+    place = min(moments - 1, int(np.ceil(NOTICED_SHARE * moments)) - 1)
+    out = np.partition(needed, place, axis=1)[:, place]
+    return np.where(np.isfinite(out), out, np.nan)
+
+
+def _torques(gammas: FloatArray, push: AddedTorque) -> FloatArray:
+    """(a,) torques to try: what hides behind friction is to be exceeded too."""
+    width = push.around.width_nm
+    hidden = float(np.max(width, where=np.isfinite(width), initial=0.0))
+    peak = max(float(np.max(np.abs(push.unit_nm))), 1e-3)
+    return np.concatenate(([0.0], np.geomspace(0.3 * gammas[0], 2.0 * (gammas[-1] + hidden) / peak, _TORQUES)))
+
+
+def _crossings(level: FloatArray, torques: FloatArray, gammas: FloatArray) -> FloatArray:
+    """(g, k, c) torque at which the rising levels (a, k, c) pass each threshold; infinite where they do not."""
+    out = np.full((gammas.size, *level.shape[1:]), np.inf)
+    for g, gamma in enumerate(gammas):
+        above = level > gamma
+        passes = above[-1]
+        first = np.argmax(above, axis=0)
+        low = np.maximum(first - 1, 0)
+        at_low = np.take_along_axis(level, low[None], axis=0)[0]
+        at_high = np.take_along_axis(level, first[None], axis=0)[0]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = (gamma - at_low) / (at_high - at_low)
+        share = np.where(np.isfinite(at_low) & np.isfinite(share), share, 1.0)
+        out[g] = np.where(passes, torques[low] + share * (torques[first] - torques[low]), np.inf)
+        out[g][passes & (first == 0)] = 0.0
+    return out
+
+
+def alarm_delays_s(lasting: AddedTorque, gammas: FloatArray, counts: IntArray, joint: JointSeries) -> FloatArray:
+    """(g, c) median time from the onset of a torque of twice the threshold to the alarm; NaN where most do not alarm.
+
+    The longest run so far grows by the sample: where it first reaches n, rule (6) fires.
+    """
+    out = np.full((gammas.size, counts.size), np.nan)
+    for g, gamma in enumerate(gammas):
+        above = shown(lasting.around, DELAY_THRESHOLDS * gamma * lasting.unit_nm)[0] > gamma
+        above[:, : lasting.onset] = False  # what the log does by itself is no reaction
+        longest = np.maximum.accumulate(_run_lengths(above), axis=1)
+        ends = longest[:, -1]
+        # (k, c) first sample at which the longest run has n samples
+        first = np.stack([np.searchsorted(row, counts) for row in longest]).astype(np.float64)
+        first[ends[:, None] < counts] = np.inf
+        middle = np.median(first, axis=0)
+        out[g] = np.where(np.isfinite(middle), (middle - lasting.onset) * joint.period_s, np.nan)
+    return out
+
+
+def _run_lengths(mask: BoolArray) -> IntArray:
+    """(k, t) length, up to each sample, of the run of True that it is in."""
+    place = np.arange(1, mask.shape[1] + 1)
+    broken = np.maximum.accumulate(np.where(mask, 0, place), axis=1)
+    return np.asarray(place - broken)
+
+
+def _short(values: FloatArray) -> list[float]:
+    """Numbers in five significant digits, for files."""
+    return [float(f"{x:.5g}") for x in values]
+
+
+def _known(values: Sequence[float] | FloatArray) -> list[float | None]:
+    """Numbers in three significant digits; None for what is not known."""
+    return [float(f"{x:.3g}") if np.isfinite(x) else None for x in values]

@@ -1,0 +1,272 @@
+"""The study of one log's rule: planes, added contacts, force map, what thresholds are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import LogFacts
+from collaudit.core.data.rule_study_result import (
+    STUDY_SCHEMA,
+    DynamicGain,
+    ForceMap,
+    JointPlane,
+    PersistenceChoice,
+    RuleSensitivity,
+    RuleStudy,
+    ThresholdParts,
+)
+from collaudit.core.data.signals import State
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.rule_study.arm_contacts import (
+    AddedContacts,
+    added_contacts,
+    contact_sensitivities,
+    watched_columns,
+)
+from collaudit.core.rule_study.contact_shapes import LASTING, REFERENCE_PUSH, SHAPES, ContactShape
+from collaudit.core.rule_study.dynamic_gain import dynamic_gain
+from collaudit.core.rule_study.force_map import force_map
+from collaudit.core.rule_study.injected_contacts import open_moments, spread_moments
+from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, joint_plane, plane_point
+from collaudit.core.rule_study.labelled_contacts import Times, labelled_curve
+from collaudit.core.rule_study.persistence_choice import compared_persistences
+from collaudit.core.rule_study.plane_frontier import frontier
+from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
+from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
+from collaudit.core.verdict.sensitivity import detectable_torque
+
+#: Moments that planes, delays and the map are computed at.
+_PUSH_MOMENTS, _DELAY_MOMENTS, _MAP_MOMENTS = 160, 64, 400
+_SEED = 20210316
+#: Thresholds that the evidence supports at a persistence, by joint.
+GammasAt = Callable[[int], Mapping[str, float | None]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StudiedLog:
+    """One judged log, and which of its time is free of contact.
+
+    Attributes:
+        prepared, run, inputs, config: as it was judged.
+        log: its facts.
+        free: (n,) samples away from any contact.
+        contact: known contacts, s; None where none are known, and alarms are taken for contact.
+    """
+
+    prepared: Prepared
+    run: DetectorRun
+    inputs: DetectionInputs
+    config: Config
+    log: LogFacts
+    free: BoolArray
+    contact: Times | None = None
+
+    @property
+    def columns(self) -> list[int]:
+        """Of the watched joints."""
+        return watched_columns(self.inputs, self.prepared.judged_series.joint_names)
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the watched joints."""
+        return [self.prepared.judged_series.joint_names[j] for j in self.columns]
+
+
+def study_rule(studied: StudiedLog, gammas_at: GammasAt) -> RuleStudy:
+    """Everything that a log tells of its rule and of others.
+
+    Args:
+        studied: the log.
+        gammas_at: thresholds that the evidence supports at a persistence.
+    """
+    rule = studied.inputs.rule
+    added = _added(studied) if judges_joints(studied.run) else []
+    choices = compared_persistences(added, studied.joints, rule.n, gammas_at, _longest_delay_s(studied.config))
+    chosen = next((choice for choice in choices if choice.chosen), None)
+    planes = {joint: _plane(studied, j, chosen) for j, joint in zip(studied.columns, studied.joints, strict=True)}
+    set_nm = {joint: rule.gamma_nm[joint] for joint in studied.joints}
+    rules = [_rule("configured", added, set_nm, rule.n)] if added else []
+    if chosen is not None:
+        rules.append(_rule("recommended", added, chosen.gamma_nm, chosen.n))
+    push = next((contacts for contacts in added if contacts.shape == REFERENCE_PUSH), None)
+    prepared, run = studied.prepared, studied.run
+    return RuleStudy(
+        schema=STUDY_SCHEMA,
+        log=studied.log.name,
+        log_sha256=studied.log.sha256,
+        period_s=studied.log.sample_period_s,
+        joints=planes,
+        rules=tuple(rules),
+        choices=choices,
+        force_map=_map(studied),
+        parts=_parts(studied),
+        dynamic=_dynamic(studied),
+        labelled=None if not studied.contact else labelled_curve(prepared, run, studied.inputs, studied.contact, push),
+        assumptions=tuple(_assumptions(studied, bool(added))),
+    )
+
+
+def _longest_delay_s(config: Config) -> float | None:
+    return None if config.study.max_delay_ms is None else config.study.max_delay_ms / 1e3
+
+
+def _added(studied: StudiedLog) -> list[AddedContacts]:
+    """Contacts of every shape."""
+    detect, study = studied.config.detect, studied.config.study
+    found = [
+        added_contacts(
+            studied.prepared,
+            studied.run,
+            studied.inputs,
+            shape,
+            studied.free,
+            study.contacts,
+            detect.slow_speed_rad_s,
+            studied.config.robot.tool.frame,
+        )
+        for shape in SHAPES
+    ]
+    return [contacts for contacts in found if contacts is not None]
+
+
+def _rule(name: str, added: list[AddedContacts], gamma_nm: dict[str, float], n: int) -> RuleSensitivity:
+    contacts = [c for one in added for c in contact_sensitivities(one, gamma_nm, list(gamma_nm), n)]
+    return RuleSensitivity(name, gamma_nm, n, tuple(contacts))
+
+
+def joint_series(studied: StudiedLog, j: int) -> JointSeries:
+    """One joint's residual with its clean samples."""
+    series, residual, state = studied.prepared.judged_series, studied.run.residual, studied.run.detected.state
+    clean = np.asarray((state[:, j] <= State.FRICTION_INTERVAL) & studied.free)
+    merge = round(studied.config.detect.merge_ms / 1e3 / series.period_s)
+    torque, doubt = (np.ascontiguousarray(x[:, j]) for x in (residual.torque_nm, residual.uncertainty_nm))
+    return JointSeries(torque, doubt, clean, series.period_s, merge)
+
+
+def _plane(studied: StudiedLog, j: int, chosen: PersistenceChoice | None) -> JointPlane:
+    joint, rule = joint_series(studied, j), studied.inputs.rule
+    name = studied.prepared.judged_series.joint_names[j]
+    push = _added_torque(studied, j, REFERENCE_PUSH, _PUSH_MOMENTS)
+    lasting = _added_torque(studied, j, LASTING, _DELAY_MOMENTS)
+    plane = joint_plane(joint, rule.gamma_nm[name], rule.n, push, lasting)
+    if chosen is not None:
+        point = plane_point(joint, chosen.gamma_nm[name], chosen.n, push, lasting)
+        plane = replace(plane, chosen=point)
+    return replace(plane, frontier=frontier(plane, _longest_delay_s(studied.config)))
+
+
+def _added_torque(studied: StudiedLog, j: int, shape: ContactShape, most: int) -> AddedTorque | None:
+    """A newton metre on one joint at moments that are judged; None where no moment is, or nothing is known of it."""
+    series, run = studied.prepared.judged_series, studied.run
+    if not judges_joints(run):
+        return None
+    kernel, period = run.residual.balance.kernel, series.period_s
+    margin = margin_samples(kernel, series.bandwidth_hz, period)
+    after = round(shape.duration_s / period) + margin
+    moments = open_moments(series, studied.free, margin, after)
+    moments = moments[run.detected.state[moments, j] <= State.FRICTION_INTERVAL]
+    if moments.size == 0:
+        return None
+    moments = spread_moments(moments, most, np.random.default_rng(_SEED))
+    samples: IntArray = moments[:, None] + np.arange(-margin, after)
+    around = windows(series, run, studied.inputs.laws, studied.config.detect.slow_speed_rad_s, [j], samples)
+    time_s: FloatArray = period * np.arange(-margin, after, dtype=np.float64)
+    unit = through_filters(shape.values(time_s, period)[None, None, :], kernel, series.bandwidth_hz, period)
+    sign = np.where(np.arange(moments.size) % 2 == 0, 1.0, -1.0)
+    return AddedTorque(around, sign[None, :, None] * unit, margin)
+
+
+def _map(studied: StudiedLog) -> ForceMap | None:
+    """The smallest lasting force over the poses of the log."""
+    series, n = studied.prepared.judged_series, studied.inputs.rule.n
+    if not judges_joints(studied.run) or not studied.columns:
+        return None
+    told = np.flatnonzero((studied.run.detected.state <= State.FRICTION_INTERVAL).any(axis=1)).astype(np.int64)
+    samples = spread_moments(told, _MAP_MOMENTS, np.random.default_rng(_SEED))
+    level = np.full((samples.size, len(series.joint_names)), np.inf)
+    for j in studied.columns:
+        level[:, j] = detectable_torque(studied.run, j, n)[samples]
+    return force_map(studied.prepared, level, samples, studied.config.robot.tool.frame)
+
+
+def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
+    """What each threshold is made of, where the model is known."""
+    prepared, series = studied.prepared, studied.prepared.judged_series
+    if prepared.rigid_nm is None or series.effort is None or not judges_joints(studied.run):
+        return {}
+    columns = prepared.columns()
+    gravity = prepared.robot.gravity_torque(prepared.series.position_rad)
+    motion = np.nan_to_num(series.acceleration_rad_s2)
+    out = {}
+    for j, name in zip(studied.columns, studied.joints, strict=True):
+        joint, column = joint_series(studied, j), columns[j]
+        noise_nm, noise = _sensor_noise(studied, j)
+        inputs = PartInputs(
+            joint.residual_nm,
+            joint.uncertainty_nm,
+            joint.clean,
+            np.asarray(studied.run.detected.state[:, j] == State.FRICTION_INTERVAL),
+            series.position_rad[:, j],
+            series.velocity_rad_s[:, j],
+            gravity[:, column],
+            prepared.rigid_nm[:, column] - gravity[:, column],
+            motion,
+            noise_nm,
+            noise,
+            series.period_s,
+        )
+        found = threshold_parts(inputs, studied.inputs.rule.n)
+        if found is not None:
+            out[name] = found
+    return out
+
+
+def _sensor_noise(studied: StudiedLog, j: int) -> tuple[float, FloatArray]:
+    """White noise of a joint's effort as it passes the kernel: its standard deviation, and as much of it made up."""
+    series, kernel = studied.prepared.judged_series, studied.run.residual.balance.kernel
+    assert series.effort is not None
+    bend = np.diff(series.effort[:, j], 2)
+    bend = bend[np.isfinite(bend)]
+    white = robust_sd(bend) / sqrt(6.0) if bend.size else 0.0
+    made = white * np.random.default_rng([_SEED, j]).normal(size=(series.time_s.size, 1))
+    passed = kernel.apply(made, [Span(0, series.time_s.size)], series.period_s)[:, 0]
+    return white * kernel.noise_gain(series.period_s), passed
+
+
+def _dynamic(studied: StudiedLog) -> dict[str, DynamicGain]:
+    """What a dynamic threshold would gain."""
+    series, kernel = studied.prepared.judged_series, studied.run.residual.balance.kernel
+    out = {}
+    for j, name in zip(studied.columns, studied.joints, strict=True):
+        motion = np.stack([np.abs(series.velocity_rad_s[:, j]), np.abs(series.acceleration_rad_s2[:, j])], axis=1)
+        speed, turn = kernel.apply(np.asfortranarray(motion), series.segments, series.period_s).T
+        out[name] = dynamic_gain(joint_series(studied, j), studied.inputs.rule.n, speed, turn)
+    return out
+
+
+def _assumptions(studied: StudiedLog, added: bool) -> list[str]:
+    """What the numbers rest on."""
+    out = []
+    if studied.contact is None:
+        out.append(
+            "Nothing is known of contact in this log: half a second around alarms and near misses of any joint at the "
+            "configured rule was left out, so that alarms of lower thresholds are counted in the quieter rest."
+        )
+    if not added:
+        out.append("No contacts could be added: that needs a robot model and a detector that tells joints apart.")
+        return out
+    out += [
+        "Added contacts keep the recorded motion, and act on the arm in the poses that it was in, in the direction of "
+        "their link.",
+        "They pass the filters of the motion as well as the detector's: a knock reaches a residual through the motion.",
+        "A standing joint's friction takes up what it can first; an arm that is moved by a push shows more.",
+    ]
+    return out

@@ -1,8 +1,8 @@
 """Generated pages of the user guide: ``python -m collaudit.cli.docs docs``.
 
-The configuration reference and its JSON Schema come from the schema, findings from their table, commands
-from their own help, the JSON Schemas of results from their types; a test compares the files with what this module
-makes.
+The configuration reference and its JSON Schema come from the schema, findings from their table, commands and manual
+pages from their own help, the JSON Schemas of results from their types; a test compares the files with what this
+module makes.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 import click
 
 from collaudit.cli.main import collaudit
+from collaudit.cli.man_pages import man_pages
 from collaudit.cli.room_picture import ROOMS, picture
 from collaudit.core.config import schema as config_of_core
 from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
@@ -31,6 +32,7 @@ def pages() -> dict[str, str]:
         "findings.md": findings_page(),
         "commands.md": commands_page(),
         **{f"schemas/{name}": text for name, text in schema_texts().items()},
+        **{f"man/{name}": text for name, text in man_pages().items()},
     }
 
 

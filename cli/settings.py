@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
 
 _PATH = "collaudit.config.path"
+_FOUND = "collaudit.config.found"
 _OVERRIDES = "collaudit.config.overrides"
 _CACHE = "collaudit.cache"
 _PATHS = "collaudit.config.paths"
@@ -31,12 +32,18 @@ Decorator = Callable[[CommandFunction], CommandFunction]
 def config_path() -> Path | None:
     """The file given by ``-c``, else ``collaudit.toml`` of the working folder, which is said once."""
     meta = click.get_current_context().meta
-    path = meta.get(_PATH)
+    path = meta.get(_PATH) or meta.get(_FOUND)
     if path is None and DEFAULT.is_file():
         from collaudit.cli.console import note
 
-        path = meta[_PATH] = DEFAULT
+        path = meta[_FOUND] = DEFAULT
         note(f"settings of {DEFAULT} in this folder are used; -c names another file")
+    return path if isinstance(path, Path) else None
+
+
+def given_config() -> Path | None:
+    """The file given by ``-c``; not the one that is used because it is in the working folder."""
+    path = click.get_current_context().meta.get(_PATH)
     return path if isinstance(path, Path) else None
 
 

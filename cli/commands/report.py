@@ -8,7 +8,7 @@ import click
 
 from collaudit.cli.console import note, say, say_document, say_json, terminal_width
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, config_path, load_settings
+from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 
@@ -77,11 +77,11 @@ def command(
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)
     audits = [read_run(run) for run in runs]
-    if config_path() is not None:
+    if given_config() is not None:
         sha256 = load_settings().sha256
         for run, audit in zip(runs, audits, strict=True):
             if audit.result.provenance.config_sha256 != sha256:
-                note(f"{run}: was judged with other settings than {config_path()}")
+                note(f"{run}: was judged with other settings than {given_config()}")
     if not paths:
         if as_json:
             raise ConfigError(

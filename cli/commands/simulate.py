@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from inspect import cleandoc
 from pathlib import Path
 
@@ -22,17 +23,35 @@ def _listed(title: str, names: dict[str, str]) -> str:
     return "\b\n" + "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in names.items())])
 
 
+def _names(known: Iterable[str]) -> Callable[[click.Context, click.Parameter, str], list[str]]:
+    """Completion of a name out of a list."""
+    return lambda _context, _param, begun: [name for name in known if name.startswith(begun)]
+
+
 @example_command(
     "simulate",
     "collaudit simulate friction -o friction.mcap",
     "collaudit simulate polish-const --seed 7 --format bag -o run.bag",
     "collaudit simulate free-hits --robot seven --mismatch 2 -o hits.mcap",
 )
-@click.argument("scenario", metavar="SCENARIO")
+@click.argument("scenario", metavar="SCENARIO", shell_complete=_names(SCENARIOS))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, metavar="LOG", help="Log to write.")
-@click.option("--robot", default="paper6", show_default=True, metavar="NAME", help="Simulated arm.")
+@click.option(
+    "--robot",
+    default="paper6",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=_names(ROBOTS),
+    help="Simulated arm.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same bytes.")
-@click.option("--format", "fmt", metavar="NAME", help="csv, mcap, bag or db3; by the suffix of LOG when absent.")
+@click.option(
+    "--format",
+    "fmt",
+    metavar="NAME",
+    shell_complete=_names(FORMATS),
+    help="csv, mcap, bag or db3; by the suffix of LOG when absent.",
+)
 @click.option(
     "--mismatch",
     type=float,
@@ -46,6 +65,7 @@ def _listed(title: str, names: dict[str, str]) -> str:
     "imperfections",
     multiple=True,
     metavar="NAME",
+    shell_complete=_names(IMPERFECTIONS),
     help="Imperfection of the recording, from the list below; may be given several times.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the written files as JSON.")

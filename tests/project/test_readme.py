@@ -23,13 +23,14 @@ def _block(marker: str) -> str:
     return match.group(1)
 
 
-def test_help_block_is_the_real_help() -> None:
-    assert _block("help: collaudit").strip() == help_text("").strip(), "put the help of collaudit into the README"
+def test_every_command_is_shown_as_its_help_says_it() -> None:
+    for entry in collaudit.entries:
+        assert f"| `collaudit {entry.name}` | {entry.summary} |" in README
+        assert entry.summary in help_text("")
 
 
-def test_every_command_is_shown() -> None:
-    shown = set(re.findall(r"collaudit (\w+)", README))
-    assert {entry.name for entry in collaudit.entries} <= shown
+def test_it_fits_two_screens() -> None:
+    assert len(README.splitlines()) <= 110
 
 
 def test_the_two_promises() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.link_constants import FramePlacement, Link
 from collaudit.core.robot.pinocchio_model import PinocchioModel
 
 
@@ -14,7 +15,7 @@ class ForwardModel:
 
     def __init__(self, model: PinocchioModel) -> None:
         """``model``: the arm; a copy of it is worked on."""
-        self._model = model.copy()
+        self._plain, self._model = model, model.copy()
         self._workspace = self._model.workspace()
         self._rotor = self._model.armature
         #: The calls of :class:`Workspace` that a simulation needs as they are.
@@ -32,6 +33,19 @@ class ForwardModel:
         """
         self._model.set_armature(self._rotor + extra)
         return self._workspace.forward_dynamics(q, v, torque)
+
+    def links(self) -> list[Link]:
+        """The arm's constants, one joint and its body each."""
+        return self._plain.links()
+
+    def frame_placement(self, name: str) -> FramePlacement:
+        """Where a frame is."""
+        return self._plain.frame_placement(name)
+
+    @property
+    def gravity_m_s2(self) -> FloatArray:
+        """(3,) in base axes."""
+        return self._plain.gravity_m_s2
 
     def frame_id(self, name: str) -> int:
         """Number of a frame.

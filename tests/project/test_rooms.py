@@ -39,6 +39,7 @@ BELONGS = {
     ),
     "pandas": ("core/logs/csv/", "core/api.py"),
     "h5py": ("core/logs/column_files/",),
+    "numba": ("fixtures/compiled/compiler.py",),
     "matplotlib": ("reports/",),
     "click": ("cli/",),
     "jinja2": ("reports/",),

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from collaudit.core.data.audit_result import RecommendedRule
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.numbers import duration, rate
 
 
 def rules_text(rules: Mapping[str, RecommendedRule], width: int | None = None) -> str:
@@ -16,9 +18,9 @@ def rules_text(rules: Mapping[str, RecommendedRule], width: int | None = None) -
             "none" if rule.gamma_nm is None else f"{rule.gamma_nm:g}",
             str(rule.n),
             "" if rule.largest_clean_nm is None else f"{rule.largest_clean_nm:.3g}",
-            f"{rule.clean_hours:.3g}",
-            "" if rule.false_alarms_per_hour is None else f"{rule.false_alarms_per_hour:.3g}",
-            "" if rule.false_alarms_per_hour_upper95 is None else f"{rule.false_alarms_per_hour_upper95:.3g}",
+            duration(3600 * rule.clean_hours),
+            "" if rule.false_alarms_per_hour is None else rate(rule.false_alarms_per_hour, rule.clean_hours),
+            "" if rule.false_alarms_per_hour_upper95 is None else f"{rule.false_alarms_per_hour_upper95:.3g} /h",
         )
         for joint, rule in rules.items()
     ]
@@ -27,9 +29,10 @@ def rules_text(rules: Mapping[str, RecommendedRule], width: int | None = None) -
         "gamma N·m",
         "n",
         "largest clean N·m",
-        "clean hours",
-        "alarms/h at most (95 %)",
+        "clean time",
+        "false alarms at most (95 %)",
         "from observed time only",
     )
-    missing = [f"  {joint}: {text}" for joint, rule in rules.items() for text in rule.missing]
+    said = [(joint, text) for joint, rule in rules.items() for text in rule.missing]
+    missing = [wrapped(f"  {line}", width, "    ") for line in joint_lines(said, len(rules))]
     return "\n".join([table(head, rows, range(1, len(head)), width).rstrip(), *missing]) + "\n"

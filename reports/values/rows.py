@@ -17,6 +17,7 @@ from collaudit.reports.values.numbers import (
     fixed,
     interval,
     percent,
+    rate,
     significant,
     time_decimals,
 )
@@ -191,6 +192,7 @@ def rule_row(joint: str, rule: RecommendedRule, result: AuditResult) -> RuleRow:
     unit = torque_unit(result, joint)
     used = result.rule.gamma_nm.get(joint)
     gamma_text, used_text, clean_text = apart([rule.gamma_nm, used, rule.largest_clean_nm])
+    expected, upper = rule.false_alarms_per_hour, rule.false_alarms_per_hour_upper95
     others = [f"{fixed(gamma, 2)} {unit} at n = {n}" for n, gamma in rule.alternatives]
     return RuleRow(
         joint=joint,
@@ -200,8 +202,8 @@ def rule_row(joint: str, rule: RecommendedRule, result: AuditResult) -> RuleRow:
         largest_clean=NONE if rule.largest_clean_nm is None else f"{clean_text} {unit}",
         margin=NONE if rule.margin is None else f"× {significant(rule.margin)}",
         clean=duration(3600 * rule.clean_hours),
-        false_alarms=_rate(rule.false_alarms_per_hour),
-        upper=NONE if rule.false_alarms_per_hour_upper95 is None else f"≤ {_rate(rule.false_alarms_per_hour_upper95)}",
+        false_alarms=NONE if expected is None else rate(expected, rule.clean_hours),
+        upper=NONE if upper is None else f"≤ {significant(upper)} /h",
         alternatives=", ".join(others) or NONE,
         missing=rule.missing,
     )
@@ -245,7 +247,3 @@ def _beside_persistence(seconds: float, persistence_s: float) -> str:
     if seconds >= 1:
         return duration(seconds)
     return f"{apart([1e3 * seconds, 1e3 * persistence_s], 1)[0]} ms"
-
-
-def _rate(per_hour: float | None) -> str:
-    return NONE if per_hour is None else f"{significant(per_hour)} /h"

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collaudit.reports.values.numbers import (
+    BELOW_SUPPORT,
     UNKNOWN,
     against,
     apart,
@@ -17,6 +18,7 @@ from collaudit.reports.values.numbers import (
     fixed,
     interval,
     percent,
+    rate,
     significant,
     stated,
     time_decimals,
@@ -136,3 +138,18 @@ def test_times_show_every_sample(period: float, decimals: int) -> None:
 
 def test_stated_numbers_keep_what_was_written() -> None:
     assert [stated(v) for v in (4.0, 2.5, 0.1, 25.0, None)] == ["4", "2.5", "0.1", "25", UNKNOWN]
+
+
+@pytest.mark.parametrize(
+    ("per_hour", "hours", "text"),
+    [
+        (0.001, 0.5, BELOW_SUPPORT),
+        (0.1999, 0.5, BELOW_SUPPORT),
+        (0.2001, 0.5, "0.200 /h"),
+        (3.0, 0.5, "3.00 /h"),
+        (1.0, 0.0, BELOW_SUPPORT),
+        (None, 1.0, UNKNOWN),
+    ],
+)
+def test_a_rate_goes_no_further_than_its_hours(per_hour: float | None, hours: float, text: str) -> None:
+    assert rate(per_hour, hours) == text

@@ -36,7 +36,7 @@ from collaudit.core.detection.detector_run import (
     judged_signals,
     run_detector,
 )
-from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.detection.fitted_rule import isolated_peak_findings, with_fitted_thresholds
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
 from collaudit.core.detection.rest_disturbances import disturbance_findings, rest_disturbances
@@ -130,6 +130,7 @@ def fit_logs(
     findings += identified_findings(identified) + friction_findings(fits, gains)
     findings += friction_variation_findings(variation)
     findings += correction_findings(corrections)
+    findings += isolated_peak_findings(thresholds)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=fits,

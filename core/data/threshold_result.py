@@ -23,6 +23,24 @@ class ThresholdLevel:
 
 
 @dataclass(frozen=True, slots=True)
+class IsolatedPeak:
+    """A stretch that no threshold counts, since its residual stands alone: contact that was missed, a stop or a fault.
+
+    Attributes:
+        log: name of its log.
+        start_s, end_s: margins included, seconds from the log's first sample.
+        peak_nm: the largest residual in it.
+        usual_nm: what four of five seconds of all logs stay below.
+    """
+
+    log: str
+    start_s: float
+    end_s: float
+    peak_nm: float
+    usual_nm: float
+
+
+@dataclass(frozen=True, slots=True)
 class JointThreshold:
     """Thresholds of one joint, with their evidence.
 
@@ -34,6 +52,8 @@ class JointThreshold:
         held_out: share of its motion whose friction law was fitted without it.
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
         reason: why there is no threshold.
+        rated_nm: what the description says the drive can exert (N if prismatic); None where it says nothing.
+        isolated: peaks that the thresholds do not count; empty in files of earlier versions.
     """
 
     levels: tuple[ThresholdLevel, ...]
@@ -43,6 +63,8 @@ class JointThreshold:
     held_out: float
     fastest_rad_s: float | None
     reason: str | None = None
+    rated_nm: float | None = None
+    isolated: tuple[IsolatedPeak, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,11 @@ from collaudit.core.prepare.quiet_level import QuietLevel
 #: Rounding of a persistence that is stated in ms and counted in samples.
 _SLACK = 1e-3
 _HOUR_S = 3600.0
+#: Events, with 95 % confidence no more, in a time in which none was seen (Poisson).
+_NONE_SEEN_95 = -math.log(0.05)
+#: Hours of motion from which thresholds are not called little supported.
+_MUCH_H = 0.1
+_SHOWN = 6
 
 
 def with_fitted_thresholds(
@@ -51,6 +56,8 @@ def with_fitted_thresholds(
     fitted = {joint: level for joint, level in gamma.items() if joint not in still}
     if usable is not None and fitted:
         findings.append(_source(usable, fitted, series.joint_names))
+        findings += [f for f in isolated_peak_findings(usable) if f.joint in fitted]
+        findings += _beyond_drive(usable, fitted)
     detect = config.detect.model_copy(update={"gamma_nm": gamma})
     return config.model_copy(update={"detect": detect}), findings
 
@@ -103,7 +110,45 @@ def _source(thresholds: FittedThresholds, gamma: dict[str, float], order: tuple[
         f"Thresholds (N·m) from the friction file's held-out residual: {listed}. They rest on "
         f"{_duration(least)} of motion per joint at least{in_sample}."
     )
+    if 0 < least < _MUCH_H:
+        text += (
+            f" That is little: by itself it cannot exclude up to {_NONE_SEEN_95 / least:.2g} false alarms of a joint "
+            "an hour (95 %), and the thresholds are wider for it."
+        )
     return Finding("gamma-from-fit", "info", text)
+
+
+def isolated_peak_findings(thresholds: FittedThresholds) -> list[Finding]:
+    """That thresholds do not count peaks that stand alone, with joint, time and size."""
+    out = []
+    for joint, known in thresholds.joints.items():
+        if not known.isolated:
+            continue
+        listed = [f"{p.peak_nm:.3g} N·m at {p.start_s:.1f} to {p.end_s:.1f} s of {p.log}" for p in known.isolated]
+        more = f" and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
+        usual = known.isolated[0].usual_nm
+        text = (
+            f"The fitted threshold of joint '{joint}' does not count peaks of the residual that stand alone: "
+            f"{', '.join(listed[:_SHOWN])}{more}; four of five seconds stay below {usual:.3g} N·m. "
+            "They look like contact or a stop. If nothing happened there, motion like it will alarm."
+        )
+        out.append(Finding("gamma-peaks-left-out", "warning", text, joint=joint))
+    return out
+
+
+def _beyond_drive(thresholds: FittedThresholds, gamma: Mapping[str, float]) -> list[Finding]:
+    """Thresholds above what the drive of the joint can exert."""
+    out = []
+    for joint, level in gamma.items():
+        rated = thresholds.joints[joint].rated_nm
+        if rated is not None and level >= rated:
+            text = (
+                f"The fitted threshold of joint '{joint}', {level:.3g} N·m, is above what its drive is rated for "
+                f"({rated:.3g} N·m): hardly any contact on it can alarm. The fitted residual has errors of this size, "
+                "or contact in it."
+            )
+            out.append(Finding("gamma-beyond-drive", "warning", text, joint=joint))
+    return out
 
 
 def _duration(hours: float) -> str:

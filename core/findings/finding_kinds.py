@@ -524,6 +524,19 @@ KINDS: dict[str, Kind] = {
         "Nothing. Fit on more motion, as fast and as loaded as the logs that are judged, for lower thresholds.",
         _INFO,
     ),
+    "gamma-peaks-left-out": Kind(
+        "Thresholds of the friction file do not count peaks of the fitted logs' residual that stand alone.",
+        "Look at these times. If something was touched there, nothing; else fit on more motion of this kind, so that "
+        "it no longer stands alone.",
+        _WARNING,
+    ),
+    "gamma-beyond-drive": Kind(
+        "A threshold of the friction file is above the torque that the drive of its joint is rated for.",
+        "Look at the fitted residual: a wrong unit or sign of the effort, a wrong model, or contact in the log; "
+        "or state gamma_nm.",
+        _EXCLUDES,
+        setting="detect.gamma_nm",
+    ),
     "gamma-missing": Kind(
         'gamma_nm = "auto", and the friction file has no threshold for a joint.',
         "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
@@ -18,6 +19,7 @@ from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
 from collaudit.core.recommend.held_out_residual import HeldOutResidual, held_out_residuals
+from collaudit.core.recommend.isolated_peaks import without_isolated_peaks
 from collaudit.core.recommend.recommendation import MARGIN, TARGET_H, CleanResidual, sustained_peaks
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
@@ -26,6 +28,8 @@ _PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
 _LEAST_S = 5.0
 #: Peaks of a short log are taken of shorter blocks, so that there are enough of them for a tail.
 _SHORT_BLOCK_S = 0.25
+#: Parts of the time that are compared, and Student's t at one-sided 95 % for one less.
+_PARTS, _T_95 = 5, 2.132
 
 
 def fitted_thresholds(
@@ -44,7 +48,10 @@ def fitted_thresholds(
         config: detector, persistence, folds.
     """
     residuals = held_out_residuals(prepared, fits, variation, corrections, config)
-    joints = {joint: _joint(joint, fit, residuals, config) for joint, fit in fits.items()}
+    joints = {
+        joint: replace(_joint(joint, fit, residuals, config), rated_nm=_rated(prepared, joint))
+        for joint, fit in fits.items()
+    }
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
 
@@ -92,7 +99,12 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
     x = np.concatenate([r.torque_nm[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
     speed = np.concatenate([r.speed_rad_s[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
     held = np.concatenate([r.held_out[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
-    data = [CleanResidual(r.torque_nm[:, j], r.evidence[:, j], r.period_s) for r, j in columns]
+    data, isolated = without_isolated_peaks(
+        [CleanResidual(r.torque_nm[:, j], r.evidence[:, j], r.period_s) for r, j in columns],
+        judged,
+        [r.log for r, _ in columns],
+        [r.time_s for r, _ in columns],
+    )
     asked = config.detect.persistence_ms
     persistences = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
     levels: dict[int, ThresholdLevel] = {}
@@ -108,7 +120,14 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
         held_out=float(np.mean(held)),
         fastest_rad_s=float(np.quantile(speed, 0.99)),
         reason=None if levels else _too_little(seconds),
+        isolated=isolated,
     )
+
+
+def _rated(prepared: Sequence[Prepared], joint: str) -> float | None:
+    robot = next((log.robot for log in prepared if joint in log.robot.joint_names), None)
+    limit = 0.0 if robot is None else float(robot.effort_limit_nm[robot.joint_names.index(joint)])
+    return limit if 0 < limit < inf else None
 
 
 def _too_little(seconds: float) -> str:
@@ -118,8 +137,9 @@ def _too_little(seconds: float) -> str:
 def threshold_level(data: Sequence[CleanResidual], persistence_s: float) -> ThresholdLevel | None:
     """Threshold at one persistence: what the tail of the sustained peaks reaches once in ``TARGET_H`` hours.
 
-    Or the largest level that the data sustained for n samples, whichever is higher; and ``MARGIN`` times that, for the
-    motion that is judged is not the motion of the fit. The squares of the peaks are
+    Or the largest level that the data sustained for n samples, or what :func:`_next_peak` expects of another log as
+    long, whichever is highest; and ``MARGIN`` times that, for the motion that is judged is not the motion of the fit.
+    The squares of the peaks are
     taken to have the exponential tail (Weibull, shape 2): the residual is a sum of many errors, each bounded or
     Gaussian, and an exponential tail of the peaks themselves would double the thresholds of logs of half a minute.
     """
@@ -130,9 +150,19 @@ def threshold_level(data: Sequence[CleanResidual], persistence_s: float) -> Thre
     tail = clean_tail(peaks**2, seconds / 3600.0)
     if tail is None:
         return None
-    gamma = MARGIN * max(float(peaks.max()), sqrt(tail.level_at(1.0 / TARGET_H)))
+    gamma = MARGIN * max(float(peaks.max()), sqrt(tail.level_at(1.0 / TARGET_H)), _next_peak(peaks))
     lasting = max(n * d.period_s for n, d in zip(counts, data, strict=True))
     return ThresholdLevel(max(counts), lasting, gamma, tail.rate_per_hour(gamma**2))
+
+
+def _next_peak(peaks: FloatArray) -> float:
+    """The largest peak that another fifth of the data may have, with 95 % confidence: parts of a log are not alike.
+
+    The prediction bound of one more value by Student's t, from the largest peaks of five parts of the time (Hahn,
+    J. Am. Stat. Assoc. 64, 1969). It falls with more data, for then each part has seen more kinds of motion.
+    """
+    largest = np.array([float(part.max()) for part in np.array_split(peaks, _PARTS)])
+    return float(largest.mean() + _T_95 * np.sqrt(1.0 + 1.0 / _PARTS) * largest.std(ddof=1))
 
 
 def _falling(levels: list[ThresholdLevel]) -> tuple[ThresholdLevel, ...]:

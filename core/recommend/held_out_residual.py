@@ -29,6 +29,8 @@ class HeldOutResidual:
     """Residual of one log.
 
     Attributes:
+        log: its name.
+        time_s: (n,).
         joint_names: the judged joints.
         torque_nm: (n, j) residual.
         evidence: (n, j) samples on which the rule could fire.
@@ -38,6 +40,8 @@ class HeldOutResidual:
         period_s: sample period, s.
     """
 
+    log: str
+    time_s: FloatArray
     joint_names: tuple[str, ...]
     torque_nm: FloatArray
     evidence: BoolArray
@@ -95,6 +99,8 @@ def _of_log(
             held_out[rows, j] = joint in found
     usable = np.isfinite(torque) & ~series.saturated
     return HeldOutResidual(
+        series.source.name,
+        series.time_s,
         series.joint_names,
         torque,
         np.asarray((state <= State.FRICTION_INTERVAL) & usable),

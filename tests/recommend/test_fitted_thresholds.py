@@ -14,10 +14,11 @@ from collaudit.core.api import prepare
 from collaudit.core.audit import Audit, audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
-from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
+from collaudit.core.detection.fitted_rule import isolated_peak_findings, with_fitted_thresholds
 from collaudit.core.friction.held_out_laws import fold_of_sample
 from collaudit.core.recommend.fitted_thresholds import threshold_level
+from collaudit.core.recommend.isolated_peaks import without_isolated_peaks
 from collaudit.core.recommend.recommendation import CleanResidual
 
 FitOf = Callable[[str], FrictionFile]
@@ -107,6 +108,71 @@ def test_the_level_is_seldom_passed(seconds: float) -> None:
         x = np.abs(residual(600.0)) > level.gamma_nm
         over.append(np.convolve(x, np.ones(13), "valid").max() >= 13)
     assert sum(over) == 0
+
+
+def coloured(duration_s: float, seed: int = 3) -> np.ndarray:
+    from scipy.signal import lfilter
+
+    x = lfilter([0.05], [1.0, -0.95], np.random.default_rng(seed).standard_normal(round(500 * duration_s)))
+    return np.asarray(x / np.std(x))
+
+
+def test_a_peak_that_stands_alone_is_no_evidence_and_is_said() -> None:
+    x = coloured(60.0)
+    at = np.arange(x.size) * 0.002
+    free = CleanResidual(x, np.ones(x.size, dtype=bool), 0.002)
+    assert without_isolated_peaks([free], [free.clean], ["a"], [at])[1] == ()
+    pushed = x.copy()
+    pushed[15000:15200] += 40.0
+    kept, (peak,) = without_isolated_peaks([replace(free, residual_nm=pushed)], [free.clean], ["a"], [at])
+    assert (peak.log, round(peak.start_s), round(peak.end_s)) == ("a", 30, 31)
+    assert 38 < peak.peak_nm < 44
+    assert not kept[0].clean[14800:15400].any()
+    before, after, raised = (threshold_level([d], 0.026) for d in (free, kept[0], replace(free, residual_nm=pushed)))
+    assert before and after and raised
+    assert after.gamma_nm == pytest.approx(before.gamma_nm, rel=0.1)
+    assert raised.gamma_nm > 40
+    level = JointThreshold((after,), 1.0, 1.0, 0.016, 1.0, 1.0, isolated=(peak,), rated_nm=after.gamma_nm - 0.1)
+    on_file = FittedThresholds("direct", False, {"joint1": level})
+    (said,) = isolated_peak_findings(on_file)
+    assert said.code == "gamma-peaks-left-out" and "of a" in said.text
+
+
+def test_peaks_of_every_reversal_are_evidence() -> None:
+    x = coloured(60.0)
+    for start in range(500, x.size - 500, 2000):  # every four seconds
+        x[start : start + 50] += 12.0
+    data = CleanResidual(x, np.ones(x.size, dtype=bool), 0.002)
+    at = np.arange(x.size) * 0.002
+    assert without_isolated_peaks([data], [data.clean], ["a"], [at])[1] == ()
+    seldom = replace(data, residual_nm=np.where(at < 48.0, 0.0, coloured(60.0)))  # it rests most of the time
+    assert without_isolated_peaks([seldom], [at >= 48.0], ["a"], [at])[1] == ()
+
+
+def test_a_part_unlike_the_others_widens_the_threshold_of_a_short_log() -> None:
+    alike = coloured(90.0)
+    unlike = alike.copy()
+    unlike[-9000:] *= 2.0  # the last fifth moves in another way; more may come
+    even, uneven = (
+        threshold_level([CleanResidual(x, np.ones(x.size, dtype=bool), 0.002)], 0.026) for x in (alike, unlike)
+    )
+    assert even and uneven
+    largest = [max(np.abs(part)) for part in np.array_split(unlike, 5)]
+    assert uneven.gamma_nm > 1.25 * max(largest)
+
+
+def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: FrictionFile) -> None:
+    assert friction.thresholds is not None
+    joints = dict(friction.thresholds.joints)
+    first = joints["joint1"]
+    assert first.rated_nm is None or first.rated_nm > 10 * first.levels[0].gamma_nm
+    huge = tuple(replace(level, gamma_nm=500.0) for level in first.levels)
+    joints["joint1"] = replace(first, levels=huge, rated_nm=300.0)
+    found = audited(hits, replace(friction, thresholds=replace(friction.thresholds, joints=joints))).result
+    (said,) = [f for f in found.findings if f.code == "gamma-beyond-drive"]
+    assert said.joint == "joint1" and said.text in found.exclusions
+    (source,) = [f for f in found.findings if f.code == "gamma-from-fit"]
+    assert ("That is little" in source.text) == (min(j.hours for j in joints.values()) < 0.1)
 
 
 def test_folds_are_dealt_out_in_turn(hits: Path) -> None:

@@ -105,6 +105,9 @@ class NearMissConfig(ConfigTable):
 
     amplitude: Annotated[float, Field(gt=0, lt=1)] = Field(0.8, description="Share of gamma.")
     persistence: Annotated[float, Field(gt=0, lt=1)] = Field(0.5, description="Share of n.")
+    impulse: Annotated[float, Field(gt=0, lt=1)] = Field(
+        0.4, description="Of a knock shorter than n: share of the impulse (torque × time) of gamma for n samples."
+    )
 
 
 class PhasesConfig(ConfigTable):

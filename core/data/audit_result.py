@@ -24,6 +24,7 @@ from collaudit.core.findings import Finding
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
+NearMissKind = Literal["amplitude", "persistence", "impulse"]
 FRICTION_SCHEMA = "collaudit/friction/1"
 AUDIT_SCHEMA = "collaudit/audit/1"
 
@@ -98,6 +99,7 @@ class RuleFacts:
     watch: tuple[str, ...]
     near_miss_amplitude: float
     near_miss_persistence: float
+    near_miss_impulse: float = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,9 +149,10 @@ class Collision:
 class NearMiss:
     """Almost a collision.
 
-    Kind ``amplitude``: n samples above a share of gamma; ``persistence``: above gamma, but too briefly.
+    Kind ``amplitude``: n samples above a share of gamma; ``persistence``: above gamma, but too briefly; ``impulse``: a
+    knock whose torque times time reaches a share of that of the rule, gamma·n·T.
 
-    ``ratio`` is |peak|/gamma for amplitude, samples above gamma / n for persistence.
+    ``ratio`` is |peak|/gamma for amplitude, samples above gamma / n for persistence, impulse / (gamma·n·T) for impulse.
     """
 
     joint: str
@@ -158,7 +161,7 @@ class NearMiss:
     peak_nm: float
     gamma_nm: float
     ratio: float
-    kind: Literal["amplitude", "persistence"]
+    kind: NearMissKind
     phase: Phase
 
 

@@ -14,6 +14,7 @@ from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, Dete
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, detect_events
+from collaudit.core.detection.shortest_push import shortest_pushes
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.kernel import Kernel
@@ -62,7 +63,8 @@ def run_detector(prepared: Prepared, inputs: DetectionInputs, config: Config, na
 
 def delay_facts(kernel: Kernel, rule: RuleFacts, period_s: float) -> DelayFacts:
     """Delay of a detector with this kernel, in its parts."""
-    return DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s))
+    exactly = shortest_pushes(kernel, rule.n, period_s)
+    return DelayFacts(kernel.delay_s, rule.persistence_s, period_s, kernel.noise_gain(period_s), exactly)
 
 
 def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import Collision, NearMiss, Phase, RuleFacts
+from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, Phase, RuleFacts
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import Event, rule_events
+from collaudit.core.detection.knocks import knock_width, knocks
+from collaudit.core.detection.rule import Event, apart, rule_events
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
@@ -61,17 +62,21 @@ def detect_events(
     hits: list[Collision] = []
     near: list[NearMiss] = []
 
-    def events_of(j: int) -> tuple[list[Event], list[Event], list[Event]]:
-        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm(j), rule, merge)
+    width = knock_width(rule.n, residual.balance.kernel.settle_s, series.period_s)
+
+    def events_of(j: int) -> _Found:
+        return _events(residual.torque_nm[:, j], state[:, j], threshold_nm(j), rule, merge, width)
 
     def joint_of(j: int, event: Event) -> str:
         return residual.isolation.joint_of(j, event.span.start)
 
-    for j, (fired, low, brief) in zip(columns, ordered_map(events_of, columns), strict=True):
+    for j, found in zip(columns, ordered_map(events_of, columns), strict=True):
         gamma = rule.gamma_nm[series.joint_names[j]]
-        hits += [_collision(series, joint_of(j, e), e, gamma, phases) for e in fired]
-        near += [_near_miss(series, joint_of(j, e), e, gamma, "amplitude", abs(e.peak) / gamma, phases) for e in low]
-        near += [_near_miss(series, joint_of(j, e), e, gamma, "persistence", e.longest / rule.n, phases) for e in brief]
+        hits += [_collision(series, joint_of(j, e), e, gamma, phases) for e in found.fired]
+        nearly: list[tuple[NearMissKind, Event, float]] = [("amplitude", e, abs(e.peak) / gamma) for e in found.low]
+        nearly += [("persistence", e, e.longest / rule.n) for e in found.brief]
+        nearly += [("impulse", e, ratio) for e, ratio in found.knocks]
+        near += [_near_miss(series, joint_of(j, e), e, gamma, kind, ratio, phases) for kind, e, ratio in nearly]
     return DetectedEvents(
         tuple(sorted(hits, key=lambda c: (c.onset_s, c.joint))),
         tuple(sorted(near, key=lambda c: (c.onset_s, c.joint))),
@@ -79,13 +84,27 @@ def detect_events(
     )
 
 
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """One joint's collisions, and near misses by amplitude, by persistence and, with its ratio each, by impulse."""
+
+    fired: list[Event]
+    low: list[Event]
+    brief: list[Event]
+    knocks: list[tuple[Event, float]]
+
+
 def _events(
-    torque_nm: FloatArray, state: NDArray[np.int8], level_nm: FloatArray, rule: RuleFacts, merge: int
-) -> tuple[list[Event], list[Event], list[Event]]:
-    """One joint's collisions, near misses by amplitude and near misses by persistence."""
+    torque_nm: FloatArray, state: NDArray[np.int8], level_nm: FloatArray, rule: RuleFacts, merge: int, width: int
+) -> _Found:
     evidence = np.asarray(state <= State.FRICTION_INTERVAL)
     x, level = np.ascontiguousarray(torque_nm), np.ascontiguousarray(level_nm)
-    return rule_events(x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge)
+    fired, low, brief = rule_events(
+        x, evidence, level, rule.n, rule.near_miss_amplitude, rule.near_miss_persistence, merge
+    )
+    ratios = dict(knocks(x, evidence, level, rule.n, width, rule.near_miss_impulse))
+    left = apart(list(ratios), [*fired, *low, *brief], max(merge, width))
+    return _Found(fired, low, brief, [(e, ratios[e]) for e in left])
 
 
 def _with_unwatched(
@@ -131,7 +150,7 @@ def _near_miss(
     joint: str,
     event: Event,
     gamma: float,
-    kind: str,
+    kind: NearMissKind,
     ratio: float,
     phases: NDArray[np.int8],
 ) -> NearMiss:
@@ -142,6 +161,6 @@ def _near_miss(
         peak_nm=event.peak,
         gamma_nm=gamma,
         ratio=ratio,
-        kind="amplitude" if kind == "amplitude" else "persistence",
+        kind=kind,
         phase=_phase(phases, event.span.start),
     )

@@ -66,6 +66,16 @@ def _runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float)
     return run_bounds(above)
 
 
+def _tolerant_runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float) -> tuple[IntArray, IntArray]:
+    """Runs above a share of the level, over single samples of evidence below it: noise does not end a near miss."""
+    with np.errstate(invalid="ignore"):
+        above = exceeds(residual, level, share)
+    above &= evidence
+    alone = ~above[1:-1] & above[:-2] & above[2:]
+    above[1:-1] |= alone & evidence[1:-1]
+    return run_bounds(above)
+
+
 def collisions(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, merge_samples: int = 0) -> list[Event]:
     """Rule (6) for one joint: runs of at least n samples above gamma.
 
@@ -93,7 +103,8 @@ def rule_events(
     """Collisions as of :func:`collisions`, and what nearly was one, away from any collision.
 
     Returns:
-        The collisions; ``amplitude``: n samples in a row above amplitude·gamma; ``persistence``: above gamma for at
+        The collisions; ``amplitude``: n samples in a row above amplitude·gamma, where single samples may lie below;
+        ``persistence``: above gamma for at
         least persistence·n and fewer than n samples in a row. A stretch that is both is listed as persistence.
     """
     above = exceedances(residual, evidence, gamma)
@@ -101,9 +112,9 @@ def rule_events(
     length = above[1] - above[0]
     short = (length < n) & (length >= max(1, ceil(persistence * n - 1e-9)))
     brief = _events(residual, above[0][short], above[1][short], n, merge_samples)
-    brief = _apart(brief, hits, merge_samples)
-    low = _lasting(residual, _runs(residual, evidence, gamma, amplitude), n, merge_samples)
-    return hits, _apart(low, hits + brief, merge_samples), brief
+    brief = apart(brief, hits, merge_samples)
+    low = _lasting(residual, _tolerant_runs(residual, evidence, gamma, amplitude), n, merge_samples)
+    return hits, apart(low, hits + brief, merge_samples), brief
 
 
 def _lasting(residual: FloatArray, runs: tuple[IntArray, IntArray], n: int, merge: int) -> list[Event]:
@@ -133,7 +144,7 @@ def _describe(residual: FloatArray, starts: IntArray, stops: IntArray, n: int) -
     return Event(span, detected, int(length[longest]), peak, int(length.sum()))
 
 
-def _apart(events: Sequence[Event], others: Sequence[Event], margin: int) -> list[Event]:
+def apart(events: Sequence[Event], others: Sequence[Event], margin: int) -> list[Event]:
     """Events that neither overlap nor neighbour any of the others."""
     return [
         e

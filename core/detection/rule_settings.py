@@ -43,6 +43,7 @@ def make_rule(
         watch=tuple(j for j in series.joint_names if watch[j].watched),
         near_miss_amplitude=config.near_miss.amplitude,
         near_miss_persistence=config.near_miss.persistence,
+        near_miss_impulse=config.near_miss.impulse,
     )
     return rule, watch, _findings(rule, watch, series.period_s)
 

@@ -18,6 +18,8 @@ def detection_text(result: AuditResult, width: int | None = None) -> str:
         return ""
     mode = "causal" if facts.causal else "offline, zero phase"
     parts = [f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.\n"]
+    if facts.delay.shortest_push:
+        parts.append(f"{shortest_push_text(facts.delay)}\n")
     parts += [_side_by_side(facts, width), _flags(facts, width)]
     return "".join(parts)
 
@@ -27,6 +29,15 @@ def delay_text(delay: DelayFacts) -> str:
     return (
         f"{1e3 * delay.filter_s:.1f} ms filter + {1e3 * delay.persistence_s:.1f} ms persistence + up to "
         f"{1e3 * delay.jitter_s:.1f} ms jitter"
+    )
+
+
+def shortest_push_text(delay: DelayFacts) -> str:
+    """What a push must last to alarm, by its height; empty where that is not known."""
+    listed = ", ".join(f"{1e3 * push.duration_s:.3g} ms at {push.ratio:g} γ" for push in delay.shortest_push)
+    return (
+        f"Through the detector's filter a steady push alarms from {listed} on; the rule asks for "
+        f"{1e3 * delay.persistence_s:.3g} ms above γ."
     )
 
 

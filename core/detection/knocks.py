@@ -1,0 +1,93 @@
+"""Knocks shorter than the persistence: near misses by impulse.
+
+A blow of 12 ms never lasts n samples, and the kernel of a detector lowers its peak. What a kernel of unit gain keeps is
+the impulse, torque times time. A torque of gamma for n samples has the impulse gamma·n·T: a short excursion of the
+residual that reaches a share of it is nearly a collision, however brief it was.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+
+from collaudit.core.detection.rule import Event, Level
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import SD_PER_MAD
+
+#: A kernel leaves nearly all of a short knock within this many of its settling times.
+_SETTLING_TIMES = 1.4
+#: Impulses count from so many robust standard deviations of those of the log: ripple is no series of knocks.
+_SDS = 3.0
+
+
+def knock_width(n: int, settle_s: float, period_s: float) -> int:
+    """Samples within which a knock of fewer than ``n`` samples lies once it has passed a kernel."""
+    return max(n, ceil(_SETTLING_TIMES * settle_s / period_s - 1e-9))
+
+
+def knocks(
+    residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, width: int, share: float
+) -> list[tuple[Event, float]]:
+    """Excursions within ``width`` samples whose impulse is at least ``share`` of gamma·n·T.
+
+    Counted is what stands above the mean of the n samples before and the n samples after, and half as much of it above
+    either: a torque that is there anyway, or that comes and stays, is no knock.
+
+    Args:
+        residual: (m,) N·m, through the detector's kernel.
+        evidence: (m,) samples that may count; all of a knock and of the samples beside it must.
+        gamma: threshold, N·m; one number, or (m,).
+        n: persistence, samples.
+        width: samples, of :func:`knock_width`.
+        share: of the impulse gamma·n·T.
+
+    Returns:
+        Each excursion, with its impulse over gamma·n·T.
+    """
+    ratio = _impulse_ratio(residual, evidence, gamma, n, width)
+    known = ratio[ratio > 0.0]
+    if known.size == 0:
+        return []
+    starts, stops = run_bounds(ratio >= max(share, _SDS * SD_PER_MAD * float(np.median(known))))
+    out: list[tuple[Event, float]] = []
+    for a, b in zip(starts, stops, strict=True):
+        best = int(a) + int(np.argmax(ratio[a:b]))
+        out.append((_event(residual, best, width, gamma), float(ratio[best])))
+    return out
+
+
+def _impulse_ratio(residual: FloatArray, evidence: BoolArray, gamma: Level, n: int, width: int) -> FloatArray:
+    """(m,) impulse of ``width`` samples from each on, over gamma·n·T; 0 where they, or those beside, do not count."""
+    out = np.zeros(residual.size)
+    count = residual.size - width - 2 * n + 1
+    if count <= 0:
+        return out
+    usable = evidence & np.isfinite(residual)
+    total = np.concatenate(([0.0], np.cumsum(np.where(usable, residual, 0.0))))
+    lost = np.concatenate(([0], np.cumsum(~usable)))
+    inside = total[n + width : n + width + count] - total[n : n + count]
+    before = (total[n : n + count] - total[:count]) / n
+    after = (total[width + 2 * n : width + 2 * n + count] - total[n + width : n + width + count]) / n
+    sign, size = np.sign(inside), np.abs(inside)
+    mean, higher = 0.5 * sign * (before + after), np.maximum(sign * before, sign * after)
+    level = gamma if isinstance(gamma, float) else gamma[n : n + count]
+    impulse = np.minimum(size - width * np.maximum(mean, 0.0), 2.0 * (size - width * np.maximum(higher, 0.0)))
+    whole = lost[width + 2 * n : width + 2 * n + count] == lost[:count]
+    with np.errstate(invalid="ignore"):
+        out[n : n + count] = np.where(whole & (level > 0), np.maximum(impulse, 0.0) / (n * level), 0.0)
+    return out
+
+
+def _event(residual: FloatArray, start: int, width: int, gamma: Level) -> Event:
+    """The part of an excursion that is at least half as high as its peak."""
+    part = residual[start : start + width]
+    size = np.abs(part)
+    top = int(np.argmax(size))
+    low = np.flatnonzero(size < 0.5 * size[top])
+    first = int(low[low < top].max(initial=-1)) + 1
+    last = int(low[low > top].min(initial=width))
+    level = gamma if isinstance(gamma, float) else gamma[start : start + width]
+    above = int(np.count_nonzero(size > level))
+    return Event(Span(start + first, start + last), start + last - 1, last - first, float(part[top]), above)

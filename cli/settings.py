@@ -163,7 +163,7 @@ def free_option(function: CommandFunction) -> CommandFunction:
         if given:
             ctx.meta.setdefault(_OVERRIDES, {})["fit.contact"] = "none"
 
-    words = "The logs are free of contact: nothing is left out, and what looks like contact is said."
+    words = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
     return click.option("--free-of-contact", is_flag=True, callback=keep, expose_value=False, help=words)(function)
 
 

@@ -27,7 +27,7 @@ DEMO_SCHEMA = "collaudit/demo/1"
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same bytes.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: friction, pushes and residual beside their truth.")
 def command(output: Path, seed: int, as_json: bool) -> int:
-    """Reproduce the paper's experiment: a friction run, two polishing runs with a person pushing the arm.
+    """Run the whole chain on simulated logs: a friction run, two polishing runs with a person pushing the arm.
 
     Simulates the logs, identifies friction, judges both runs, writes the report, and prints what was found
     beside what is true.

@@ -113,8 +113,8 @@ class ConditioningConfig(ConfigTable):
     velocity: Literal["auto", "logged", "position"] = Field(
         "auto",
         description="auto: the logged velocity of a joint, but the derivative of its position where the log has none, "
-        "where the two disagree, or where the logged one is late; logged: used whatever speaks against it, which is "
-        "said; position: always derived.",
+        "where the two disagree, or where the logged one is late; logged: used in any case, and contradictions "
+        "are reported; position: always derived.",
     )
     gap_factor: Annotated[float, Field(gt=1)] = Field(
         1.8, description="A step longer than this many sample periods lost samples: a gap, unless it is bridged."
@@ -140,7 +140,7 @@ class SectionsConfig(ConfigTable):
         description="Taken off each end, where the motion has not settled; of stretches shorter than eight times as "
         "long an eighth, but half of it at least.",
     )
-    others_max_speed_rad_s: Positive = Field(0.01, description="Another joint faster than this is moving.")
+    others_max_speed_rad_s: Positive = Field(0.01, description="Above this speed another joint counts as moving.")
 
 
 class FrictionConfig(ConfigTable):
@@ -152,7 +152,7 @@ class FrictionConfig(ConfigTable):
         "the best, and whose parameters the data determine.",
     )
     robust: Literal["none", "huber", "bisquare"] = Field(
-        "none", description="How outlying friction points are weighed down; their weights are in friction.json."
+        "none", description="How outliers among friction points are down-weighted; their weights are in friction.json."
     )
     file: Path | None = Field(None, description="friction.json to judge with, relative to this configuration.")
     pair_speed_tolerance: Positive = Field(0.05, description="Speeds within this share count as equal.")
@@ -175,19 +175,19 @@ class FitConfig(ConfigTable):
     )
     contact: Literal["find", "labelled", "none"] = Field(
         "find",
-        description="Contact in the logs that are fitted. find: what does not go with the rest of the log is left out; "
+        description="Contact in the logs that are fitted. find: what is inconsistent with the rest is left out; "
         "labelled: what `[detect] true_events` or a truth file marks is left out, and nothing else; none: the logs are "
-        "stated to be free of contact, nothing is left out, and what looks like contact is said.",
+        "stated to be free of contact, nothing is left out, and what looks like contact is reported.",
     )
     cad_sd: Positive = Field(
         0.2,
-        description="How far the robot file's inertials are believed: standard deviation of each, as a share of the "
+        description="How far the robot file's inertials are trusted: standard deviation of each, as a share of the "
         "body's mass, mass times size, and mass times size squared.",
     )
     gain_sd: Positive = Field(
         0.2,
-        description="How far stated torque constants, or an effort stated to be in N·m, are believed where gains are "
-        "estimated: standard deviation as a share. A joint whose gain the motion tells no better keeps the stated one.",
+        description="How far stated torque constants, or an effort stated to be in N·m, are trusted where gains are "
+        "estimated: standard deviation as a share. A gain that the motion does not determine better stays as stated.",
     )
     max_samples: Annotated[int, Field(ge=500)] = Field(
         20_000,
@@ -227,7 +227,7 @@ class PolicyConfig(ConfigTable):
     )
     min_coverage: Annotated[float, Field(ge=0, le=1)] = Field(
         0.8,
-        description="Least share of a watched joint's time in motion, gaps included, in which anything can be told; "
+        description="Least share of a watched joint's time in motion, gaps included, that could be judged; "
         "with less the log is not judged.",
     )
 
@@ -257,7 +257,9 @@ class Config(ConfigTable):
     sections: SectionsConfig = Field(SectionsConfig(), description="Constant-velocity segmentation.")
     friction: FrictionConfig = Field(FrictionConfig(), description="Friction identification.")
     fit: FitConfig = Field(FitConfig(), description="What is identified, and from which motion.")
-    detect: DetectConfig = Field(DetectConfig(), description="Rule (6).")
+    detect: DetectConfig = Field(
+        DetectConfig(), description="The rule: a residual above γ for n samples in a row is an alarm."
+    )
     near_miss: NearMissConfig = Field(NearMissConfig(), description="What counts as a near miss.")
     phases: PhasesConfig = Field(PhasesConfig(), description="When the tool was meant to do what.")
     policy: PolicyConfig = Field(PolicyConfig(), description="What makes an audit fail.")

@@ -53,8 +53,7 @@ class DetectConfig(ConfigTable):
     watch: Literal["auto"] | list[str] = Field("auto", description="Joints whose residual is judged.")
     slow_speed_rad_s: Positive | None = Field(
         None,
-        description="Below this speed friction is only known as an interval; 0.95 of the slowest fitted one "
-        "when absent.",
+        description="Below this speed friction is known only as a range; 0.95 of the slowest fitted one when absent.",
     )
     beyond_range: Annotated[float, Field(ge=0, le=1)] = Field(
         0.5,
@@ -83,7 +82,7 @@ class DetectConfig(ConfigTable):
     controller_alarms_s: list[float] = Field(
         [],
         description="The controller's own collision alarms, seconds from the log's first sample, to compare with; "
-        "labels of the log that are not `true_events` count as such alarms, too.",
+        "labels of the log that are not `true_events` are compared in the same way, as labels.",
     )
     true_events: list[str] = Field(
         [],

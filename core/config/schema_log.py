@@ -146,8 +146,8 @@ class LogConfig(ConfigTable):
         description="motor: torque or current of the drives, gear friction included; joint: torque sensors behind "
         "the gears, so that little friction hides external torque at rest; auto: joint for arms known to have them.",
     )
-    effort_delay_ms: float = Field(0.0, description="How much later than the motion the effort is stamped; taken off.")
-    wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; taken off.")
+    effort_delay_ms: float = Field(0.0, description="How much later than the motion the effort is stamped; subtracted.")
+    wrench_delay_ms: float = Field(0.0, description="How much later than the motion the wrench is stamped; subtracted.")
     time: Literal["auto", "header", "log"] = Field("auto", description="Which stamp is the time of a sample.")
     joint_names: dict[str, str] = Field({}, description="Log name = model name, where they differ.")
     label_topics: list[str] = Field(

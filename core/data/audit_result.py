@@ -251,7 +251,7 @@ class AuditResult:
     Attributes:
         collisions: the alarms of single joints.
         contacts: the alarms that belong together, one each contact: what headline, policy and exit codes count.
-        exclusions: what the verdict does not speak of: time and joints that were not judged, torque that friction hid.
+        exclusions: what the verdict does not cover: time and joints that were not judged, torque that friction hid.
         sensitivity: how small a torque or force would have alarmed, for how much of the time; None in files of
             earlier versions.
         disturbances: pushes on standing joints below what alarms, which friction hides but for their steps.

@@ -50,7 +50,7 @@ class State(IntEnum):
 
 _TEXT = {
     State.JUDGED: "judged",
-    State.FRICTION_INTERVAL: "at rest or just after a reversal: friction is only known as an interval",
+    State.FRICTION_INTERVAL: "at rest or just after a reversal: friction is known only as a range",
     State.TOO_FAST: "faster than friction was measured",
     State.NOT_WATCHED: "not watched: not named, or force-controlled in this phase",
     State.EDGE: "next to a gap or an end of the log, where the filters have not settled",

@@ -148,10 +148,10 @@ def _finding(joint: str, found: PositionPattern | None, limit: float, of: str) -
         return []
     text = (
         f"The residual of joint '{joint}' follows its position: ±{found.amplitude_nm:.2g} N·m ({of}: {limit:.2g}), "
-        f"least at {found.low_rad:.2f} rad, greatest at {found.high_rad:.2f} rad; visits of the first half foretell "
-        f"{100 * found.share:.0f} % of what those of the second differ by."
+        f"least at {found.low_rad:.2f} rad, greatest at {found.high_rad:.2f} rad; the pattern of the log's first half "
+        f"explains {100 * found.share:.0f} % of that of the second."
     )
     if found.stiffness_nm_per_rad is not None:
-        text += f" As of a spring of {found.stiffness_nm_per_rad:.2g} N·m/rad."
+        text += f" It resembles a spring of {found.stiffness_nm_per_rad:.2g} N·m/rad."
     severity = "warning" if found.amplitude_nm >= _DOUBTED * limit else "info"
     return [Finding("residual-position", severity, text, joint=joint)]  # type: ignore[arg-type]

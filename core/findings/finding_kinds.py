@@ -9,7 +9,7 @@ from typing import Literal
 Severity = Literal["info", "warning", "error"]
 #: What a finding does to coverage and verdict. With any ``not-judged-*`` the log does not pass.
 #:
-#: - ``excludes``: a kind of contact cannot be seen; a pass says that it does not speak of it.
+#: - ``excludes``: a kind of contact cannot be seen; a pass says that it does not cover it.
 #: - ``doubts-alarms``: alarms of the joint may be errors of the model; the verdict says so.
 #: - ``not-judged-part``: a part of the log could not be judged; the rest is, and a contact in it counts.
 #: - ``not-judged-joint``: nothing of the joint is judged, or of all where it names none.
@@ -128,7 +128,7 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "log-label-missing": Kind(
-        "A topic or column of labels or phases was configured and cannot be had.",
+        "A topic or column of labels or phases was configured and is not available.",
         "Correct the topic, field or column in [log], [log.csv] or [detect].",
         _WARNING,
     ),
@@ -180,12 +180,12 @@ KINDS: dict[str, Kind] = {
     ),
     "arm-off": Kind(
         "The drives were off or the brakes on: the efforts are zero under load, repeat exactly, or the log says so.",
-        "Nothing, if the drives were meant to be off then. The stretch counts as not judged.",
+        "Nothing, if the drives were off on purpose. The stretch counts as not judged.",
         _INFO,
     ),
     "arm-braked": Kind(
         "The arm braked and its drives went off; nothing is judged from the braking on.",
-        "Find out what stopped the arm. Stopped by a contact or not: the log cannot tell from there on.",
+        "Find out what stopped the arm. Whether a contact stopped it cannot be seen in the log from there on.",
         _SPAN,
     ),
     "arm-stopped": Kind(
@@ -195,7 +195,7 @@ KINDS: dict[str, Kind] = {
     ),
     "arm-guided": Kind(
         "The log says that the arm was guided by hand (freedrive); not judged there.",
-        "Nothing, if that was meant. The stretch counts as not judged.",
+        "Nothing, if that was intended. The stretch counts as not judged.",
         _INFO,
     ),
     "effort-switched": Kind(
@@ -259,7 +259,7 @@ KINDS: dict[str, Kind] = {
     ),
     "log-position-unit-suspect": Kind(
         "Positions look like degrees while radians were stated, or the reverse.",
-        'State the unit of positions: [log.units] position = "deg" or "rad"; the statement is then taken.',
+        'State the unit of positions: [log.units] position = "deg" or "rad"; what is stated is then used.',
         _UNIT,
         setting="log.units",
     ),
@@ -275,15 +275,15 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "friction-coupled": Kind(
-        "A motor turns with several joints; its friction was told apart from theirs, or could not be.",
-        "Nothing where it was told. Else let the joints of the wrist move at different speeds in the fitting run.",
+        "A motor turns with several joints; its friction was separated from theirs, or could not be.",
+        "Nothing where it was separated. Else let the joints of the wrist move at different speeds in the fitting run.",
         _EITHER,
     ),
-    "log-position-wrapped": Kind("A joint's angle starts again after a turn; it was continued.", "Nothing.", _INFO),
+    "log-position-wrapped": Kind("A joint's angle wraps around after a turn; it was unwrapped.", "Nothing.", _INFO),
     "log-position-break": Kind(
-        "A joint's position jumps as no joint moves; the log is cut there.",
-        "Look for a lost stretch, or an encoder that was set. Nothing is judged or filtered across the jump; a joint "
-        "that jumps in more than 2 % of its steps is not judged at all.",
+        "A joint's position jumps further than a joint can move; the log is cut there.",
+        "Look for a lost stretch, or an encoder that was zeroed anew. Nothing is judged or filtered across the jump; a "
+        "joint that jumps in more than 2 % of its steps is not judged at all.",
         _JOINT,
     ),
     "log-stalled": Kind(
@@ -341,15 +341,15 @@ KINDS: dict[str, Kind] = {
         "Nothing; stamps taken at the drive are steadier than those of arrival.",
         _INFO,
     ),
-    "time-not-finite": Kind("Stamps that are not numbers were left out.", "Look at what writes the stamps.", _WARNING),
+    "time-not-finite": Kind("Stamps that are not numbers were left out.", "Check what writes the stamps.", _WARNING),
     "time-garbage": Kind(
         "Stamps that cannot be times of the recording were left out with their rows or messages.",
-        "Look at what writes the stamps. The rows named count as missing.",
+        "Check what writes the stamps. The rows named count as missing.",
         _WARNING,
     ),
     "log-impossible": Kind(
         "Values that no arm can have count as missing.",
-        "Look at what writes the values. The samples named count as not judged.",
+        "Check what writes the values. The samples named count as not judged.",
         _WARNING,
     ),
     "time-too-short": Kind(
@@ -363,8 +363,8 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "gain-kept": Kind(
-        "A drive's gain could not be told from the motion; the stated one is kept.",
-        "Nothing, if the torque constant is right. Motion that loads the joint more, or a known load, tells the gain.",
+        "A drive's gain could not be determined from the motion; the stated one is kept.",
+        "Nothing, if the torque constant is right. More load on the joint, or a known load, determines the gain.",
         _INFO,
         setting="log.units.torque_constant_nm_per_a",
     ),
@@ -394,7 +394,7 @@ KINDS: dict[str, Kind] = {
         setting="log.units",
     ),
     "effort-source": Kind(
-        "Where the effort is measured was told from the arm's name: by torque sensors behind the gears.",
+        "Where the effort is measured was inferred from the arm's name: by torque sensors behind the gears.",
         'Check it; [log] effort_source = "motor" or "joint" states it.',
         _INFO,
         setting="log.effort_source",
@@ -405,7 +405,7 @@ KINDS: dict[str, Kind] = {
         _SPAN,
     ),
     "change-threshold": Kind(
-        "The threshold of a still joint lies within what its torque does by itself.",
+        "The threshold of a still joint lies within its own torque noise.",
         'Raise it, or leave it to the log: [detect] gamma_nm = "auto".',
         _DOUBTS,
         setting="detect.gamma_nm",
@@ -472,7 +472,7 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "identified-worse": Kind(
-        "What was identified explains time left out worse than the robot's description does.",
+        "What was identified explains held-out data worse than the robot's description does.",
         "Fit on longer or more varied motion, or leave this out of [fit] estimate.",
         _WARNING,
     ),
@@ -510,7 +510,7 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "friction-ripple": Kind(
-        "A ripple of the gear over position is known and taken off the residual, where the judged log confirms it.",
+        "A gear ripple over position is known and subtracted from the residual, where the judged log confirms it.",
         "Nothing. Fit again after a joint was opened or its zero was set anew.",
         _INFO,
     ),
@@ -545,8 +545,8 @@ KINDS: dict[str, Kind] = {
         setting="detect.gamma_nm",
     ),
     "friction-any-motion": Kind(
-        "Friction was estimated from arbitrary motion, for want of constant-velocity sections.",
-        "Record strokes at constant speeds: collaudit simulate friction shows a motion that serves.",
+        "Friction was estimated from arbitrary motion, since there are no constant-velocity sections.",
+        "Record strokes at constant speeds: collaudit simulate friction shows a suitable motion.",
         _INFO,
     ),
     "fit-left-out": Kind(
@@ -562,13 +562,13 @@ KINDS: dict[str, Kind] = {
         setting="fit.contact",
     ),
     "fit-mostly-contact": Kind(
-        "So much of a log does not go with the rest of it that nothing was fitted on it.",
+        "So much of a log is inconsistent with the rest that nothing was fitted on it.",
         "Record motion without contact, or label the contacts: --truth, --labels.",
         _WARNING,
         setting="fit.contact",
     ),
     "friction-not-physical": Kind(
-        "The data ask for friction that is physically impossible: it would give power, or fall below a physical bound.",
+        "The data fit best with physically impossible friction: it would generate power, or fall below a bound.",
         "Check sign, delay and unit of the effort and the robot's inertials. The fit was held at the bound.",
         _DOUBTS,
     ),
@@ -588,7 +588,7 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes"},
     ),
     "friction-model-points": Kind(
-        "Friction points rest on the model's torque, not on a pair of directions.",
+        "Friction points rely on the robot model's torque, not on a pair of directions.",
         "Record each speed in both directions in the same pose.",
         _INFO,
     ),
@@ -613,7 +613,7 @@ KINDS: dict[str, Kind] = {
         _DOUBTS,
     ),
     "residual-position": Kind(
-        "The residual comes again at the same positions: a spring, a cable, joints that give, a weight that is wrong, "
+        "The residual repeats at the same positions: a spring, a cable, joints that yield, a weight that is wrong, "
         "or a contact that is made at the same place each time.",
         'Correct masses and tool ([fit] estimate = ["friction", "inertials"]); look for what pulls on the joint. '
         "Alarms at these positions are in doubt.",
@@ -637,7 +637,7 @@ KINDS: dict[str, Kind] = {
     ),
     "joint-not-watched": Kind(
         "A joint's residual was not judged in a phase, and why.",
-        "Nothing, if that is meant; else name the joint in [detect] watch.",
+        "Nothing, if that is intended; else name the joint in [detect] watch.",
         _EITHER,
     ),
     "coverage-low": Kind(
@@ -650,18 +650,18 @@ KINDS: dict[str, Kind] = {
         "A recommendation is supported by little data.", "Give more hours of runs without contact.", _INFO
     ),
     "friction-level": Kind(
-        "Friction was off its calibration; its level was followed, or could not be.",
+        "Friction differed from its calibration; its level was followed, or could not be.",
         "Fit the friction anew when it is far off its calibration.",
         _LEVEL,
     ),
     "detector-slow": Kind(
         "The detector's filter is slow: a push as long as n must exceed gamma by far.",
-        'Raise [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or use the detector "direct".',
+        'Raise [detect] observer_gain_per_s or [conditioning] bandwidth_hz, or, with another detector, use "direct".',
         _WARNING,
     ),
     "event-cut": Kind(
         "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
-        "Look at this stretch by eye; avoid saturation and gaps in the next recording.",
+        "Inspect this stretch; avoid saturation and gaps in the next recording.",
         _SPAN,
     ),
     "hidden-at-rest": Kind(
@@ -671,7 +671,7 @@ KINDS: dict[str, Kind] = {
     ),
     "disturbed-at-rest": Kind(
         "A standing joint's torque and position stepped against each other: something pushed it, or let go of it.",
-        "Look at these times by eye. [policy] max_disturbed_at_rest accepts as many as a cell's work makes.",
+        "Inspect these times. [policy] max_disturbed_at_rest accepts as many as a cell's work makes.",
         {"info": "excludes", "warning": "not-judged-part"},
         setting="policy.max_disturbed_at_rest",
     ),
@@ -689,7 +689,7 @@ KINDS: dict[str, Kind] = {
         "Configured phases lie outside the log.", "Correct [phases]: times count from the log's first sample.", _WARNING
     ),
     "tool-force-unusual": Kind(
-        "The tool's force stood out of what was usual or allowed in contact; the excess was judged.",
+        "The tool's force exceeded what was usual or allowed in contact; the excess was judged.",
         "Look at what the tool met; [phases] force_limit_n states what is allowed.",
         _WARNING,
     ),

@@ -45,7 +45,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     """
     series = prepared.judged_series
     if friction is None:
-        text = "Friction was fitted on the log it judges: a constant external force would be taken for friction."
+        text = "Friction was fitted on the log it judges: a constant external force would be mistaken for friction."
         clean = cleaned([prepared], config)
         fits = fit_joints(clean.logs, config)
         said = [Finding("friction-same-log", "warning", text)] if any(fit.model for fit in fits.values()) else []

@@ -276,7 +276,7 @@ def _base_parameters(job: _Job) -> tuple[BaseParameter, ...]:
 
 def _prior_words(estimate: tuple[str, ...], share: float) -> str:
     first = (
-        "Drive gains rest on the robot description's inertials, which set their scale; rotor inertias that nobody "
+        "Drive gains rely on the robot description's inertials, which set their scale; rotor inertias that nobody "
         "stated are estimated beside them. "
         if "gain" in estimate
         else ""

@@ -35,7 +35,7 @@ def effort_source(settings: LogConfig, joints: Sequence[str]) -> tuple[EffortSou
     if not named or 2 * len(named) <= len(joints):
         return "motor", ()
     text = (
-        f"The effort was taken for that of torque sensors behind the gears, as arms with joints called '{named[0]}' "
+        f"The effort was taken to be that of torque sensors behind the gears, as arms with joints called '{named[0]}' "
         "have them: little friction hides external torque at rest. If it is a motor's torque or current, state "
         '[log] effort_source = "motor".'
     )

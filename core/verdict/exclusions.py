@@ -1,4 +1,4 @@
-"""What a verdict does not speak of: kinds of contact, gaps, joints not watched, time not judged, hidden torque."""
+"""What a verdict does not cover: kinds of contact, gaps, joints not watched, time not judged, hidden torque."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WORTH_SAYING_S, _WORTH_SAYING_OF_EDGES_S = 0.1, 1.0
 def exclusions(
     coverage: Coverage, sensitivity: Mapping[str, JointSensitivity], findings: Iterable[Finding] = ()
 ) -> tuple[str, ...]:
-    """One sentence for each kind of contact, time or joint that the verdict does not speak of.
+    """One sentence for each kind of contact, time or joint that the verdict does not cover.
 
     Args:
         coverage: seconds by joint and reason.

@@ -63,8 +63,8 @@ def _untold(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointC
     if told >= policy.min_coverage * motion.time_s or motion.not_judged_s < _BRIEF_S:
         return None
     return (
-        f"Joint '{joint}': of {seconds_text(motion.time_s)} of motion and gaps only {_percent(told, motion)} tell "
-        f"anything (policy: at least {100 * policy.min_coverage:g} %){_reasons(cover)}."
+        f"Joint '{joint}': only {_percent(told, motion)} of {seconds_text(motion.time_s)} of motion, gaps included, "
+        f"could be judged (policy: at least {100 * policy.min_coverage:g} %){_reasons(cover)}."
     )
 
 
@@ -87,7 +87,7 @@ def _what(time: TimeShares, s: JointSensitivity, cover: JointCoverage) -> str:
     if time.hidden_s > 0 and s.largest_nm is not None:
         parts.append(f"in {seconds_text(time.hidden_s)} friction hides up to {s.largest_nm:.3g} N·m")
     if time.not_judged_s > 0:
-        parts.append(f"in {seconds_text(time.not_judged_s)} nothing can be told{_reasons(cover)}")
+        parts.append(f"in {seconds_text(time.not_judged_s)} nothing could be judged{_reasons(cover)}")
     return "; ".join(parts) + "."
 
 

@@ -74,7 +74,7 @@ def demo_text(
     width: int | None = None,
 ) -> str:
     """The tables printed at the end: friction, pushes, residual level; cut to ``width``, None: any."""
-    parts = ["Friction, eq. (11): true values and fitted ones with their 95 % intervals"]
+    parts = ["Friction: true values and fitted ones with their 95 % intervals"]
     parts.append(_friction_table(parameters, width))
     parts += ["Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", _push_table(pushes, width)]
     parts += [_level(level) for level in levels]
@@ -119,6 +119,6 @@ def _ms(seconds: float | None) -> str:
 def _level(check: LevelRow) -> str:
     level = "unknown" if check.clean_mean_abs_nm is None else f"{check.clean_mean_abs_nm:.2f} N·m"
     return (
-        f"Run {check.run}: mean |residual| of {check.joint} without collision {level} (the paper: about 1 N·m); "
+        f"Run {check.run}: mean |residual| of {check.joint} without collision {level}; "
         f"{check.false_alarms or 'no'} false alarm{'' if check.false_alarms == 1 else 's'}."
     )

@@ -44,7 +44,7 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
 
 
 def verdict_text(result: AuditResult, most: int | None = None, width: int | None = None) -> str:
-    """The verdict, its reasons and what it does not speak of, ``most`` of each at most, in lines of ``width``."""
+    """The verdict, its reasons and what it does not cover, ``most`` of each at most, in lines of ``width``."""
     head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n"
     text = head + "".join(_listed(result.reasons, most, width))
     return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")

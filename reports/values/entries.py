@@ -29,7 +29,7 @@ class IndexEntry:
         contacts: count of contacts: of alarms that belong together.
         detectable: share of the watched joints' time in which a contact of the torque asked for was detectable; None
             where nothing was watched.
-        exclusions: what the verdict does not speak of.
+        exclusions: what the verdict does not cover.
     """
 
     name: str

@@ -17,7 +17,7 @@ STATEMENT = (
 )
 
 VERDICT_WORD: dict[Verdict, str] = {"pass": "PASS", "fail": "FAIL", "not_judged": "NOT JUDGED"}
-#: A pass that does not speak of everything.
+#: A pass that does not cover everything.
 _WITH_EXCLUSIONS = "PASS, WITH EXCLUSIONS"
 VERDICT_SENTENCE: dict[Verdict, str] = {
     "pass": "The policy is kept in all that could be judged.",

@@ -33,6 +33,6 @@ def direct_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
 DETECTOR = Detector(
     name="direct",
     equation="r = G(s) [tau - tau_s - (M ddq + C dq + f + G)], G as narrow as the filter of dq and ddq",
-    source="eq. (5) of the paper, its sides filtered alike",
+    source="inverse dynamics, both sides filtered alike",
     residual=direct_residual,
 )

@@ -25,6 +25,6 @@ def eso_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectConfi
 DETECTOR = Detector(
     name="eso",
     equation="dp^/dt = u + d^ + 2K (p - p^), d(d^)/dt = K² (p - p^), r = -d^, so r = K²/(s + K)² tau_e",
-    source="linear extended state observer in the momentum, both poles at -K (Han 2009; the paper's [10])",
+    source="linear extended state observer in the momentum, both poles at -K (Han 2009)",
     residual=eso_residual,
 )

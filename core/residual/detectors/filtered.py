@@ -26,6 +26,6 @@ DETECTOR = Detector(
     name="filtered",
     equation="r = k * (tau - tau_s - f + C^T dq - G) - (dk/dt) * p, k the impulse response of "
     "K²/(s² + √2 K s + K²), * convolution",
-    source="filtered dynamics (Hsu, Bodson, Sastry and Paden 1987; the paper's [9], [15])",
+    source="filtered dynamics (Hsu, Bodson, Sastry and Paden 1987)",
     residual=filtered_residual,
 )

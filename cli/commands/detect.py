@@ -19,6 +19,7 @@ from collaudit.cli.settings import (
     rule_options,
     study_option,
 )
+from collaudit.cli.study_output import say_studies
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import AuditResult
@@ -77,6 +78,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
         say_json(audit_json(audit.result))
     else:
         _say(audit.result, output, detail)
+    if audit.study is not None and not as_json and detail is not Detail.VERDICT:
+        say_studies([audit], detail is Detail.ALL)
     if output is not None and detail is not Detail.VERDICT:
         note(f"run written to {output}: collaudit report {output} -o report.html makes the page")
     return exit_code([audit.result.verdict])

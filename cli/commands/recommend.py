@@ -14,6 +14,7 @@ from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.study_output import say_studies
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool, truth: tup
         say(dynamic_toml(laws), nl=False)
     else:
         say(rules_text(rules, terminal_width()), nl=False)
+        say_studies(audits)
     collisions = sum(len(audit.result.collisions) for audit in audits)
     if collisions:
         stated = any(times is not None for times in known)
@@ -88,6 +90,7 @@ def _persistence_s(audits: Sequence[Audit]) -> float | None:
 def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], list[Times | None]]:
     """Runs are read, everything else is judged as a log; and what is known of contact in each."""
     from collaudit.cli.log_arguments import audit_files
+    from collaudit.cli.study_output import with_study
     from collaudit.core.api import find_logs, open_log
     from collaudit.core.scoring.known_events import contact_times, label_times
     from collaudit.reports.files.run_files import AUDIT_NAME, read_run
@@ -101,7 +104,7 @@ def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], 
     labelled: list[Times | None] = [None] * len(audits)
     for files in found:
         with progress(f"judging {files[0].name}") as report:
-            audits.append(audit_files(files, loaded, report)[0])
+            audits.append(audit_files(files, with_study(loaded), report)[0])
         wanted = loaded.config.detect.true_events
         labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
     if loaded.config.fit.contact == "none":
@@ -130,5 +133,6 @@ def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule], laws: M
         "logs": [{"name": a.result.log.name, "sha256": a.result.log.sha256} for a in audits],
         "joints": {joint: asdict(rule) for joint, rule in rules.items()},
         "dynamic": {joint: asdict(law) for joint, law in laws.items()},
+        "studies": [asdict(a.study) for a in audits if a.study is not None],
     }
     return json_text(content, indent=2)

@@ -267,6 +267,12 @@ def _assumptions(studied: StudiedLog, added: bool) -> list[str]:
         "Added contacts keep the recorded motion, and act on the arm in the poses that it was in, in the direction of "
         "their link.",
         "They pass the filters of the motion as well as the detector's: a knock reaches a residual through the motion.",
+        "The delay of a contact is that of this residual"
+        + (
+            "."
+            if studied.config.detect.causal
+            else ", whose filters look both ways in time: a controller's own filter adds to it."
+        ),
         "A standing joint's friction takes up what it can first; an arm that is moved by a push shows more.",
     ]
     return out

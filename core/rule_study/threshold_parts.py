@@ -24,7 +24,7 @@ _SELDOM_S, _OFTEN_S, _ENOUGH_S = 60.0, 20.0, 600.0
 #: Samples this close to an interval of friction are part of a reversal.
 _BESIDE_S = 0.2
 #: Bins of position of one gear's ripple, rad (m), and of speed.
-_BIN_RAD, _SPEED_BINS = 0.01, 16
+_BIN_RAD, _SPEED_BINS = 0.005, 16
 _RIDGE = 1e-6
 
 REMEDIES = {
@@ -185,7 +185,7 @@ def _ripple(residual: FloatArray, use: BoolArray, turns: BoolArray, joint: PartI
     """(n,) what repeats with the position, less what goes slowly with it."""
     q = np.nan_to_num(joint.position_rad)
     place = ((q - q.min()) / _BIN_RAD).astype(np.int64)
-    wide = place // 20
+    wide = place // 40
     fast = residual - _cross_binned(residual, use, turns, wide)
     side = np.where(np.nan_to_num(joint.velocity_rad_s) < 0, 0, 1)
     return _cross_binned(fast, use, turns, 2 * place + side)

@@ -14,6 +14,7 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.page.selection import select
+from collaudit.reports.page.study_section import StudySection, study_section
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.plot_against import draw_against
 from collaudit.reports.plots.plot_events import draw_event
@@ -126,6 +127,7 @@ class AuditView:
     against: tuple[Plot, ...]
     identified: tuple[Table, ...]
     recommended: tuple[rows.RuleRow, ...]
+    study: StudySection | None
     findings: tuple[FindingRow, ...]
     gammas: tuple[tuple[str, str], ...]
 
@@ -159,6 +161,7 @@ def make_view(audit: Audit, key: str, max_collisions: int, max_near_misses: int)
         against=_against(audit, key),
         identified=() if result.identification is None else identification_tables(result.identification),
         recommended=tuple(rows.rule_row(joint, rule, result) for joint, rule in result.recommended.items()),
+        study=study_section(audit.study),
         findings=tuple(
             FindingRow(finding, rows.finding_place(finding, result)) for finding in rows.worst_first(result.findings)
         ),

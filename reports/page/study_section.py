@@ -1,0 +1,65 @@
+"""The section on the rule of one log: its planes, what it notices, what its thresholds are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from collaudit.core.data.rule_study_result import RuleStudy
+from collaudit.reports.plots.plane_map import plane_map
+from collaudit.reports.values.study_rows import (
+    NoticedRow,
+    PlaneRow,
+    blind_rows,
+    choice_rows,
+    dynamic_rows,
+    noticed_rows,
+    part_rows,
+    plane_rows,
+)
+from collaudit.reports.values.visible_text import visible
+
+
+@dataclass(frozen=True, slots=True)
+class StudySection:
+    """What the template shows.
+
+    Attributes:
+        shapes: names of the contact shapes.
+        planes: joint and drawing.
+        points, noticed, places, choices, parts, dynamic, blind: rows of tables.
+        assumptions: what the numbers rest on.
+    """
+
+    shapes: tuple[str, ...]
+    planes: tuple[tuple[str, Markup], ...]
+    points: tuple[PlaneRow, ...]
+    noticed: tuple[NoticedRow, ...]
+    places: tuple[NoticedRow, ...]
+    choices: tuple[tuple[str, ...], ...]
+    parts: tuple[tuple[str, ...], ...]
+    dynamic: tuple[tuple[str, str], ...]
+    blind: tuple[tuple[str, str], ...]
+    assumptions: tuple[str, ...]
+
+
+def study_section(study: RuleStudy | None) -> StudySection | None:
+    """The section of a study; None where none was made."""
+    if study is None:
+        return None
+    return StudySection(
+        shapes=tuple(study.choices[0].force_n) if study.choices else (),
+        planes=tuple(
+            (joint, plane_map(plane, study.period_s, visible(f"Alarms and sensitivity of {joint} over γ and n")))
+            for joint, plane in study.joints.items()
+        ),
+        points=tuple(plane_rows(study)),
+        noticed=tuple(noticed_rows(study)),
+        places=tuple(row for row in noticed_rows(study, places=True, motions=True) if row.where != "anywhere"),
+        choices=tuple(choice_rows(study)),
+        parts=tuple(part_rows(study)),
+        dynamic=tuple(dynamic_rows(study)),
+        blind=tuple(blind_rows(study)),
+        assumptions=study.assumptions,
+    )

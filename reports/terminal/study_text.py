@@ -1,0 +1,56 @@
+"""A rule study for a terminal."""
+
+from __future__ import annotations
+
+from collaudit.core.data.rule_study_result import RuleStudy
+from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.values.study_rows import (
+    blind_rows,
+    choice_rows,
+    dynamic_rows,
+    noticed_rows,
+    part_rows,
+    plane_rows,
+)
+
+
+def study_text(study: RuleStudy, width: int | None = None, detail: bool = False) -> str:
+    """What the rule notices, which persistence would notice more, and what thresholds are made of.
+
+    Args:
+        study: of one log.
+        width: columns of the terminal that tables are cut to; None: any.
+        detail: by place and motion as well, and the planes' points.
+    """
+    parts = []
+    rows = noticed_rows(study, places=detail, motions=detail)
+    if rows:
+        head = ("rule", "contact", "where", "number", "half noticed at N", "90 % at N", "never", "delay ms")
+        lines = [(r.rule, r.shape, r.where, r.contacts, r.half, r.most, r.blind, r.delay) for r in rows]
+        parts.append(_titled("Contacts added to this log: force that is noticed (95 %)", head, lines, width, 3))
+    choices = list(choice_rows(study))
+    if choices:
+        head = ("n", "ms", *study.choices[0].force_n, "relative", "")
+        title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
+        parts.append(_titled(title, head, choices, width, 0))
+    made_of = list(part_rows(study))
+    if made_of:
+        lines_of = [wrapped(f"{joint} {level} N·m: {causes}", width, "    ") for joint, level, causes in made_of]
+        title = "What thresholds are made of: by how much the level falls without each cause, N·m (causes overlap)"
+        parts.append("\n".join([wrapped(title, width, "  "), *(f"  {line}" for line in lines_of)]) + "\n")
+    if detail:
+        head = ("joint", "rule", "gamma N·m", "n", "alarms", "push noticed N·m", "delay ms")
+        points = [(p.joint, p.rule, p.gamma, p.n, p.alarms, p.torque, p.delay) for p in plane_rows(study)]
+        parts.append(_titled("Each joint alone", head, points, width, 2))
+        parts.append(_titled("A dynamic threshold would be", ("joint", ""), list(dynamic_rows(study)), width, 2))
+    sentences = [f"{place}: {text}." for place, text in blind_rows(study)]
+    for group in (sentences, study.assumptions):
+        if group:
+            parts.append("".join(wrapped(text, width, "  ") + "\n" for text in group))
+    return "\n".join(parts)
+
+
+def _titled(
+    title: str, head: tuple[str, ...], lines: list[tuple[str, ...]], width: int | None, first_number: int
+) -> str:
+    return f"{title}\n{table(head, lines, range(first_number, len(head)), width)}"

@@ -1,0 +1,161 @@
+"""Rows of a rule study: what contacts are noticed, by which persistence, what thresholds are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from collaudit.core.data.rule_study_result import (
+    ContactSensitivity,
+    DynamicGain,
+    ForceNoticed,
+    PlanePoint,
+    RuleSensitivity,
+    RuleStudy,
+)
+from collaudit.reports.values.numbers import percent, significant
+
+NEVER = "none"
+_CAUSES = {
+    "noise": "sensor noise",
+    "reversal": "friction at reversals",
+    "friction": "friction over speed",
+    "model": "model",
+    "ripple": "ripple",
+    "drift": "drift",
+    "lag": "time lag",
+    "rest": "not explained",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class NoticedRow:
+    """What one rule notices of one shape, in words."""
+
+    rule: str
+    shape: str
+    where: str
+    contacts: str
+    half: str
+    most: str
+    blind: str
+    delay: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneRow:
+    """One joint's rule in its plane, in words."""
+
+    joint: str
+    rule: str
+    gamma: str
+    n: str
+    alarms: str
+    torque: str
+    delay: str
+
+
+def noticed_rows(study: RuleStudy, *, places: bool = False, motions: bool = False) -> list[NoticedRow]:
+    """What the rules notice, shape by shape; by place and by motion where that is asked for."""
+    return [
+        _noticed(rule, contact)
+        for rule in study.rules
+        for contact in rule.contacts
+        if (contact.place is None or places) and (contact.motion is None or motions)
+    ]
+
+
+def _noticed(rule: RuleSensitivity, contact: ContactSensitivity) -> NoticedRow:
+    by_share = {noticed.share: noticed for noticed in contact.noticed}
+    return NoticedRow(
+        rule=rule.name,
+        shape=contact.shape,
+        where=contact.place or contact.motion or "anywhere",
+        contacts=str(contact.contacts),
+        half=_force(by_share[0.5]),
+        most=_force(by_share[0.9]),
+        blind=percent(contact.blind),
+        delay=milliseconds(contact.delay_s),
+    )
+
+
+def _force(noticed: ForceNoticed) -> str:
+    if noticed.force_n is None:
+        return NEVER
+    low, high = noticed.ci95_n
+    return f"{significant(noticed.force_n)} ({_open(low)} to {_open(high)})"
+
+
+def _open(value: float | None) -> str:
+    return "∞" if value is None else significant(value)
+
+
+def milliseconds(seconds: float | None) -> str:
+    """A delay as whole milliseconds; what looks ahead in time may be before the onset."""
+    return "" if seconds is None else f"{1e3 * seconds:.0f}"
+
+
+def plane_rows(study: RuleStudy) -> list[PlaneRow]:
+    """The configured and the recommended rule of every joint."""
+    return [
+        _plane(joint, name, point)
+        for joint, plane in study.joints.items()
+        for name, point in (("configured", plane.configured), ("recommended", plane.chosen))
+        if point is not None
+    ]
+
+
+def _plane(joint: str, name: str, point: PlanePoint) -> PlaneRow:
+    upper = point.alarms_per_hour_upper95
+    return PlaneRow(
+        joint=joint,
+        rule=name,
+        gamma=significant(point.gamma_nm),
+        n=str(point.n),
+        alarms=f"{point.alarms}" + ("" if upper is None else f" (at most {significant(upper)} an hour)"),
+        torque=NEVER if point.torque_nm is None else significant(point.torque_nm),
+        delay=milliseconds(point.delay_s),
+    )
+
+
+def choice_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
+    """Persistences that were compared: n, ms, forces by shape, cost, mark."""
+    for choice in study.choices:
+        forces = tuple(NEVER if force is None else significant(force) for force in choice.force_n.values())
+        cost = "" if choice.cost is None else f"{choice.cost:.2f}"
+        mark = "recommended" if choice.chosen else ""
+        yield (str(choice.n), milliseconds(choice.persistence_s), *forces, cost, mark)
+
+
+def part_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
+    """What each threshold is made of: joint, level, and the causes by falling share."""
+    for joint, parts in study.parts.items():
+        told = [f"{_CAUSES[p.cause]} {significant(p.gamma_nm, 2)}" for p in parts.parts if p.gamma_nm >= 0.005]
+        yield joint, significant(parts.level_nm), ", ".join(told)
+
+
+def dynamic_rows(study: RuleStudy) -> Iterator[tuple[str, str]]:
+    """What a dynamic threshold would gain, by joint."""
+    for joint, gain in study.dynamic.items():
+        yield joint, _gain(gain)
+
+
+def _gain(gain: DynamicGain) -> str:
+    if gain.sensitivity_gain is None:
+        return gain.why_not or ""
+    if gain.sensitivity_gain <= 0.02:
+        held = "nothing: constant and dynamic ask for about the same"
+    else:
+        held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} N·m constant)"
+    fresh = f"alarms on the half that neither has seen: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
+    return f"{held}; {fresh}"
+
+
+def blind_rows(study: RuleStudy) -> Iterator[tuple[str, str]]:
+    """By place, from where a force is not noticed, and how often."""
+    if study.force_map is None:
+        return
+    for pose in study.force_map.blind:
+        need = "no force is noticed" if pose.force_n is None else f"{significant(pose.force_n)} N are needed"
+        often = f"a direction that needs over {study.force_map.limit_n:g} N exists in {percent(pose.share, 0)} of poses"
+        yield pose.place, f"{often}; worst at {pose.time_s:.1f} s, {pose.words}: {need}"

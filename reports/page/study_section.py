@@ -14,6 +14,7 @@ from collaudit.reports.values.study_rows import (
     blind_rows,
     choice_rows,
     dynamic_rows,
+    labelled_rows,
     noticed_rows,
     part_rows,
     plane_rows,
@@ -29,6 +30,9 @@ class StudySection:
         shapes: names of the contact shapes.
         planes: joint and drawing.
         points, noticed, places, choices, parts, dynamic, blind: rows of tables.
+        forces: of the pushes beside known contacts, N; empty where none are known.
+        known: number of known contacts.
+        labelled: rows of their table.
         assumptions: what the numbers rest on.
     """
 
@@ -41,6 +45,9 @@ class StudySection:
     parts: tuple[tuple[str, ...], ...]
     dynamic: tuple[tuple[str, str], ...]
     blind: tuple[tuple[str, str], ...]
+    forces: tuple[str, ...]
+    known: int
+    labelled: tuple[tuple[str, ...], ...]
     assumptions: tuple[str, ...]
 
 
@@ -61,5 +68,8 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
         parts=tuple(part_rows(study)),
         dynamic=tuple(dynamic_rows(study)),
         blind=tuple(blind_rows(study)),
+        forces=() if study.labelled is None else tuple(study.labelled.injected),
+        known=0 if study.labelled is None else study.labelled.contacts,
+        labelled=tuple(labelled_rows(study)),
         assumptions=study.assumptions,
     )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.study_rows import (
     blind_rows,
     choice_rows,
     dynamic_rows,
+    labelled_rows,
     noticed_rows,
     part_rows,
     plane_rows,
@@ -22,7 +25,8 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
         width: columns of the terminal that tables are cut to; None: any.
         detail: by place and motion as well, and the planes' points.
     """
-    parts = []
+    parts: list[str] = []
+    head: tuple[str, ...]
     rows = noticed_rows(study, places=detail, motions=detail)
     if rows:
         head = ("rule", "contact", "where", "number", "half noticed at N", "90 % at N", "never", "delay ms")
@@ -33,6 +37,11 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
         head = ("n", "ms", *study.choices[0].force_n, "relative", "")
         title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
         parts.append(_titled(title, head, choices, width, 0))
+    known = list(labelled_rows(study))
+    if study.labelled is not None and known:
+        head = ("thresholds times", "known", *(f"push {force} N" for force in study.labelled.injected))
+        title = f"Missed of {study.labelled.contacts} known contacts (95 %), and of pushes added to the same log"
+        parts.append(_titled(title, head, known, width, 0))
     made_of = list(part_rows(study))
     if made_of:
         lines_of = [wrapped(f"{joint} {level} N·m: {causes}", width, "    ") for joint, level, causes in made_of]
@@ -51,6 +60,6 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
 
 
 def _titled(
-    title: str, head: tuple[str, ...], lines: list[tuple[str, ...]], width: int | None, first_number: int
+    title: str, head: tuple[str, ...], lines: Sequence[tuple[str, ...]], width: int | None, first_number: int
 ) -> str:
     return f"{title}\n{table(head, lines, range(first_number, len(head)), width)}"

@@ -16,6 +16,8 @@ from collaudit.core.data.rule_study_result import (
 from collaudit.reports.values.numbers import percent, significant
 
 NEVER = "none"
+#: Factors on the thresholds at which known contacts are shown.
+_FACTORS = (0.5, 1.0, 2.0, 4.0, 8.0)
 _CAUSES = {
     "noise": "sensor noise",
     "reversal": "friction at reversals",
@@ -149,6 +151,18 @@ def _gain(gain: DynamicGain) -> str:
         held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} N·m constant)"
     fresh = f"alarms on the half that neither has seen: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
     return f"{held}; {fresh}"
+
+
+def labelled_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
+    """Share of known contacts missed as thresholds rise, beside injected pushes: factor, known, then by force."""
+    curve = study.labelled
+    if curve is None:
+        return
+    for wanted in _FACTORS:
+        k = min(range(len(curve.scale)), key=lambda place: abs(curve.scale[place] - wanted))
+        low, high = curve.missed_ci95[k]
+        known = f"{percent(curve.missed[k], 0)} ({percent(low, 0)} to {percent(high, 0)})"
+        yield f"{wanted:g}", known, *(percent(missed[k], 0) for missed in curve.injected.values())
 
 
 def blind_rows(study: RuleStudy) -> Iterator[tuple[str, str]]:

@@ -28,7 +28,7 @@ PACKAGES := cli core reports fixtures
 SOURCES := $(shell find $(PACKAGES) -type f -not -name '*.pyc' 2>/dev/null)
 SETUP := setup.cfg pyproject.toml
 
-.PHONY: demo test check lint types bench fuzz docs clean
+.PHONY: demo test check lint types bench fuzz docs clean bounds lock sbom vulnerabilities wheel-twice soak
 
 demo: $(RUN)/.installed
 	$(RUN)/bin/collaudit demo -o $(DEMO_OUT)
@@ -59,6 +59,39 @@ FUZZ_SECONDS ?= 600
 fuzz: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_SECONDS)
 
+# Supply chain. bounds: selftest with the oldest and the newest dependencies allowed; lock: exact versions for CI and the
+# bill of materials; sbom: CycloneDX; vulnerabilities: pip-audit, which fails where it could not ask about a package.
+bounds: $(RUN)/.dev
+	$(RUN)/bin/python -m pip install --quiet uv
+	PATH=$(CURDIR)/$(RUN)/bin:$$PATH $(RUN)/bin/python tests/bench/install_matrix.py
+
+LOCK_FLAGS := --universal --python-version 3.11 --no-header --no-annotate --no-emit-index-url --no-emit-find-links
+lock: $(RUN)/.dev
+	$(RUN)/bin/python -m pip install --quiet uv
+	$(RUN)/bin/uv pip compile --quiet $(LOCK_FLAGS) --generate-hashes setup.cfg --extra test -o requirements/ci.txt
+	$(RUN)/bin/uv pip compile --quiet $(LOCK_FLAGS) setup.cfg --extra identify --extra mat73 -o requirements/run.txt
+
+sbom: $(RUN)/.dev
+	$(RUN)/bin/python -m pip install --quiet 'cyclonedx-bom >= 7'
+	mkdir -p build
+	$(RUN)/bin/cyclonedx-py requirements requirements/run.txt --output-reproducible --of JSON -o build/sbom.cdx.json
+
+vulnerabilities: $(RUN)/.dev
+	$(RUN)/bin/python -m pip install --quiet pip-audit
+	$(RUN)/bin/pip-audit --strict --disable-pip --require-hashes -r requirements/ci.txt
+
+# Built twice from what is committed; SOURCE_DATE_EPOCH is the time of the commit.
+wheel-twice: $(RUN)/.made
+	rm -rf build/twice && mkdir -p build/twice
+	for k in 1 2; do git archive --prefix=$$k/ HEAD | tar -x -C build/twice; \
+		SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) $(RUN)/bin/python -m pip wheel --quiet --no-deps \
+			--wheel-dir build/twice/wheel$$k build/twice/$$k; done
+	cmp build/twice/wheel1/*.whl build/twice/wheel2/*.whl && sha256sum build/twice/wheel1/*.whl
+
+# A night of 500 logs whose workers are killed, whose disk is full, and that is ended and resumed.
+soak: $(RUN)/.dev
+	$(RUN)/bin/python tests/bench/night_soak.py
+
 # The generated pages: configuration, its JSON Schema, findings, commands, JSON Schemas of results.
 docs: $(RUN)/.dev
 	$(RUN)/bin/python -m collaudit.cli.docs docs
@@ -81,10 +114,12 @@ $(RUN)/.dev: $(RUN)/.installed
 	$(RUN)/bin/python -m pip install --quiet --editable '.[dev]'
 	touch $@
 
+# LOCK=requirements/ci.txt installs the locked versions; without it the newest that setup.cfg allows are tested.
 # Dependencies first, in their own step: a change of code then only swaps the wheel.
 $(TEST)/.wheel: $(TEST)/.made $(SETUP) $(SOURCES) README.md LICENSE
 	rm -rf build/lib build/bdist.* build/wheel
 	$(TEST)/bin/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
+	@if [ -n "$(LOCK)" ]; then $(TEST)/bin/python -m pip install --quiet --require-hashes -r $(LOCK); fi
 	wheel=$$(ls build/wheel/collaudit-*.whl); \
 		$(TEST)/bin/python -m pip install --quiet "$$wheel[test]"; \
 		$(TEST)/bin/python -m pip install --quiet --no-deps --force-reinstall "$$wheel"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from collaudit.cli.batch.run_note import FINISHED, note_finished
 from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.reports.values.entries import IndexEntry
 
-_RUN_FILES = ("audit.json", "signals.parquet", "friction.json", "report.html")
+_RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html")
 _TRACEBACK = "traceback.txt"
 
 
@@ -77,8 +78,10 @@ def _judged(
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
     audit, friction = audit_files(files, loaded, progress)
+    (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
     write_html(run / "report.html", [audit])
+    note_finished(run, files, audit.result.log.sha256, loaded)
     return Outcome(replace(entry_of(audit.result, f"{folder}/report.html"), name=name), audit.result)
 
 

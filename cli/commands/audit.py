@@ -51,6 +51,11 @@ if TYPE_CHECKING:
     metavar="GB",
     help="Most memory for one log, GB; a log that needs more is not judged.",
 )
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Take over what an audit of OUT finished before it was ended, where log, settings and versions are the same.",
+)
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @detail_options
@@ -64,6 +69,7 @@ def command(
     formats: str | None,
     timeout: float | None,
     memory_limit: float | None,
+    resume: bool,
     force: bool,
     as_json: bool,
     detail: Detail,
@@ -74,11 +80,12 @@ def command(
     report.html. Without a friction file, friction is fitted on each log itself, and its result says so. A log
     that cannot be judged is listed with its reason and stops no other: also one that takes too long, or whose
     process dies. Results of an earlier audit in OUT are removed first; until the new ones stand,
-    AUDIT-UNDER-WAY.txt does.
+    AUDIT-UNDER-WAY.txt does. An audit that was ended goes on with --resume.
 
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch.audit_folder import audit_under_way
+    from collaudit.cli.batch.finished_logs import finished_outcomes, merged
     from collaudit.cli.batch.log_jobs import Limits, log_jobs
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code
@@ -94,9 +101,14 @@ def command(
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
     found = find_logs(logs, loaded)
     work = log_jobs(found)
-    with audit_under_way(output, [job.folder for job in work], force):
-        with progress(f"auditing {len(found)} log{'s' if len(found) > 1 else ''}") as report:
-            outcomes = audit_logs(work, loaded, output, Limits(jobs, timeout, memory_limit), report, _say_error)
+    kept = finished_outcomes(work, loaded, output) if resume else {}
+    left = [job for index, job in enumerate(work) if index not in kept]
+    if resume:
+        note(f"{len(kept)} of {len(work)} logs were finished before and are taken over")
+    with audit_under_way(output, [job.folder for job in left], force):
+        with progress(f"auditing {len(left)} log{'s' if len(left) != 1 else ''}") as report:
+            judged = audit_logs(left, loaded, output, Limits(jobs, timeout, memory_limit), report, _say_error)
+        outcomes = merged(len(work), kept, judged)
         entries = [outcome.entry for outcome in outcomes]
         write_index(output, entries)
         _write_extra(output, extra, outcomes)

@@ -198,3 +198,62 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     refused = collaudit("fit", arm.clean, "-c", arm.config, "-o", link)
     assert refused.code == 2 and "symbolic link" in refused.err
     assert target.read_text() == "mine"
+
+
+def test_an_ended_audit_goes_on_where_it_was(arm, collaudit, tmp_path: Path) -> None:
+    command, out = _night(tmp_path, arm, "clean", "killed", "pushed")
+    assert subprocess.run([*command, "-j", "2"], capture_output=True).returncode == 1
+    first = {path: path.stat().st_mtime_ns for path in sorted((out / "0-clean").iterdir())}
+    assert _verdicts(out)["1-killed.csv"] == "not_judged"
+    index = (out / "index.html").read_bytes()
+    # the marker of a killed audit; this time nothing kills it
+    (out / "AUDIT-UNDER-WAY.txt").write_text('{"host": "elsewhere", "process": 1}\n')
+    again = [arm.config, "--friction", arm.friction, "-o", out, "--resume"]
+    run = collaudit("audit", tmp_path / "logs", "-c", *again)
+    assert run.code == 1 and "2 of 3 logs were finished before" in run.err
+    assert {path: path.stat().st_mtime_ns for path in sorted((out / "0-clean").iterdir())} == first
+    assert _verdicts(out) == {"0-clean.csv": "pass", "1-killed.csv": "pass", "2-pushed.csv": "fail"}
+    assert (out / "index.html").read_bytes() != index
+    whole = collaudit(
+        "audit", tmp_path / "logs", "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "whole"
+    )
+    assert whole.code == 1
+    assert _contents(out) == _contents(tmp_path / "whole"), "taken over and judged anew give the same bytes"
+
+
+def _contents(out: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
+
+
+def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
+    from collaudit.cli.batch.finished_logs import finished_outcomes
+    from collaudit.cli.batch.log_jobs import log_jobs
+    from collaudit.core.config import load_config
+
+    log, friction, out = tmp_path / "log.csv", tmp_path / "friction.json", tmp_path / "out"
+    shutil.copyfile(arm.clean, log)
+    shutil.copyfile(arm.friction, friction)
+    assert collaudit("audit", log, "-c", arm.config, "--friction", friction, "-o", out).code == 0
+
+    def kept(**settings: object) -> bool:
+        loaded = load_config(arm.config, {"friction.file": str(friction), **settings})
+        return bool(finished_outcomes(log_jobs([(log,)]), loaded, out))
+
+    assert kept()
+    assert not kept(**{"detect.gamma_nm": 4.1})
+    run = out / "log"
+    for file in (
+        log,
+        friction,
+        run / "report.html",
+        run / "audit.json",
+        run / "signals.parquet",
+        run / "finished.json",
+    ):
+        whole = file.read_bytes()
+        file.write_bytes(whole[:-2])
+        assert kept() == (file.name == "report.html"), f"{file.name} was changed"
+        file.unlink()
+        assert not kept(), f"{file.name} is gone"
+        file.write_bytes(whole)
+        assert kept()

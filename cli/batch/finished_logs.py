@@ -1,0 +1,50 @@
+"""Logs that an audit finished before it was ended: taken over by ``--resume`` where nothing that they rest on changed.
+
+In: a run folder. Out: its outcome, or None where the log is to be judged. A run counts as finished by the file that is
+written last. That names what the run rests on: content of the log, settings, friction, robot, and versions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.cli.batch.audit_one import Outcome
+from collaudit.cli.batch.run_note import read_note, rests_on
+from collaudit.core.errors import CollauditError
+
+if TYPE_CHECKING:
+    from collaudit.cli.batch.log_jobs import LogJob
+    from collaudit.core.config import LoadedConfig
+
+
+def finished_outcomes(jobs: Sequence[LogJob], loaded: LoadedConfig, out: Path) -> dict[int, Outcome]:
+    """Outcomes of the logs in ``out`` that need not be judged again, by their place in ``jobs``."""
+    found = {index: _finished(job, loaded, out) for index, job in enumerate(jobs)}
+    return {index: outcome for index, outcome in found.items() if outcome is not None}
+
+
+def merged(count: int, kept: Mapping[int, Outcome], judged: Sequence[Outcome]) -> list[Outcome]:
+    """Outcomes in the order of the logs: those kept, and the others in their order."""
+    rest = iter(judged)
+    return [kept[index] if index in kept else next(rest) for index in range(count)]
+
+
+def _finished(job: LogJob, loaded: LoadedConfig, out: Path) -> Outcome | None:
+    from collaudit.core.logs.log_hashing import sha256_of
+    from collaudit.reports.files.run_files import read_run
+    from collaudit.reports.values.entries import entry_of
+
+    run = out / job.folder
+    note = read_note(run)
+    if note is None or not (run / "report.html").is_file():
+        return None
+    try:
+        if note != rests_on(job.files, sha256_of(job.files), loaded):
+            return None
+        result = read_run(run).result
+    except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
+        return None
+    return Outcome(replace(entry_of(result, f"{job.folder}/report.html"), name=job.name), result)

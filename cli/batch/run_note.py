@@ -1,0 +1,77 @@
+"""What a finished run rests on, written after all its other files: content of the log, settings, and versions."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collaudit.core.api import LogFiles
+    from collaudit.core.config import LoadedConfig
+
+#: Says that all files of a run were written; the first to go and the last to come.
+FINISHED = "finished.json"
+_SCHEMA = "collaudit/finished/1"
+#: A file of that name is no longer than this.
+_MOST_BYTES = 1 << 16
+
+
+def note_finished(run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> None:
+    """Write down, after all its other files, what a run rests on.
+
+    Raises:
+        CollauditError: it cannot be written.
+    """
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.json_writer import json_text
+
+    note = {"schema": _SCHEMA, "rests_on": rests_on(files, log_sha256, loaded)}
+    atomic_write(run / FINISHED, json_text(note))
+
+
+def read_note(run: Path) -> object:
+    """What a run says that it rests on; None where it says nothing that can be understood."""
+    file = run / FINISHED
+    if run.is_symlink() or file.is_symlink():
+        return None
+    try:
+        if file.stat().st_size > _MOST_BYTES:
+            return None
+        content = json.loads(file.read_bytes())
+    except (OSError, ValueError):
+        return None
+    known = isinstance(content, dict) and content.get("schema") == _SCHEMA
+    return content.get("rests_on") if known else None
+
+
+def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str, object]:
+    """What the run of a log rests on, as it is written.
+
+    Args:
+        files: of the log.
+        log_sha256: their hash.
+        loaded: settings; the files that they name count by their content.
+
+    Raises:
+        OSError: such a file cannot be read. CollauditError: one is missing.
+    """
+    from importlib.metadata import version
+
+    from collaudit.core.config.relative_paths import located
+    from collaudit.core.logs.tables.joined_tables import also_files
+    from collaudit.core.provenance import versions
+
+    config = loaded.config
+    named = [config.robot.urdf, config.friction.file]
+    besides = [located(path, loaded.base_dir) for path in named if path is not None]
+    besides += also_files(files, config.log.csv)
+    for folder in config.log.msg_path:
+        besides += sorted(located(folder, loaded.base_dir).rglob("*.msg"))
+    return {
+        "log": log_sha256,
+        "settings": loaded.sha256,
+        "files": [hashlib.sha256(path.read_bytes()).hexdigest() for path in besides],
+        "versions": {"collaudit": version("collaudit"), **versions()},
+    }

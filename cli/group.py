@@ -11,6 +11,9 @@ import click
 
 from collaudit.cli.outputs import refuse_input_as_output
 
+#: An option is suggested for one at least so like it: "--gama" and "--gamma" are 0.92, "--quiet" and "--set" 0.67.
+_ALIKE = 0.75
+
 
 @dataclass(frozen=True, slots=True)
 class CommandEntry:
@@ -34,6 +37,14 @@ class ExampleCommand(click.Command):
         """Write the help, examples first."""
         write_examples(formatter, self.examples)
         super().format_help(ctx, formatter)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As click does it, with suggestions for an unknown option only where they are alike."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            alike = difflib.get_close_matches(error.option_name, error.possibilities or (), n=1, cutoff=_ALIKE)
+            raise click.NoSuchOption(error.option_name, possibilities=alike, ctx=ctx) from None
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command, unless its output is one of its inputs."""

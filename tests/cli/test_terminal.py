@@ -120,6 +120,11 @@ def test_near_names_are_suggested(collaudit, tmp_path: Path, monkeypatch, args: 
     assert list(tmp_path.iterdir()) == [], "refused before anything is made"
 
 
+def test_an_option_is_suggested_only_where_it_is_alike(collaudit) -> None:
+    assert "Did you mean '--gamma'?" in collaudit("detect", "x", "--gama", "4").err
+    assert "Did you mean" not in collaudit("fit", "x", "--quiet").err
+
+
 def test_names_in_a_log_are_suggested(arm, collaudit) -> None:
     common = ("detect", arm.clean, "-c", arm.config, "--friction", arm.friction)
     assert "did you mean 'joint1'?" in collaudit(*common, "--watch", "jiont1").err

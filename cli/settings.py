@@ -167,6 +167,17 @@ def free_option(function: CommandFunction) -> CommandFunction:
     return click.option("--free-of-contact", is_flag=True, callback=keep, expose_value=False, help=words)(function)
 
 
+def clean_option(function: CommandFunction) -> CommandFunction:
+    """Another name of ``--free-of-contact``, for those who confirm what was left out."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
+        if given:
+            ctx.meta.setdefault(_OVERRIDES, {})["fit.contact"] = "none"
+
+    words = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."
+    return click.option("--clean", is_flag=True, callback=keep, expose_value=False, help=words)(function)
+
+
 def _all(flags: tuple[Decorator, ...], function: CommandFunction) -> CommandFunction:
     for flag in reversed(flags):
         function = flag(function)

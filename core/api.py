@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collaudit.core.data.joint_log import JointLog
     from collaudit.core.logs import LogSummary
     from collaudit.core.prepare.prepared import Prepared
+    from collaudit.core.recommend.arm_recommendation import ArmRecommendation
     from collaudit.core.robot.robot_model import RobotModel
     from collaudit.core.scoring.truth_events import TruthFile
 
@@ -43,6 +44,7 @@ __all__ = [
     "open_log",
     "prepare",
     "recommend",
+    "recommend_arm",
     "residuals",
 ]
 
@@ -246,6 +248,23 @@ def recommend(
     from collaudit.core.recommend.clean_evidence import recommend_rules
 
     return recommend_rules(audits, persistence_s, contact)
+
+
+def recommend_arm(
+    audits: Sequence[Audit],
+    persistence_s: float | None = None,
+    contact: Sequence[Sequence[tuple[float, float]] | None] = (),
+    per_hour: float = 1e-3,
+) -> ArmRecommendation:
+    """Thresholds so that the arm's false alarms stay below a rate, the arm's bound, and what the evidence is.
+
+    Args:
+        audits, persistence_s, contact: as of :func:`recommend`.
+        per_hour: false alarms of the arm that are accepted.
+    """
+    from collaudit.core.recommend.arm_recommendation import recommend_arm as over_all
+
+    return over_all(audits, persistence_s, contact, per_hour)
 
 
 def residuals(audit: Audit) -> pd.DataFrame:

@@ -61,9 +61,10 @@ from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.arm_evidence import evidence_of
-from collaudit.core.recommend.clean_evidence import recommend_rules
+from collaudit.core.recommend.clean_evidence import recommend_rules, recommended_of_log
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help
-from collaudit.core.recommend.recommendation import little_data_findings, recommend_rule
+from collaudit.core.recommend.range_findings import range_findings, ranges_behind
+from collaudit.core.recommend.recommendation import little_data_findings
 from collaudit.core.rule_study.audit_study import audit_study
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
@@ -190,6 +191,7 @@ def audit_log(
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
+    auto = config.detect.gamma_nm == "auto"
     on_file = None if friction is None else friction.thresholds
     config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
     step = stage(progress, 0.0, 1.0)
@@ -215,6 +217,8 @@ def audit_log(
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
     findings += [*disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)]
     findings += [*coverage_findings(short), *scarce]
+    ranges = ranges_behind(config.detect.evidence, on_file, auto)
+    findings += range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
@@ -307,7 +311,7 @@ def _recommended(judged: _Judged, log: LogFacts, phases: tuple[PhaseSpan, ...]) 
     rule, detected = judged.inputs.rule, judged.run.detected
     events = (detected.collisions, detected.near_misses)
     evidence = evidence_of(log, rule, judged.signals, phases, events)
-    return {joint: recommend_rule([evidence.of_joint(joint)], rule.persistence_s) for joint in evidence.watched}
+    return recommended_of_log(evidence, rule.persistence_s)
 
 
 def _log_facts(series: UniformSeries) -> LogFacts:

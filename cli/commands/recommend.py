@@ -13,15 +13,18 @@ from collaudit.cli.console import note, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
-from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.settings import clean_option, config_option, load_settings, robot_options, rule_options
 from collaudit.cli.study_output import say_studies
-from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
-    from collaudit.core.data.audit_result import Audit, RecommendedRule
+    from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.detection_result import DynamicThreshold
     from collaudit.core.recommend.arm_evidence import Times
+    from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
+#: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
+DEFAULT_PER_HOUR = 0.001
 RECOMMEND_SCHEMA = "collaudit/recommend/1"
 
 
@@ -30,61 +33,107 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend run/",
     "collaudit recommend out/monday out/tuesday --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
-    "collaudit recommend run/ --dynamic >> collaudit.toml",
+    "collaudit recommend run/ --per-hour 0.01 --max-delay-ms 40",
+    "collaudit recommend run/ --snippet config >> collaudit.toml",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
 )
 @click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: every assumption, the hours, what to confirm.")
+@click.option(
+    "--per-hour",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=DEFAULT_PER_HOUR,
+    show_default=True,
+    help="False alarms of the whole arm per hour that are accepted.",
+)
+@click.option(
+    "--max-delay-ms",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Longest delay from crossing gamma to the alarm; shortens the persistence where it must.",
+)
+@click.option(
+    "--snippet",
+    type=click.Choice(["config", "franka", "ur"]),
+    help="Print text to paste: the configuration's [detect] table, or a controller's call.",
+)
 @click.option(
     "--dynamic", "as_dynamic", is_flag=True, help="Print [detect.dynamic] tables: thresholds that grow with the motion."
 )
+@clean_option
 @contact_options
 @config_option
 @robot_options
 @rule_options
-def command(inputs: tuple[str, ...], as_json: bool, as_dynamic: bool, truth: tuple[Path, ...]) -> int:
-    """Recommend gamma and n per joint from contact-free residuals of finished runs, or of logs.
+def command(
+    inputs: tuple[str, ...],
+    as_json: bool,
+    per_hour: float,
+    max_delay_ms: float | None,
+    snippet: str | None,
+    as_dynamic: bool,
+    truth: tuple[Path, ...],
+) -> int:
+    """Recommend gamma and n per joint so that the arm's false alarms stay below a rate, with the evidence.
 
-    All inputs count together. Each threshold comes with the hours that support it, the false alarms they allow
-    for, and the evidence that is missing. Alarms found in the inputs are left out; where --truth or --labels says
-    what was contact, that is left out instead, and with --free-of-contact nothing is. With --dynamic, what comes
-    out goes into the configuration as it is, with gamma_nm = "dynamic".
+    All inputs count together; the same log twice counts once. The bound (95 %) carries the error of the counts and
+    how far minutes and logs differ. Where the hours do not support the rate asked for, it says so, and how many more
+    would. Alarms and near misses of all joints, and what lies far beyond the usual, are left out and listed to be
+    confirmed: --truth or --labels say what was contact, and --clean that nothing touched the arm.
 
     Exit code 3 when nothing could be recommended for any joint.
     """
-    from collaudit.core.api import recommend
+    from collaudit.core.api import recommend_arm
     from collaudit.reports.files.dynamic_toml import dynamic_toml
-    from collaudit.reports.terminal.rules_text import rules_text
+    from collaudit.reports.files.rule_snippets import snippet as text_to_paste
+    from collaudit.reports.terminal.recommendation_text import recommendation_text
 
     audits, known = _audits(inputs, truth)
     with progress("recommending"):
-        rules = recommend(audits, _persistence_s(audits), known)
+        found = recommend_arm(audits, _persistence_s(audits, max_delay_ms), known, per_hour)
         laws = _dynamic(audits)
     if as_json:
-        say_json(_json(audits, rules, laws))
+        say_json(_json(audits, found, laws))
     elif as_dynamic:
         say(dynamic_toml(laws), nl=False)
+    elif snippet is not None:
+        say(text_to_paste(snippet, found), nl=False)
     else:
-        say(rules_text(rules, terminal_width()), nl=False)
+        say(recommendation_text(found, terminal_width()), nl=False)
         say_studies(audits)
-    collisions = sum(len(audit.result.collisions) for audit in audits)
-    if collisions:
-        stated = any(times is not None for times in known)
-        note(f"{collisions} alarms in the inputs: " + ("what is known of contact decided" if stated else "left out"))
-    return EXIT_PASS if any(rule.gamma_nm is not None for rule in rules.values()) else EXIT_NOT_JUDGED
+    if found.to_confirm:
+        note(f"{len(found.to_confirm)} stretches were left out as possible contact: please confirm")
+    return EXIT_PASS if any(rule.gamma_nm is not None for rule in found.joints.values()) else EXIT_NOT_JUDGED
 
 
-def _persistence_s(audits: Sequence[Audit]) -> float | None:
-    """The persistence asked for, in whole samples of the slowest log; None leaves it to the runs."""
+def _persistence_s(audits: Sequence[Audit], max_delay_ms: float | None) -> float | None:
+    """The persistence asked for, in whole samples of the slowest log; None leaves it to the runs.
+
+    Raises:
+        ConfigError: no persistence reacts as soon as wanted.
+    """
     from collaudit.core.detection.rule import persistence_samples
 
     detect = load_settings().config.detect
     period_s = max(audit.result.log.sample_period_s for audit in audits)
+    stated: float | None = None
     if detect.n is not None:
-        return detect.n * period_s
-    if detect.persistence_ms is None:
-        return None
-    return persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
+        stated = detect.n * period_s
+    elif detect.persistence_ms is not None:
+        stated = persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
+    if max_delay_ms is None:
+        return stated
+    facts = [audit.result.detection for audit in audits]
+    filter_s = max((known.delay.filter_s for known in facts if known is not None), default=0.0)
+    most = int((max_delay_ms / 1e3 - filter_s) / period_s + 1e-9) - 1  # one sample of jitter beside the persistence
+    if most < 1:
+        raise ConfigError(
+            "no persistence reacts as soon as that",
+            where="--max-delay-ms",
+            found=f"{max_delay_ms:g} ms",
+            expected=f"at least {1e3 * (filter_s + 2 * period_s):.3g} ms: the filter's delay and two samples",
+        )
+    wanted = stated if stated is not None else max(a.result.rule.persistence_s for a in audits)
+    return min(wanted, most * period_s)
 
 
 def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], list[Times | None]]:
@@ -125,13 +174,21 @@ def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
     return {joint: law for joint, law in pooled.items() if law is not None}
 
 
-def _json(audits: Sequence[Audit], rules: Mapping[str, RecommendedRule], laws: Mapping[str, DynamicThreshold]) -> str:
+def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, DynamicThreshold]) -> str:
     from collaudit.reports.files.json_writer import json_text
 
     content = {
         "schema": RECOMMEND_SCHEMA,
-        "logs": [{"name": a.result.log.name, "sha256": a.result.log.sha256} for a in audits],
-        "joints": {joint: asdict(rule) for joint, rule in rules.items()},
+        "logs": [asdict(log) for log in found.logs],
+        "persistence_s": found.persistence_s,
+        "arm": asdict(found.rate),
+        "joints": {joint: asdict(rule) for joint, rule in found.joints.items()},
+        "set": {joint: asdict(opinion) for joint, opinion in found.set_rules.items()},
+        "ranges": {joint: asdict(known) for joint, known in found.ranges.items()},
+        "to_confirm": [asdict(stretch) for stretch in found.to_confirm],
+        "counted": [asdict(stretch) for stretch in found.counted],
+        "if_clean_nm": found.if_clean_nm,
+        "assumptions": found.assumptions,
         "dynamic": {joint: asdict(law) for joint, law in laws.items()},
         "studies": [asdict(a.study) for a in audits if a.study is not None],
     }

@@ -18,6 +18,17 @@ class DynamicConfig(ConfigTable):
     acceleration_nm_s2_per_rad: NonNegative = Field(0.0, description="Growth with acceleration, N·m·s²/rad.")
 
 
+class EvidenceConfig(ConfigTable):
+    """What the evidence behind one joint's gamma covers, as `collaudit recommend --snippet config` writes it."""
+
+    fastest_rad_s: NonNegative = Field(description="Speed, rad/s (m/s if prismatic).")
+    hardest_rad_s2: NonNegative = Field(description="Acceleration, rad/s² (m/s²).")
+    load_nm: tuple[float, float] = Field(description="Lowest and highest rigid-body torque with friction, N·m.")
+    temperature_c: tuple[float, float] | None = Field(None, description="Lowest and highest temperature, °C.")
+    phases: list[Literal["free", "approach", "contact", "retreat"]] = Field([], description="Phases; empty: any.")
+    standing: bool = Field(True, description="Whether the joint stood or reversed in it.")
+
+
 class DetectConfig(ConfigTable):
     """Rule (6): |residual| above gamma for n samples is a collision."""
 
@@ -42,6 +53,11 @@ class DetectConfig(ConfigTable):
         {},
         description='Thresholds by joint that grow with the motion, for gamma_nm = "dynamic"; every audit proposes '
         "such a table from its clean samples.",
+    )
+    evidence: dict[str, EvidenceConfig] = Field(
+        {},
+        description="By joint: the range of the evidence behind gamma_nm; a log that leaves it is told so "
+        "(finding `evidence-range`).",
     )
     persistence_ms: Positive | None = Field(
         None, description="Persistence, ms; rounded up to samples. 25 when neither is given."

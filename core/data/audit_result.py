@@ -16,6 +16,7 @@ from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
 from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.recommendation_result import TailFacts
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
@@ -180,6 +181,9 @@ class RecommendedRule:
         false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the observed hours only, without the tail.
         alternatives: (n, gamma_nm) at other persistences, found in the same way.
         missing: what evidence is missing.
+        tail: the tail of the clean residual that it is extrapolated by; None in files of earlier versions, too.
+        noticed_nm: an external torque of this size that lasts n samples is noticed at 95 % of the moments, whatever the
+            residual is: gamma and the residual's 95 % quantile.
     """
 
     gamma_nm: float | None
@@ -191,6 +195,8 @@ class RecommendedRule:
     false_alarms_per_hour_upper95: float | None
     alternatives: tuple[tuple[int, float], ...]
     missing: tuple[str, ...]
+    tail: TailFacts | None = None
+    noticed_nm: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

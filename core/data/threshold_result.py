@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from collaudit.core.data.recommendation_result import RangeOfEvidence
+
 
 @dataclass(frozen=True, slots=True)
 class ThresholdLevel:
@@ -54,6 +56,7 @@ class JointThreshold:
         reason: why there is no threshold.
         rated_nm: what the description says the drive can exert (N if prismatic); None where it says nothing.
         isolated: peaks that the thresholds do not count; empty in files of earlier versions.
+        evidence: what that time covers; None in files of earlier versions.
     """
 
     levels: tuple[ThresholdLevel, ...]
@@ -65,6 +68,7 @@ class JointThreshold:
     reason: str | None = None
     rated_nm: float | None = None
     isolated: tuple[IsolatedPeak, ...] = ()
+    evidence: RangeOfEvidence | None = None
 
 
 @dataclass(frozen=True, slots=True)

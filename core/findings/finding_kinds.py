@@ -646,6 +646,13 @@ KINDS: dict[str, Kind] = {
         "min_coverage say what is asked.",
         _WARNING,
     ),
+    "evidence-range": Kind(
+        "The log leaves the range of motion, load, temperature or phase of the evidence behind a threshold.",
+        "Recommend the threshold anew from logs that cover such motion (collaudit recommend): alarms out of the range "
+        "may be false.",
+        _LEVEL,
+        setting="detect.evidence",
+    ),
     "recommend-little-data": Kind(
         "A recommendation is supported by little data.", "Give more hours of runs without contact.", _INFO
     ),

@@ -1,25 +1,27 @@
-"""Recommendations from judged logs: their clean residuals, joint by joint, over all of them together."""
+"""Recommendations of one log by its audit, and of several as a table by joint."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import Audit, RecommendedRule
-from collaudit.core.recommend.arm_evidence import Times, gather_evidence
-from collaudit.core.recommend.recommendation import recommend_rule
+from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence, Times
+from collaudit.core.recommend.arm_recommendation import recommend_arm
+from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, recommend_joints
+from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
 
 
 def recommend_rules(
     audits: Sequence[Audit], persistence_s: float | None = None, contact: Sequence[Times | None] = ()
 ) -> dict[str, RecommendedRule]:
-    """Recommended gamma and n per joint over all given audits.
+    """Recommended gamma and n per joint over all given audits; arguments as of :func:`recommend_arm`."""
+    return recommend_arm(audits, persistence_s, contact).joints
 
-    Args:
-        audits: judged logs.
-        persistence_s: persistence in s; the longest the audits used when absent.
-        contact: for each audit the start and end of all contacts, s, none where it is free of them; None where that is
-            not known, and the alarms are taken for contact.
-    """
-    evidence = gather_evidence(audits, contact)
-    wanted = persistence_s or max(a.result.rule.persistence_s for a in audits)
-    return {joint: recommend_rule(evidence.of_joint(joint), wanted) for joint in evidence.joints}
+
+def recommended_of_log(
+    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
+) -> dict[str, RecommendedRule]:
+    """A threshold for each watched joint from one log alone."""
+    evidence = ArmEvidence((log,), log.watched)
+    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
+    return recommend_joints(evidence, persistence_s, per_hour)[0]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from collaudit.core.detection.rule import collisions, exceedances, persistence_samples, rule_events
-from collaudit.core.recommend.recommendation import CleanResidual, recommend_rule, sustained_peaks
+from collaudit.core.recommend.recommendation import CleanResidual, sustained_peaks
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))
 MASKS = st.integers(0, 2**32 - 1)
@@ -109,22 +109,3 @@ def test_the_sustained_level_is_the_threshold_at_which_alarms_stop(x: np.ndarray
     assert collisions(x, clean, level, n) == []
     if level > 1e-6:
         assert collisions(x, clean, level * (1 - 1e-9), n) != []
-
-
-def test_a_recommendation_says_what_it_rests_on() -> None:
-    rng = np.random.default_rng(0)
-    x = rng.normal(0, 1.0, 180_000)
-    rule = recommend_rule([CleanResidual(x, np.ones(x.size, bool), 0.002)], 0.025)
-    assert rule.n == 13
-    assert rule.clean_hours == pytest.approx(0.1)
-    assert rule.false_alarms_per_hour_upper95 == pytest.approx(29.957, rel=1e-3)
-    assert rule.gamma_nm is not None
-    assert collisions(x, np.ones(x.size, bool), rule.gamma_nm, 13) == []
-    assert rule.missing
-    nothing = recommend_rule([CleanResidual(x[:100], np.ones(100, bool), 0.002)], 0.025)
-    assert nothing.gamma_nm is None
-    assert "at least 10 s" in nothing.missing[0]
-    comb = np.arange(x.size) % 13 != 0
-    blind = recommend_rule([CleanResidual(x, comb, 0.002)], 0.025)
-    assert blind.gamma_nm is None, "no stretch is as long as n: nothing is known about alarms"
-    assert blind.clean_hours == 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -45,8 +46,23 @@ def audit_of(
         persistence_requested_ms=None,
         watch=joints,
     )
+    digest = hashlib.sha256(name.encode()).hexdigest()
     log = replace(
-        result.log, name=name, sample_period_s=period_s, joints=joints, duration_s=float(time_s[-1]), sha256=64 * "0"
+        result.log,
+        name=name,
+        sample_period_s=period_s,
+        joints=joints,
+        duration_s=float(time_s[-1]),
+        sha256=digest,
     )
     result = replace(result, log=log, rule=rule, collisions=(), near_misses=(), contacts=(), phases=(), recommended={})
     return Audit(result, signals)
+
+
+def coloured(seed: int, seconds: float, joints: int = 1, memory: float = 0.9, period_s: float = 0.002) -> np.ndarray:
+    """(n, j) Gaussian noise of standard deviation 1 that forgets by ``memory`` from sample to sample."""
+    from scipy.signal import lfilter
+
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal((round(seconds / period_s), joints))
+    return np.asarray(lfilter([np.sqrt(1 - memory**2)], [1, -memory], noise, axis=0))

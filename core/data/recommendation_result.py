@@ -1,0 +1,130 @@
+"""Result types of recommended thresholds: each joint's tail, the arm's rate, opinions on the rule that is set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Opinion = Literal["too tight", "too loose", "supported", "not judged"]
+
+
+@dataclass(frozen=True, slots=True)
+class TailFacts:
+    """The tail of one joint's sustained peaks: a generalised Pareto law of their squares over a level.
+
+    Attributes:
+        begins_nm: the level it begins at.
+        scale_nm2: of the law of the squares, (N·m)².
+        shape: of it; 0 is the tail of Gaussian peaks, a negative one ends.
+        shape_ci95: interval of the shape.
+        peaks: number of separate peaks over the level.
+        fit_p: chance of a worse fit if the law holds; below 0.05 it does not.
+        dispersion_minutes, dispersion_logs: variance of the counts of peaks over their mean, between minutes and
+            between logs; 1 if they come by pure chance. None: too few to tell.
+        drift: last third's level over the first third's, where they differ by more than chance.
+    """
+
+    begins_nm: float
+    scale_nm2: float
+    shape: float
+    shape_ci95: tuple[float, float]
+    peaks: int
+    fit_p: float
+    dispersion_minutes: float | None
+    dispersion_logs: float | None
+    drift: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class RangeOfEvidence:
+    """What one joint's evidence covers; a log that leaves it is judged by a threshold that rests on nothing there.
+
+    Attributes:
+        fastest_rad_s: 99.9 % of the clean time is slower (m/s if prismatic).
+        hardest_rad_s2: 99.9 % of it accelerates less.
+        least_nm, most_nm: rigid-body torque and friction of all but 0.1 % of it.
+        reversals: changes of direction.
+        standing: share of it at rest or just after a reversal.
+        phases: share of each phase.
+        temperature_c: lowest and highest temperature; None where the log has none.
+    """
+
+    fastest_rad_s: float
+    hardest_rad_s2: float
+    least_nm: float
+    most_nm: float
+    reversals: int
+    standing: float
+    phases: dict[str, float]
+    temperature_c: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetRule:
+    """What the evidence says of a threshold that is set.
+
+    Attributes:
+        gamma_nm: as set.
+        opinion: too tight: more false alarms than asked for are likely; too loose: it is more than half as large again
+            as the evidence asks for; supported; not judged.
+        false_alarms_per_hour: expected of this joint; None below the tail, where they are counted: see ``text``.
+        false_alarms_per_hour_upper95: bound.
+        unnoticed_nm: (recommended, set): external torques between these would alarm with the recommended threshold and
+            do not with the set one; None unless too loose.
+        text: in a sentence.
+    """
+
+    gamma_nm: float
+    opinion: Opinion
+    false_alarms_per_hour: float | None
+    false_alarms_per_hour_upper95: float | None
+    unnoticed_nm: tuple[float, float] | None
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class StretchToConfirm:
+    """A stretch that was left out, for a person to say whether something touched the arm.
+
+    Attributes:
+        log: its name.
+        start_s, end_s: s from the log's first sample.
+        why: alarm, near miss or suspicious (an outlier beside the rest).
+        joints: that gave cause.
+        level_nm: the largest level that one of them kept for n samples: above it gamma would have to lie if nothing
+            touched the arm. None where the rule could not fire there.
+    """
+
+    log: str
+    start_s: float
+    end_s: float
+    why: str
+    joints: tuple[str, ...]
+    level_nm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ArmRate:
+    """False alarms of the whole arm at the recommended thresholds.
+
+    Attributes:
+        target_per_hour: asked for.
+        extrapolated_per_hour: bound (95 %): the sum over joints of what their tails leave room for. None without.
+        bound_per_hour: what is stated: that sum, and no less than the evidence supports. None without evidence.
+        supported_per_hour: the rarest alarms that these hours support: one in five times the hours.
+        observed_per_hour: bound (95 %) of the hours alone, without any tail: the rule of three.
+        supported: whether the target is met by what is stated.
+        hours: clean hours of the joint that has fewest.
+        more_hours: further hours of such logs that would support the target; 0 when it is supported.
+        coincident: share of the joints' peaks within one second of another joint's: how far the sum overstates.
+    """
+
+    target_per_hour: float
+    extrapolated_per_hour: float | None
+    bound_per_hour: float | None
+    supported_per_hour: float | None
+    observed_per_hour: float | None
+    supported: bool
+    hours: float
+    more_hours: float
+    coincident: float | None

@@ -1,0 +1,189 @@
+"""The answer: gamma of each joint, the arm's false alarms with their bound, and what the evidence is and is not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.audit_result import Audit, RecommendedRule
+from collaudit.core.data.recommendation_result import ArmRate, RangeOfEvidence, SetRule, StretchToConfirm
+from collaudit.core.data.signals import State
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
+from collaudit.core.recommend.evidence_range import ranges_of_evidence
+from collaudit.core.recommend.joint_thresholds import (
+    DEFAULT_PER_HOUR,
+    LEAST_S,
+    REACH,
+    JointEvidence,
+    arm_rate,
+    recommend_joints,
+)
+from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
+from collaudit.core.recommend.recommendation import CleanResidual
+from collaudit.core.recommend.set_rule import judge_set_rule
+from collaudit.core.recommend.sustained_levels import sustained_level
+
+#: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
+_DIFFERS = 1.05
+
+#: What a recommendation takes for granted.
+ASSUMPTIONS = (
+    "The logs to be judged are like these in motion, load, temperature and wear.",
+    "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
+    f"Tails are believed {REACH:g} times further than the hours they were seen in; rarer alarms are not claimed.",
+    "Peaks thin out upwards at least as fast as Gaussian ones, unless they show otherwise themselves.",
+    "Joints add up: the arm's bound is the sum of the joints' bounds, whether their alarms coincide or not.",
+    "gamma is compared with the residual as logged; what a run's own uncertainty of friction adds is not counted on.",
+    f"Less than {LEAST_S / 60.0:g} min of clean time of a joint give no threshold.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LogUse:
+    """A log of the evidence: name, hash, clean hours of its joints on average, and whether contact was known."""
+
+    name: str
+    sha256: str
+    hours: float
+    contact_known: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmRecommendation:
+    """What the evidence recommends.
+
+    Attributes:
+        persistence_s: of the rule.
+        rate: false alarms of the arm.
+        joints: gamma and n of each joint.
+        ranges: what the evidence of each joint covers.
+        to_confirm: stretches that were left out though nobody said that they were contact.
+        counted: suspicious stretches that were not left out, since someone said that nothing touched the arm.
+        if_clean_nm: gamma of joints for which it would be higher if nothing had touched the arm in any of them.
+        set_rules: what the evidence says of the thresholds that are set.
+        logs: of the evidence; the same log twice counts once.
+        assumptions: taken for granted.
+    """
+
+    persistence_s: float
+    rate: ArmRate
+    joints: dict[str, RecommendedRule]
+    ranges: dict[str, RangeOfEvidence]
+    to_confirm: tuple[StretchToConfirm, ...]
+    counted: tuple[StretchToConfirm, ...]
+    if_clean_nm: dict[str, float]
+    set_rules: dict[str, SetRule]
+    logs: tuple[LogUse, ...]
+    assumptions: tuple[str, ...] = ASSUMPTIONS
+
+
+def recommend_arm(
+    audits: Sequence[Audit],
+    persistence_s: float | None = None,
+    contact: Sequence[Times | None] = (),
+    per_hour: float = DEFAULT_PER_HOUR,
+) -> ArmRecommendation:
+    """Thresholds for an arm from judged logs.
+
+    Args:
+        audits: judged logs; one that is there twice counts once.
+        persistence_s: persistence in s; the longest the audits used when absent.
+        contact: for each audit the start and end of all contacts, s, none where it is free of them; None where that is
+            not known: alarms and near misses are left out then, and so are outliers.
+        per_hour: false alarms of the arm that are accepted.
+    """
+    known: list[Times | None] = [*contact, *[None] * (len(audits) - len(contact))]
+    kept = _different(audits)
+    audits, known = [audits[k] for k in kept], [known[k] for k in kept]
+    wanted = persistence_s or max(a.result.rule.persistence_s for a in audits)
+    gathered = gather_evidence(audits, known)
+    outliers = outlying_stretches(gathered, wanted)
+    evidence = without_outliers(gathered, outliers)
+    joints, found = recommend_joints(evidence, wanted, per_hour)
+    stated = {log.name for log in evidence.logs if log.contact_known}
+    unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
+    return ArmRecommendation(
+        persistence_s=wanted,
+        rate=arm_rate(evidence, found, {joint: rule.gamma_nm for joint, rule in joints.items()}, per_hour),
+        joints=joints,
+        ranges=ranges_of_evidence(evidence),
+        to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
+        counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
+        if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
+        set_rules=_set_rules(audits, joints, found, per_hour),
+        logs=tuple(_use(log) for log in evidence.logs),
+    )
+
+
+def _use(log: LogEvidence) -> LogUse:
+    seconds = float(np.count_nonzero(log.clean)) / max(1, log.clean.shape[1]) * log.period_s
+    return LogUse(log.name, log.sha256, seconds / 3600.0, log.contact_known)
+
+
+def _different(audits: Sequence[Audit]) -> list[int]:
+    """Indices of the audits without repetitions of the same residual of the same log."""
+    kept: list[int] = []
+    for k, audit in enumerate(audits):
+        if not any(_same(audit, audits[j]) for j in kept):
+            kept.append(k)
+    return kept
+
+
+def _same(a: Audit, b: Audit) -> bool:
+    if a.result.log.sha256 != b.result.log.sha256 or a.signals.joint_names != b.signals.joint_names:
+        return False
+    return np.array_equal(a.signals.residual_nm, b.signals.residual_nm, equal_nan=True)
+
+
+def _to_confirm(stretch: LeftOutStretch, evidence: ArmEvidence, persistence_s: float) -> StretchToConfirm:
+    """The stretch with the highest level that any of its joints kept for n samples in it."""
+    log = next(log for log in evidence.logs if log.name == stretch.log)
+    signals, n = log.signals, persistence_samples(persistence_s, log.period_s)
+    a, b = np.searchsorted(signals.time_s, [stretch.start_s, stretch.end_s])
+    highest = -np.inf
+    for joint in stretch.joints or log.watched:
+        k = signals.joint_names.index(joint)
+        usable = np.asarray(
+            (signals.state[a:b, k] <= State.FRICTION_INTERVAL) & np.isfinite(signals.residual_nm[a:b, k])
+        )
+        level = sustained_level(CleanResidual(signals.residual_nm[a:b, k], usable, log.period_s), n)
+        highest = max(highest, float(level.max(initial=-np.inf)))
+    start, end = max(0.0, stretch.start_s), min(float(signals.time_s[-1]), stretch.end_s)
+    level_nm = highest if np.isfinite(highest) else None
+    return StretchToConfirm(stretch.log, start, end, stretch.why, stretch.joints, level_nm)
+
+
+def _if_clean(
+    audits: Sequence[Audit],
+    known: Sequence[Times | None],
+    joints: Mapping[str, RecommendedRule],
+    persistence_s: float,
+    per_hour: float,
+) -> dict[str, float]:
+    """Gamma of the joints for which it were higher if nothing had touched the arm where nobody knows."""
+    clean = gather_evidence(audits, [() if times is None else times for times in known])
+    rules, _ = recommend_joints(clean, persistence_s, per_hour, others=False)
+    out = {}
+    for joint, rule in rules.items():
+        without = joints[joint].gamma_nm
+        if rule.gamma_nm is not None and (without is None or rule.gamma_nm > _DIFFERS * without):
+            out[joint] = rule.gamma_nm
+    return out
+
+
+def _set_rules(
+    audits: Sequence[Audit],
+    joints: Mapping[str, RecommendedRule],
+    found: Mapping[str, JointEvidence],
+    per_hour: float,
+) -> dict[str, SetRule]:
+    """Opinions on the thresholds of the latest audit that has one for the joint."""
+    out = {}
+    for joint, rule in joints.items():
+        gammas = [gamma for a in audits if (gamma := a.result.rule.gamma_nm.get(joint)) is not None]
+        if gammas:
+            out[joint] = judge_set_rule(gammas[-1], rule, found[joint], per_hour / len(joints))
+    return out

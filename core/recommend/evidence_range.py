@@ -1,0 +1,74 @@
+"""What motion, load and phases the evidence covers, and how much of a judged log lies beyond."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from collaudit.core.data.recommendation_result import RangeOfEvidence
+from collaudit.core.data.signals import State
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence
+
+#: The range leaves out this share of the evidence at each end: a moment at some speed is no evidence for it.
+_TAIL = 1e-3
+_STEP_S = 0.02
+
+
+def ranges_of_evidence(evidence: ArmEvidence) -> dict[str, RangeOfEvidence]:
+    """The range of every joint that has clean time."""
+    known = {joint: range_of_evidence(evidence, joint) for joint in evidence.joints}
+    return {joint: found for joint, found in known.items() if found is not None}
+
+
+def range_of_evidence(evidence: ArmEvidence, joint: str) -> RangeOfEvidence | None:
+    """The range of one joint over all logs; None without clean time."""
+    parts = [_of_log(log, joint) for log in evidence.logs if joint in log.watched]
+    speed, turn, load = (np.concatenate([part[k] for part in parts]) if parts else np.empty(0) for k in range(3))
+    if speed.size == 0:
+        return None
+    weights = [log.period_s for log in evidence.logs if joint in log.watched]
+    seconds = sum(part[0].size * w for part, w in zip(parts, weights, strict=True))
+    phases: dict[str, float] = {}
+    for log, weight in zip([log for log in evidence.logs if joint in log.watched], weights, strict=True):
+        for phase, samples in _phases(log, joint).items():
+            phases[phase] = phases.get(phase, 0.0) + samples * weight / seconds
+    return RangeOfEvidence(
+        fastest_rad_s=float(np.quantile(speed, 1 - _TAIL)),
+        hardest_rad_s2=float(np.quantile(turn, 1 - _TAIL)),
+        least_nm=float(np.quantile(load, _TAIL)),
+        most_nm=float(np.quantile(load, 1 - _TAIL)),
+        reversals=sum(part[3] for part in parts),
+        standing=sum(part[4] * w for part, w in zip(parts, weights, strict=True)) / seconds,
+        phases=phases,
+    )
+
+
+def acceleration(velocity_rad_s: FloatArray, period_s: float) -> FloatArray:
+    """(n,) |acceleration| over 40 ms; 0 where velocity is not known."""
+    step = max(1, round(_STEP_S / period_s))
+    out = np.zeros(velocity_rad_s.size)
+    if velocity_rad_s.size > 2 * step:
+        out[step:-step] = np.abs(velocity_rad_s[2 * step :] - velocity_rad_s[: -2 * step]) / (2 * step * period_s)
+    return np.nan_to_num(out)
+
+
+def _of_log(log: LogEvidence, joint: str) -> tuple[FloatArray, FloatArray, FloatArray, int, int]:
+    """Speed, acceleration and load of the clean samples, changes of direction, and samples at rest."""
+    k = log.signals.joint_names.index(joint)
+    clean: BoolArray = log.clean[:, k]
+    velocity = log.signals.velocity_rad_s[:, k]
+    load = log.signals.model_nm[clean, k]
+    moving = np.sign(velocity[clean & (np.abs(velocity) > 1e-3)])
+    reversals = int(np.count_nonzero(moving[1:] != moving[:-1]))
+    standing = int(np.count_nonzero(log.signals.state[clean, k] == State.FRICTION_INTERVAL))
+    turn = acceleration(velocity, log.period_s)[clean]
+    return np.abs(np.nan_to_num(velocity[clean])), turn, np.nan_to_num(load), reversals, standing
+
+
+def _phases(log: LogEvidence, joint: str) -> dict[str, int]:
+    k = log.signals.joint_names.index(joint)
+    out: dict[str, int] = {}
+    for span in log.phases:
+        a, b = np.searchsorted(log.signals.time_s, [span.start_s, span.end_s])
+        out[span.phase] = out.get(span.phase, 0) + int(np.count_nonzero(log.clean[a:b, k]))
+    return {phase: samples for phase, samples in out.items() if samples}

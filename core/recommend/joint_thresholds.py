@@ -1,0 +1,232 @@
+"""Gamma for every joint, so that the whole arm alarms falsely no more often than asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+
+from collaudit.core.data.audit_result import RecommendedRule
+from collaudit.core.data.recommendation_result import ArmRate, TailFacts
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.recommend.arm_evidence import ArmEvidence
+from collaudit.core.recommend.recommendation import CleanResidual, round_up
+from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
+from collaudit.core.recommend.tail_fit import JointTail, fit_tail
+
+#: False alarms of the arm per hour that are asked for where nothing is said.
+DEFAULT_PER_HOUR = 1e-3
+#: Less clean time of a joint than this gives no threshold.
+LEAST_S = 180.0
+#: A tail is believed this many times further than the hours it was seen in.
+REACH = 5.0
+_ZERO_EVENTS_95 = -log(0.05)  # one-sided 95 % Poisson bound on the mean when nothing was seen: the rule of three
+_OTHERS = (0.5, 2.0, 4.0)
+_TOGETHER_S = 1.0
+_POOR_FIT = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointEvidence:
+    """One joint's peaks at one persistence, and their tail.
+
+    Attributes:
+        n: samples, the largest over the logs.
+        peaks: of all logs.
+        tail: None where there is too little to have one.
+    """
+
+    n: int
+    peaks: SustainedPeaks
+    tail: JointTail | None
+
+
+def joint_evidence(data: Sequence[CleanResidual], persistence_s: float, tested: bool = True) -> JointEvidence:
+    """Peaks and tail of one joint at a persistence; where its level drifts, the tail of its worst third.
+
+    Args:
+        data: its clean residuals, one entry a log.
+        persistence_s: of the rule.
+        tested: as of :func:`fit_tail`.
+    """
+    counts = [persistence_samples(persistence_s, d.period_s) for d in data]
+    return tail_evidence(declustered_peaks(data, counts), max(counts, default=1), tested)
+
+
+def tail_evidence(peaks: SustainedPeaks, n: int, tested: bool = True) -> JointEvidence:
+    """Peaks with their tail; arguments as of :func:`joint_evidence`."""
+    tail = fit_tail(peaks, tested) if peaks.hours * 3600.0 >= LEAST_S else None
+    if tail is not None and tail.drift is not None:
+        windows = peaks.window_hours.size
+        third = np.arange(windows - windows // 3, windows) if tail.drift > 1.0 else np.arange(windows // 3)
+        worst = fit_tail(peaks.part(third), tested)
+        tail = tail if worst is None else replace(worst, drift=tail.drift, largest_nm=tail.largest_nm, hours=tail.hours)
+    return JointEvidence(n, peaks, tail)
+
+
+def recommend_joints(
+    evidence: ArmEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR, others: bool = True
+) -> tuple[dict[str, RecommendedRule], dict[str, JointEvidence]]:
+    """Thresholds of all joints, and what they rest on.
+
+    Each joint gets an equal part of the false alarms, and the level that its tail's bound (95 %) passes no more often;
+    but no level that its clean data passed, where less than one alarm is expected in them.
+
+    Args:
+        evidence: of the arm.
+        persistence_s: of the rule.
+        per_hour: false alarms of the arm.
+        others: whether other persistences are tried as well.
+    """
+    share = per_hour / max(1, len(evidence.joints))
+    found, rules = {}, {}
+    for joint in evidence.joints:
+        data = evidence.of_joint(joint)
+        found[joint] = joint_evidence(data, persistence_s)
+        factors = _OTHERS if others and found[joint].tail is not None else ()
+        tried = [joint_evidence(data, factor * persistence_s, tested=False) for factor in factors]
+        rules[joint] = _rule(found[joint], data, share, _falling([found[joint], *tried], share))
+    return rules, found
+
+
+def arm_rate(
+    evidence: ArmEvidence,
+    found: Mapping[str, JointEvidence],
+    gamma_nm: Mapping[str, float | None],
+    per_hour: float,
+) -> ArmRate:
+    """False alarms of the arm at given thresholds.
+
+    Args:
+        evidence, found: as of :func:`recommend_joints`.
+        gamma_nm: of each joint; None: it has no threshold and no alarms.
+        per_hour: asked for.
+    """
+    tails = [(found[joint].tail, gamma) for joint, gamma in gamma_nm.items() if gamma is not None and joint in found]
+    known = [(tail, gamma) for tail, gamma in tails if tail is not None]
+    if not known:
+        hours = min((item.peaks.hours for item in found.values()), default=0.0)
+        return ArmRate(per_hour, None, None, None, None, False, hours, max(0.0, 1.0 / (REACH * per_hour) - hours), None)
+    hours = min(tail.hours for tail, _ in known)
+    total = sum(tail.rate_bound(gamma) for tail, gamma in known)
+    supported = 1.0 / (REACH * hours)
+    stated = max(total, supported)
+    return ArmRate(
+        target_per_hour=per_hour,
+        extrapolated_per_hour=total,
+        bound_per_hour=stated,
+        supported_per_hour=supported,
+        observed_per_hour=_ZERO_EVENTS_95 / hours,
+        supported=stated <= per_hour * (1.0 + 1e-9),
+        hours=hours,
+        more_hours=max(0.0, 1.0 / (REACH * per_hour) - hours),
+        coincident=_coincident(found),
+    )
+
+
+def _rule(
+    item: JointEvidence, data: Sequence[CleanResidual], share: float, others: tuple[tuple[int, float], ...]
+) -> RecommendedRule:
+    hours, tail = item.peaks.hours, item.tail
+    missing = _missing(item, sum(d.left_out_s for d in data), share)
+    gamma = threshold(tail, share)
+    if tail is None or gamma is None:
+        return RecommendedRule(None, item.n, None, None, hours, None, None, (), missing)
+    quiet = np.concatenate([np.abs(d.residual_nm[d.clean]) for d in data])
+    return RecommendedRule(
+        gamma_nm=gamma,
+        n=item.n,
+        largest_clean_nm=tail.largest_nm,
+        margin=gamma / tail.largest_nm if tail.largest_nm > 0 else None,
+        clean_hours=hours,
+        false_alarms_per_hour=tail.rate_bound(gamma),
+        false_alarms_per_hour_upper95=_ZERO_EVENTS_95 / hours,
+        alternatives=others,
+        missing=missing,
+        tail=_facts(tail),
+        noticed_nm=gamma + float(np.quantile(quiet, 0.95)),
+    )
+
+
+def threshold(tail: JointTail | None, share: float) -> float | None:
+    """The threshold that keeps a joint's false alarms below its share (1/h), two digits; None without a tail."""
+    if tail is None:
+        return None
+    level = tail.level_bound(share)
+    return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
+
+
+def _falling(tried: Sequence[JointEvidence], share: float) -> tuple[tuple[int, float], ...]:
+    """(n, gamma) of the other persistences (the chosen one is first); a longer one needs no more than a shorter one."""
+    known = {item.n: gamma for item in tried if (gamma := threshold(item.tail, share)) is not None}
+    lowest, out = np.inf, []
+    for n in sorted(known):
+        lowest = min(lowest, known[n])
+        out.append((n, float(lowest)))
+    return tuple(pair for pair in out if pair[0] != tried[0].n)
+
+
+def _facts(tail: JointTail) -> TailFacts:
+    law = tail.likelihood
+    return TailFacts(
+        begins_nm=tail.begins_nm,
+        scale_nm2=law.scale,
+        shape=law.shape,
+        shape_ci95=law.shape_interval(1.96),
+        peaks=law.peaks,
+        fit_p=tail.fit_p,
+        dispersion_minutes=tail.dispersion_minutes,
+        dispersion_logs=tail.dispersion_logs,
+        drift=tail.drift,
+    )
+
+
+def _missing(item: JointEvidence, left_out_s: float, share: float) -> tuple[str, ...]:
+    """What would make the recommendation firmer, or be needed for one."""
+    peaks, tail = item.peaks, item.tail
+    if peaks.hours * 3600.0 < LEAST_S:
+        why = (
+            f"only {peaks.hours * 3600.0:.3g} s of judged, contact-free time in stretches of n = {item.n} samples and "
+            f"longer (at least {LEAST_S / 60.0:g} min are needed)"
+        )
+        return (why,)
+    if tail is None:
+        return ("a residual that varies: its peaks are too few or all alike to tell how often they would go higher",)
+    missing = []
+    if left_out_s > 0:
+        missing.append(
+            f"confirmation that something touched the arm in the {left_out_s:.3g} s left out here: if nothing did, "
+            "this gamma is too low (state it by --clean, --truth or --labels)"
+        )
+    if peaks.log_of_window.size and peaks.log_of_window.max() == 0:
+        missing.append("another log: how far logs differ from each other cannot be told from one")
+    if tail.drift is not None:
+        missing.append(
+            f"a steady residual: its level changed by a factor of {tail.drift:.2g} from the first to the last third of "
+            "the time; gamma rests on the worse third"
+        )
+    if tail.fit_p < _POOR_FIT:
+        missing.append(
+            f"peaks that follow the tail's law: they do not (p = {tail.fit_p:.2g}), so the rate is uncertain"
+        )
+    return tuple(missing)
+
+
+def _coincident(found: Mapping[str, JointEvidence]) -> float | None:
+    """Share of the peaks over their tails' beginnings that lie within a second of another joint's."""
+    times = []
+    for item in found.values():
+        if item.tail is not None:
+            over = item.peaks.level_nm > item.tail.begins_nm
+            times.append(item.peaks.time_s[over] + 1e7 * item.peaks.log[over])
+    if len(times) < 2:
+        return None
+    near = 0
+    for k, own in enumerate(times):
+        rest: FloatArray = np.sort(np.concatenate([t for j, t in enumerate(times) if j != k]))
+        at = np.searchsorted(rest, own - _TOGETHER_S)
+        near += int(np.count_nonzero((at < rest.size) & (rest[np.minimum(at, rest.size - 1)] <= own + _TOGETHER_S)))
+    return near / max(1, sum(t.size for t in times))

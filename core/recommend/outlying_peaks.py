@@ -1,0 +1,111 @@
+"""Peaks that do not belong to the rest: what may be contact that nobody told of.
+
+The peaks of a clean residual thin out upwards at least as fast as an exponential tail, whose normalised spacings
+i (x_(i) - x_(i+1)), i counted from the largest, all have the same mean (Renyi 1953). Peaks of contacts lie further out:
+the sum of the highest spacings is then too large beside those below, by an F-test. No peak in the highest tenth is used
+to tell what is usual, so that up to a tenth of the peaks may be contacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
+from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
+
+#: Chance that any peak of a clean joint is called an outlier.
+_CHANCE = 1e-3
+#: Share of the peaks that may be outliers; the usual is told from those below, down to three times as many.
+_SUSPECT, _USUAL = 0.1, 0.3
+_FEWEST = 60
+#: How many times wider than usual their spacings are at least: motions of several kinds mix to a tail that is a little
+#: heavier than exponential, which hours of data would tell from one.
+_FURTHER = 3.0
+#: Peaks are compared with others at like speed and acceleration: so many classes of each.
+_CLASSES = (4, 3)
+_FEWEST_IN_CLASS = 20
+#: Over which acceleration is taken, s.
+_STEP_S = 0.02
+
+
+def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[LeftOutStretch, ...]:
+    """Stretches of clean time in which a joint's residual rose far beyond its usual peaks at like motion.
+
+    Args:
+        evidence: of the arm, events left out.
+        persistence_s: of the rule.
+
+    Returns:
+        The stretches with their margin, log by log and in time order.
+    """
+    found: dict[int, list[LeftOutStretch]] = {}
+    for joint in evidence.joints:
+        logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
+        data = evidence.of_joint(joint)
+        peaks = declustered_peaks(data, [persistence_samples(persistence_s, d.period_s) for d in data])
+        if peaks.level_nm.size < _FEWEST:
+            continue
+        usual = _usual_nm(peaks, [evidence.logs[k] for k in logs], joint)
+        for i in _outliers(peaks.level_nm / usual):
+            k = logs[int(peaks.log[i])]
+            at = float(peaks.time_s[i])
+            stretch = LeftOutStretch(evidence.logs[k].name, at - MARGIN_S, at + MARGIN_S, "suspicious", (joint,))
+            found.setdefault(k, []).append(stretch)
+    return tuple(stretch for k in sorted(found) for stretch in joined(found[k]))
+
+
+def without_outliers(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch]) -> ArmEvidence:
+    """The evidence without suspicious stretches, in logs of which nobody said what was contact."""
+    logs = tuple(
+        log if log.contact_known else log.without([s for s in stretches if s.log == log.name]) for log in evidence.logs
+    )
+    return ArmEvidence(logs, evidence.joints)
+
+
+def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) -> FloatArray:
+    """(b,) the median peak at speeds and accelerations like those of each peak; of all where there are few like it."""
+    speed, turn = np.empty(peaks.level_nm.size), np.empty(peaks.level_nm.size)
+    for k, log in enumerate(logs):
+        own = peaks.log == k
+        velocity = log.signals.velocity_rad_s[:, log.signals.joint_names.index(joint)]
+        step = max(1, round(_STEP_S / log.period_s))
+        at = np.round(peaks.time_s[own] / log.period_s).astype(np.int64).clip(0, velocity.size - 1)
+        before, after = (at - step).clip(0), (at + step).clip(max=velocity.size - 1)
+        speed[own] = np.abs(velocity[at])
+        turn[own] = np.abs(velocity[after] - velocity[before]) / (2.0 * _STEP_S)
+    like = _CLASSES[1] * _class(speed, _CLASSES[0]) + _class(turn, _CLASSES[1])
+    usual = np.full(peaks.level_nm.size, max(float(np.median(peaks.level_nm)), 1e-12))
+    for label in np.unique(like):
+        same = like == label
+        if np.count_nonzero(same) >= _FEWEST_IN_CLASS:
+            usual[same] = max(float(np.median(peaks.level_nm[same])), 1e-12)
+    return usual
+
+
+def _class(values: FloatArray, count: int) -> IntArray:
+    known = np.nan_to_num(values)
+    edges = np.quantile(known, np.linspace(0.0, 1.0, count + 1)[1:-1])
+    return np.searchsorted(edges, known, side="right").astype(np.int64)
+
+
+def _outliers(ratio: FloatArray) -> IntArray:
+    """Indices of the peaks that lie too far out; none where the highest are as the law has it."""
+    from scipy.special import fdtrc
+
+    order = np.argsort(ratio)[::-1]
+    top, below = max(5, int(_SUSPECT * ratio.size)), int(_USUAL * ratio.size)
+    ranked = ratio[order[: below + 1]]
+    spacing = np.arange(1, below + 1) * (ranked[:-1] - ranked[1:])
+    usual = float(np.mean(spacing[top:]))
+    if usual <= 0:
+        return np.empty(0, np.int64)
+    count = np.arange(1, top + 1)
+    further = np.cumsum(spacing[:top]) / count / usual
+    chance = np.where(further > _FURTHER, fdtrc(2.0 * count, 2.0 * (below - top), further), 1.0)
+    if chance.min() >= _CHANCE / top:
+        return np.empty(0, np.int64)
+    return order[: int(np.argmin(chance)) + 1]

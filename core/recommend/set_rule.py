@@ -1,0 +1,57 @@
+"""What the evidence says of the thresholds that are set: too tight, too loose, or supported."""
+
+from __future__ import annotations
+
+from collaudit.core.data.audit_result import RecommendedRule
+from collaudit.core.data.recommendation_result import Opinion, SetRule
+from collaudit.core.recommend.joint_thresholds import JointEvidence
+
+#: A threshold this many times the recommended one wastes sensitivity.
+LOOSE = 1.5
+
+
+def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, share_per_hour: float) -> SetRule:
+    """The opinion on one joint's threshold.
+
+    Args:
+        gamma_nm: as set.
+        rule: recommended from the same evidence, at the same persistence.
+        item: that evidence.
+        share_per_hour: false alarms that the joint may have.
+    """
+    tail = item.tail
+    if tail is None or rule.gamma_nm is None:
+        return SetRule(gamma_nm, "not judged", None, None, None, "Not judged: the evidence supports no threshold.")
+    expected, bound = _rates(gamma_nm, item)
+    if gamma_nm < rule.gamma_nm and bound > share_per_hour:
+        opinion: Opinion = "too tight"
+        text = (
+            f"Too tight: {_rate(expected)} false alarms expected, up to {_rate(bound)} (95 %), where "
+            f"{_rate(share_per_hour)} are this joint's part."
+        )
+        return SetRule(gamma_nm, opinion, expected, bound, None, text)
+    if gamma_nm > LOOSE * rule.gamma_nm:
+        text = (
+            f"Too loose: external torques of {rule.gamma_nm:.2g} to {gamma_nm:.3g} N·m go unnoticed that the evidence "
+            "would allow to be noticed."
+        )
+        return SetRule(gamma_nm, "too loose", expected, bound, (rule.gamma_nm, gamma_nm), text)
+    return SetRule(gamma_nm, "supported", expected, bound, None, "Supported by the evidence.")
+
+
+def _rates(gamma_nm: float, item: JointEvidence) -> tuple[float, float]:
+    """Expected and at most (95 %), 1/h: by the tail above its beginning, by count below."""
+    from scipy.special import gammaincinv
+
+    assert item.tail is not None
+    if gamma_nm >= item.tail.begins_nm:
+        return item.tail.rate_at(gamma_nm), item.tail.rate_bound(gamma_nm)
+    seen = int((item.peaks.level_nm > gamma_nm).sum())
+    scatter = item.tail.likelihood.count_dispersion
+    bound = scatter * float(gammaincinv(seen / scatter + 1.0, 0.95))
+    return seen / item.peaks.hours, bound / item.peaks.hours
+
+
+def _rate(per_hour: float) -> str:
+    """A rate in words: per hour, or per 1,000 h where it is rare."""
+    return f"{per_hour:.2g} per hour" if per_hour >= 0.1 else f"{1000.0 * per_hour:.2g} per 1,000 h"

@@ -1,0 +1,135 @@
+"""How high residuals stay for n samples in a row, and the separate peaks of that level."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.recommend.recommendation import CleanResidual
+
+#: At most one peak is taken of so long a stretch, and peaks closer than half of it are one.
+BLOCK_S = 1.0
+#: Windows over which counts of peaks are compared.
+WINDOW_S = 60.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SustainedPeaks:
+    """Declustered peaks of one joint over all logs.
+
+    Attributes:
+        level_nm: (b,) the largest level that |residual| kept for n samples in a row, one of each block.
+        log: (b,) index of its log.
+        window: (b,) number of its minute of clean time, counted over all logs.
+        time_s: (b,) when, s from the start of its log.
+        hours: clean time in stretches in which the rule can fire.
+        window_hours: (w,) clean time of each minute.
+        log_of_window: (w,) index of the log.
+    """
+
+    level_nm: FloatArray
+    log: IntArray
+    window: IntArray
+    time_s: FloatArray
+    hours: float
+    window_hours: FloatArray
+    log_of_window: IntArray
+
+    def part(self, windows: IntArray) -> SustainedPeaks:
+        """The peaks of some windows only, which are numbered anew."""
+        renumbered = np.full(self.window_hours.size, -1, dtype=np.int64)
+        renumbered[windows] = np.arange(windows.size)
+        kept = renumbered[self.window] >= 0
+        hours = self.window_hours[windows]
+        return SustainedPeaks(
+            self.level_nm[kept],
+            self.log[kept],
+            renumbered[self.window[kept]],
+            self.time_s[kept],
+            float(hours.sum()),
+            hours,
+            self.log_of_window[windows],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LogPeaks:
+    """Declustered peaks of one joint on one log; attributes as of :class:`SustainedPeaks`, minutes from 0."""
+
+    level_nm: FloatArray
+    time_s: FloatArray
+    window: IntArray
+    window_hours: FloatArray
+
+
+def sustained_level(data: CleanResidual, n: int) -> FloatArray:
+    """(m,) the smallest |residual| of each n samples in a row, by their first sample; -inf where one is not clean.
+
+    Rule (6) with this n fires in clean data exactly where it exceeds gamma.
+    """
+    from scipy.ndimage import minimum_filter1d
+
+    level = np.where(data.clean, np.abs(data.residual_nm), -np.inf)
+    if level.size < n:
+        return np.empty(0)
+    lowest: FloatArray = minimum_filter1d(level, n, mode="constant", cval=-np.inf, origin=-(n // 2))
+    return lowest[: level.size - n + 1]
+
+
+def declustered_peaks(data: Sequence[CleanResidual], counts: Sequence[int]) -> SustainedPeaks:
+    """Peaks of one joint over its logs.
+
+    Args:
+        data: its clean residuals, one entry a log.
+        counts: n of the rule on each log, samples.
+    """
+    return pooled_peaks([peaks_of_log(log, n) for log, n in zip(data, counts, strict=True)])
+
+
+def pooled_peaks(parts: Sequence[LogPeaks]) -> SustainedPeaks:
+    """Peaks of several logs as one; their minutes are numbered on."""
+    first = np.cumsum([0, *(part.window_hours.size for part in parts)])
+    hours = _joined([part.window_hours for part in parts])
+    numbers = np.arange(len(parts))
+    return SustainedPeaks(
+        level_nm=_joined([part.level_nm for part in parts]),
+        log=np.repeat(numbers, [part.level_nm.size for part in parts]),
+        window=_joined([part.window + at for part, at in zip(parts, first, strict=False)]).astype(np.int64),
+        time_s=_joined([part.time_s for part in parts]),
+        hours=float(hours.sum()),
+        window_hours=hours,
+        log_of_window=np.repeat(numbers, [part.window_hours.size for part in parts]),
+    )
+
+
+def _joined(parts: Sequence[FloatArray | IntArray]) -> FloatArray:
+    return np.concatenate(parts) if parts else np.empty(0)
+
+
+def peaks_of_log(data: CleanResidual, n: int) -> LogPeaks:
+    """Declustered peaks of one joint on one log, at a persistence of n samples."""
+    level = sustained_level(data, n)
+    length = max(1, round(BLOCK_S / data.period_s))
+    if level.size == 0:
+        return LogPeaks(np.empty(0), np.empty(0), np.empty(0, np.int64), np.empty(0))
+    padded = np.full(-(-level.size // length) * length, -np.inf)
+    padded[: level.size] = level
+    blocks = padded.reshape(-1, length)
+    at = np.argmax(blocks, axis=1)
+    peak: FloatArray = blocks[np.arange(at.size), at]
+    place = at + length * np.arange(at.size)
+    near = np.diff(place) < max(1, length // 2)
+    lower = np.zeros(at.size, dtype=np.bool_)
+    lower[:-1] |= near & (peak[:-1] < peak[1:])
+    lower[1:] |= near & (peak[1:] <= peak[:-1])
+    used = np.concatenate((np.isfinite(level), np.zeros(blocks.size - level.size, dtype=np.bool_)))
+    per_block = used.reshape(-1, length).sum(axis=1) * data.period_s / 3600.0
+    # A minute is a minute of clean time, so that a sparse log does not count as many windows.
+    minute = np.floor((np.cumsum(per_block) - 0.5 * per_block) / (WINDOW_S / 3600.0)).astype(np.int64)
+    hours: FloatArray = np.bincount(minute, weights=per_block).astype(np.float64)
+    kept = np.isfinite(peak) & ~lower
+    times: FloatArray = np.asarray(place[kept] * data.period_s, dtype=np.float64)
+    return LogPeaks(peak[kept], times, np.asarray(minute[kept], dtype=np.int64), hours)

@@ -1,0 +1,116 @@
+"""A recommendation for a terminal: one screen, the answer first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
+from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.numbers import duration, rate
+
+#: More stretches than this are counted, not listed.
+_LISTED = 8
+_HEAD = (
+    "joint",
+    "gamma N·m",
+    "n",
+    "notices N·m",
+    "clean h",
+    "largest clean N·m",
+    "false alarms at most (95 %)",
+    "set N·m",
+    "set is",
+)
+
+
+def recommendation_text(found: ArmRecommendation, width: int | None = None) -> str:
+    """The answer, one line a joint, what to confirm, and what is missing; tables are cut to ``width``, None: any."""
+    lines = [*_answer(found), "", table(_HEAD, _rows(found), range(1, len(_HEAD) - 1), width).rstrip()]
+    lines.append("notices: an external torque of this size that lasts n samples alarms at 95 % of the moments judged")
+    lines += _confirm(found.to_confirm, "left out, to be confirmed (--clean if nothing touched the arm, else --truth)")
+    if found.if_clean_nm:
+        listed = ", ".join(f"{joint} {gamma:g}" for joint, gamma in found.if_clean_nm.items())
+        lines.append(f"If nothing touched the arm there, gamma (N·m) has to be higher: {listed}")
+    lines += _confirm(found.counted, "counted as clean, as stated, though beyond the usual of like motion")
+    said = [(joint, text) for joint, rule in found.joints.items() for text in rule.missing]
+    lines += [wrapped(f"missing: {line}", width, "  ") for line in joint_lines(said, len(found.joints))]
+    return "\n".join(lines) + "\n"
+
+
+def rate_words(per_hour: float) -> str:
+    """A rate as a person says it: 1 per 1,000 h, 2.4 per hour."""
+    if per_hour >= 1.0:
+        return f"{per_hour:.2g} per hour"
+    hours = 1.0 / per_hour
+    return f"1 per {hours:,.0f} h" if hours >= 10.0 else f"1 per {hours:.2g} h"
+
+
+def claim(found: ArmRecommendation) -> str:
+    """The answer in one sentence."""
+    return _claim(found.rate) if found.rate.bound_per_hour is not None else "the evidence supports no threshold"
+
+
+def _answer(found: ArmRecommendation) -> list[str]:
+    asks = found.rate
+    asked = (
+        f"Asked: false alarms of the arm below {rate_words(asks.target_per_hour)}, "
+        f"persistence {1e3 * found.persistence_s:.3g} ms"
+    )
+    if asks.bound_per_hour is None:
+        return [asked, "Answer: refused; the evidence supports no threshold"]
+    return [asked, f"Answer: {_claim(asks)}", _alone(asks)]
+
+
+def _claim(arm: ArmRate) -> str:
+    assert arm.bound_per_hour is not None and arm.supported_per_hour is not None
+    if arm.supported:
+        return f"with these thresholds at most {rate_words(arm.bound_per_hour)} (95 %)"
+    hours = duration(3600.0 * arm.hours)
+    return (
+        f"NOT SUPPORTED: {hours} of clean time support {rate_words(arm.supported_per_hour)}; "
+        f"{duration(3600.0 * arm.more_hours)} more would support {rate_words(arm.target_per_hour)}"
+    )
+
+
+def _alone(arm: ArmRate) -> str:
+    assert arm.extrapolated_per_hour is not None and arm.observed_per_hour is not None
+    return (
+        f"Bounds (95 %): extrapolated from the tails {rate_words(arm.extrapolated_per_hour)}, "
+        f"from observed hours only {rate_words(arm.observed_per_hour)}"
+    )
+
+
+def _rows(found: ArmRecommendation) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for joint, rule in found.joints.items():
+        opinion = found.set_rules.get(joint)
+        rows.append(
+            (
+                joint,
+                "none" if rule.gamma_nm is None else f"{rule.gamma_nm:g}",
+                str(rule.n),
+                "" if rule.noticed_nm is None else f"{rule.noticed_nm:.2g}",
+                f"{rule.clean_hours:.2g}",
+                "" if rule.largest_clean_nm is None else f"{rule.largest_clean_nm:.2g}",
+                "" if rule.false_alarms_per_hour is None else rate(rule.false_alarms_per_hour, rule.clean_hours),
+                "" if opinion is None else f"{opinion.gamma_nm:.3g}",
+                "" if opinion is None else opinion.opinion,
+            )
+        )
+    return rows
+
+
+def _confirm(stretches: Sequence[StretchToConfirm], title: str) -> list[str]:
+    if not stretches:
+        return []
+    seconds = sum(s.end_s - s.start_s for s in stretches)
+    lines = [f"{len(stretches)} stretches ({duration(seconds)}) {title}:"]
+    ranked = sorted(stretches, key=lambda s: -(s.level_nm or 0.0))[:_LISTED]
+    for s in sorted(ranked, key=lambda s: (s.log, s.start_s)):
+        level = "" if s.level_nm is None else f", {s.level_nm:.2g} N·m for n samples"
+        lines.append(f"  {s.log} {s.start_s:.1f}-{s.end_s:.1f} s: {s.why} {', '.join(s.joints)}{level}")
+    if len(stretches) > _LISTED:
+        lines.append(f"  and {len(stretches) - _LISTED} with lower levels (--json lists all)")
+    return lines

@@ -1,0 +1,129 @@
+"""Thresholds of an arm: what they promise, what they need, and what they refuse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from residual_audits import audit_of, coloured
+
+from collaudit.core.detection.rule import collisions
+from collaudit.core.recommend.arm_evidence import gather_evidence
+from collaudit.core.recommend.arm_recommendation import ArmRecommendation, recommend_arm
+from collaudit.core.recommend.joint_thresholds import LEAST_S, REACH, recommend_joints
+from collaudit.core.recommend.recommendation import CleanResidual, round_up
+from collaudit.core.recommend.sustained_levels import declustered_peaks, sustained_level
+
+
+def recommended(residual: np.ndarray, per_hour: float = 1e-3, name: str = "a.mcap") -> ArmRecommendation:
+    return recommend_arm([audit_of(residual, name=name)], per_hour=per_hour)
+
+
+def test_less_than_three_minutes_give_nothing() -> None:
+    found = recommended(coloured(0, LEAST_S - 2.0))
+    rule = found.joints["joint1"]
+    assert rule.gamma_nm is None and found.rate.bound_per_hour is None and not found.rate.supported
+    assert "at least 3 min" in rule.missing[0]
+    assert found.set_rules["joint1"].opinion == "not judged"
+    assert recommended(coloured(0, LEAST_S + 5.0)).joints["joint1"].gamma_nm is not None
+
+
+def test_the_arm_gets_what_was_asked_for() -> None:
+    """Three joints share the rate; the sum of their bounds keeps it; the hours decide whether it is claimed."""
+    found = recommended(coloured(1, 900.0, joints=3), per_hour=0.01)
+    rate, rules = found.rate, found.joints.values()
+    assert rate.extrapolated_per_hour == pytest.approx(sum(r.false_alarms_per_hour or 0 for r in rules))
+    assert rate.extrapolated_per_hour is not None and rate.extrapolated_per_hour <= 0.01
+    assert rate.hours == pytest.approx(0.25, rel=1e-3)
+    assert not rate.supported and rate.bound_per_hour == pytest.approx(1 / (REACH * rate.hours))
+    assert rate.hours + rate.more_hours == pytest.approx(100 / REACH)
+    assert rate.observed_per_hour == pytest.approx(2.996 / rate.hours, rel=1e-3), "the rule of three"
+    often = recommended(coloured(1, 900.0, joints=3), per_hour=1.0).rate
+    assert often.supported and often.more_hours == 0.0
+
+
+def test_thresholds_alarm_on_none_of_their_own_data_and_hold_on_more() -> None:
+    rule = recommended(coloured(2, 600.0)).joints["joint1"]
+    fresh = coloured(12, 7200.0)[:, 0]
+    assert rule.gamma_nm is not None and rule.margin is not None and rule.margin >= 1.0
+    for x in (coloured(2, 600.0)[:, 0], fresh):
+        assert collisions(x, np.ones(x.size, dtype=bool), rule.gamma_nm, rule.n) == []
+    largest = sustained_level(CleanResidual(fresh, np.ones(fresh.size, dtype=bool), 0.002), rule.n).max()
+    assert rule.gamma_nm < 1.5 * largest
+
+
+def test_more_hours_of_the_same_do_not_raise_gamma() -> None:
+    gammas = [
+        np.median([recommended(coloured(seed, minutes * 60.0)).joints["joint1"].gamma_nm or 0 for seed in range(3)])
+        for minutes in (5, 15, 45)
+    ]
+    assert gammas[0] >= gammas[1] >= gammas[2]
+
+
+def test_the_same_log_twice_counts_once() -> None:
+    audit = audit_of(coloured(3, 300.0))
+    once, twice = recommend_arm([audit]), recommend_arm([audit, audit])
+    assert twice.joints == once.joints and len(twice.logs) == 1
+
+
+def test_what_differs_between_logs_is_in_the_bound() -> None:
+    """Logs whose residuals differ by a factor, beside logs that are alike and have the same mean."""
+    factors = (0.6, 1.4, 0.7, 1.3, 1.0)
+    alike = [audit_of(coloured(s, 300.0), name=f"{s}.mcap") for s in range(5)]
+    unlike = [audit_of(f * coloured(s, 300.0), name=f"{s}.mcap") for s, f in enumerate(factors)]
+    a, b = (recommend_arm(audits).joints["joint1"] for audits in (alike, unlike))
+    assert a.tail is not None and b.tail is not None and a.gamma_nm is not None and b.gamma_nm is not None
+    assert b.tail.dispersion_logs is not None and b.tail.dispersion_logs > 5 > (a.tail.dispersion_logs or 0)
+    assert b.gamma_nm > 1.2 * 1.4 * a.gamma_nm / 1.4
+
+
+def test_a_residual_that_grows_is_called_drifting() -> None:
+    x = coloured(4, 1200.0)
+    grows = x * np.linspace(1.0, 2.0, x.shape[0])[:, None]
+    steady, drifting = (recommended(part).joints["joint1"] for part in (x, grows))
+    assert steady.tail is not None and steady.tail.drift is None
+    assert drifting.tail is not None and drifting.tail.drift == pytest.approx(1.67, rel=0.1)
+    assert any("steady residual" in text for text in drifting.missing)
+    assert drifting.gamma_nm is not None and steady.gamma_nm is not None
+    assert drifting.gamma_nm > 1.5 * steady.gamma_nm, "it rests on the worst third"
+
+
+def test_longer_persistence_needs_no_more() -> None:
+    rule = recommended(coloured(6, 400.0)).joints["joint1"]
+    known = sorted([*rule.alternatives])
+    assert [g for _, g in known] == sorted((g for _, g in known), reverse=True)
+    assert {n for n, _ in known} == {7, 26, 52}
+
+
+@pytest.mark.parametrize(
+    ("level", "rounded"), [(0.0, 0.0), (1.0, 1.0), (1.01, 1.1), (99.1, 100.0), (0.0331, 0.034), (12.0, 12.0)]
+)
+def test_two_digits_upwards(level: float, rounded: float) -> None:
+    assert round_up(level) == rounded
+
+
+def test_sustained_levels_are_the_rules() -> None:
+    """Gaps are never bridged; the level is the threshold at which the rule stops to fire."""
+    rng = np.random.default_rng(0)
+    x, clean = rng.standard_normal(400), rng.random(400) > 0.05
+    level = sustained_level(CleanResidual(x, clean, 0.002), 5)
+    for start in range(396):
+        inside = slice(start, start + 5)
+        expected = np.abs(x[inside]).min() if clean[inside].all() else -np.inf
+        assert level[start] == expected
+
+
+def test_peaks_are_apart() -> None:
+    x = np.zeros(5000)
+    x[990:1020] = 3.0  # across the border of two seconds' blocks: one peak
+    x[3000:3030] = 2.0
+    peaks = declustered_peaks([CleanResidual(x, np.ones(5000, dtype=bool), 0.002)] * 2, [13, 13])
+    assert sorted(peaks.level_nm[peaks.level_nm > 0]) == [2.0, 2.0, 3.0, 3.0]
+    assert peaks.hours == pytest.approx(2 * 4988 * 0.002 / 3600)
+    assert peaks.window_hours.sum() == pytest.approx(peaks.hours)
+    assert set(peaks.log) == {0, 1} and set(peaks.log_of_window) == {0, 1}
+
+
+def test_an_arm_nobody_watched_gets_no_rate() -> None:
+    found, items = recommend_joints(gather_evidence([audit_of(np.zeros((200_000, 1)))]), 0.026)
+    assert found["joint1"].gamma_nm is None and items["joint1"].tail is None
+    assert "varies" in found["joint1"].missing[0]

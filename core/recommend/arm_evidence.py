@@ -9,13 +9,14 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMiss, PhaseSpan, RuleFacts
+from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.recommend.recommendation import CleanResidual
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]
-Why = Literal["contact", "alarm", "near miss", "suspicious"]
+Why = Literal["contact", "alarm", "near miss", "disturbed", "suspicious"]
 #: Left out on either side of an event: what a contact does to an arm lasts longer than what exceeds a level.
 MARGIN_S = 0.5
 
@@ -27,7 +28,8 @@ class LeftOutStretch:
     Attributes:
         log: name of its log.
         start_s, end_s: s from the log's first sample, margin included.
-        why: known contact, an alarm or near miss of a joint, or suspicious beside the rest of the residual.
+        why: known contact, an alarm or near miss of a joint, a standing joint that was disturbed, or suspicious beside
+            the rest of the residual.
         joints: the joints that gave cause; empty for known contact.
     """
 
@@ -129,7 +131,7 @@ def log_evidence(audit: Audit, contact: Times | None = None) -> LogEvidence:
     """Evidence of one audit; arguments as of :func:`gather_evidence`."""
     result = audit.result
     events = (result.collisions, result.near_misses)
-    return evidence_of(result.log, result.rule, audit.signals, result.phases, events, contact)
+    return evidence_of(result.log, result.rule, audit.signals, result.phases, events, contact, result.disturbances)
 
 
 def evidence_of(
@@ -139,6 +141,7 @@ def evidence_of(
     phases: tuple[PhaseSpan, ...],
     events: tuple[Sequence[Collision], Sequence[NearMiss]],
     contact: Times | None = None,
+    disturbances: Sequence[RestDisturbance] = (),
 ) -> LogEvidence:
     """Evidence of one judged log.
 
@@ -146,11 +149,18 @@ def evidence_of(
         log, rule, signals, phases: of its audit.
         events: its alarms and near misses.
         contact: as of :func:`gather_evidence`.
+        disturbances: standing joints that were pushed below what alarms.
     """
     causes: list[LeftOutStretch] = []
     if contact is None:
         causes += [_around(log.name, c.onset_s, c.duration_s, "alarm", c.joint) for c in events[0]]
         causes += [_around(log.name, m.onset_s, m.duration_s, "near miss", m.joint) for m in events[1]]
+        causes += [
+            LeftOutStretch(
+                log.name, d.onset_s - MARGIN_S, d.end_s + MARGIN_S, "disturbed", tuple(j.joint for j in d.joints)
+            )
+            for d in disturbances
+        ]
     else:
         causes += [LeftOutStretch(log.name, a - MARGIN_S, b + MARGIN_S, "contact") for a, b in contact]
     stretches = joined(causes)
@@ -176,7 +186,7 @@ def _around(log: str, onset_s: float, duration_s: float, why: Why, joint: str) -
 
 def joined(stretches: Sequence[LeftOutStretch]) -> tuple[LeftOutStretch, ...]:
     """Stretches of one log with those that overlap made one; an alarm outranks a near miss, known contact both."""
-    rank: Mapping[Why, int] = {"contact": 0, "alarm": 1, "near miss": 2, "suspicious": 3}
+    rank: Mapping[Why, int] = {"contact": 0, "alarm": 1, "near miss": 2, "disturbed": 3, "suspicious": 4}
     out: list[LeftOutStretch] = []
     for new in sorted(stretches, key=lambda s: (s.start_s, s.end_s)):
         if out and new.start_s <= out[-1].end_s:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from collaudit.core.data.audit_result import Audit, RecommendedRule
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence, Times
 from collaudit.core.recommend.arm_recommendation import recommend_arm
-from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, recommend_joints
+from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, joint_evidence, recommend_joints, threshold
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
 
 
@@ -25,3 +25,14 @@ def recommended_of_log(
     evidence = ArmEvidence((log,), log.watched)
     evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
     return recommend_joints(evidence, persistence_s, per_hour)[0]
+
+
+def thresholds_of_log(
+    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
+) -> dict[str, float | None]:
+    """Gamma of each watched joint from one log alone, without a test of its tail's law: for many persistences."""
+    share = per_hour / max(1, len(log.watched))
+    return {
+        joint: threshold(joint_evidence([log.of_joint(joint)], persistence_s, tested=False).tail, share)
+        for joint in log.watched
+    }

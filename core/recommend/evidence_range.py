@@ -12,6 +12,8 @@ from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence
 #: The range leaves out this share of the evidence at each end: a moment at some speed is no evidence for it.
 _TAIL = 1e-3
 _STEP_S = 0.02
+#: Slower is rest: noise of a velocity changes its sign.
+_MOVING_RAD_S = 1e-3
 
 
 def ranges_of_evidence(evidence: ArmEvidence) -> dict[str, RangeOfEvidence]:
@@ -32,15 +34,43 @@ def range_of_evidence(evidence: ArmEvidence, joint: str) -> RangeOfEvidence | No
     for log, weight in zip([log for log in evidence.logs if joint in log.watched], weights, strict=True):
         for phase, samples in _phases(log, joint).items():
             phases[phase] = phases.get(phase, 0.0) + samples * weight / seconds
+    standing = sum(part[4] * w for part, w in zip(parts, weights, strict=True)) / seconds
+    return range_of_samples(speed, turn, load, sum(part[3] for part in parts), standing, phases)
+
+
+def range_of_samples(
+    speed: FloatArray,
+    turn: FloatArray,
+    load: FloatArray,
+    reversals: int,
+    standing: float,
+    phases: dict[str, float],
+    temperature_c: FloatArray | None = None,
+) -> RangeOfEvidence:
+    """The range that samples cover.
+
+    Args:
+        speed, turn, load: (n,) |velocity| in rad/s, |acceleration| in rad/s², modelled torque in N·m.
+        reversals, standing, phases: as of :class:`RangeOfEvidence`.
+        temperature_c: (n,) °C, NaN where not known; None without.
+    """
+    known = np.empty(0) if temperature_c is None else temperature_c[np.isfinite(temperature_c)]
     return RangeOfEvidence(
         fastest_rad_s=float(np.quantile(speed, 1 - _TAIL)),
         hardest_rad_s2=float(np.quantile(turn, 1 - _TAIL)),
         least_nm=float(np.quantile(load, _TAIL)),
         most_nm=float(np.quantile(load, 1 - _TAIL)),
-        reversals=sum(part[3] for part in parts),
-        standing=sum(part[4] * w for part, w in zip(parts, weights, strict=True)) / seconds,
+        reversals=reversals,
+        standing=standing,
         phases=phases,
+        temperature_c=(float(known.min()), float(known.max())) if known.size else None,
     )
+
+
+def reversals_of(velocity_rad_s: FloatArray) -> int:
+    """Changes of direction of (n,) velocities, rest left out."""
+    moving = np.sign(velocity_rad_s[np.abs(velocity_rad_s) > _MOVING_RAD_S])
+    return int(np.count_nonzero(moving[1:] != moving[:-1]))
 
 
 def acceleration(velocity_rad_s: FloatArray, period_s: float) -> FloatArray:
@@ -58,8 +88,7 @@ def _of_log(log: LogEvidence, joint: str) -> tuple[FloatArray, FloatArray, Float
     clean: BoolArray = log.clean[:, k]
     velocity = log.signals.velocity_rad_s[:, k]
     load = log.signals.model_nm[clean, k]
-    moving = np.sign(velocity[clean & (np.abs(velocity) > 1e-3)])
-    reversals = int(np.count_nonzero(moving[1:] != moving[:-1]))
+    reversals = reversals_of(velocity[clean])
     standing = int(np.count_nonzero(log.signals.state[clean, k] == State.FRICTION_INTERVAL))
     turn = acceleration(velocity, log.period_s)[clean]
     return np.abs(np.nan_to_num(velocity[clean])), turn, np.nan_to_num(load), reversals, standing

@@ -12,12 +12,14 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
+from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
+from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual, held_out_residuals
 from collaudit.core.recommend.isolated_peaks import without_isolated_peaks
 from collaudit.core.recommend.recommendation import MARGIN, TARGET_H, CleanResidual, sustained_peaks
@@ -97,7 +99,7 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
         why = "its friction could not be fitted" if fit.model is None else _too_little(seconds)
         return JointThreshold((), None, None, seconds / 3600.0, 0.0, None, why)
     x = np.concatenate([r.torque_nm[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
-    speed = np.concatenate([r.speed_rad_s[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
+    speed = np.concatenate([np.abs(r.velocity_rad_s[mask, j]) for (r, j), mask in zip(columns, judged, strict=True)])
     held = np.concatenate([r.held_out[mask, j] for (r, j), mask in zip(columns, judged, strict=True)])
     data, isolated = without_isolated_peaks(
         [CleanResidual(r.torque_nm[:, j], r.evidence[:, j], r.period_s) for r, j in columns],
@@ -121,6 +123,27 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
         fastest_rad_s=float(np.quantile(speed, 0.99)),
         reason=None if levels else _too_little(seconds),
         isolated=isolated,
+        evidence=_range(columns),
+    )
+
+
+def _range(columns: Sequence[tuple[HeldOutResidual, int]]) -> RangeOfEvidence | None:
+    """What the evidence of one joint covers: time in which the rule could fire."""
+    used = [(r, j, np.asarray(r.evidence[:, j])) for r, j in columns]
+    count = sum(int(np.count_nonzero(mask)) for _, _, mask in used)
+    if count == 0:
+        return None
+    unknown = np.empty(0)
+    known = [unknown if r.temperature_c is None else r.temperature_c[mask, j] for r, j, mask in used]
+    standing = sum(int(np.count_nonzero(mask & ~r.judged[:, j])) for r, j, mask in used)
+    return range_of_samples(
+        speed=np.concatenate([np.abs(r.velocity_rad_s[mask, j]) for r, j, mask in used]),
+        turn=np.concatenate([acceleration(r.velocity_rad_s[:, j], r.period_s)[mask] for r, j, mask in used]),
+        load=np.nan_to_num(np.concatenate([r.model_nm[mask, j] for r, j, mask in used])),
+        reversals=sum(reversals_of(r.velocity_rad_s[mask, j]) for r, j, mask in used),
+        standing=standing / count,
+        phases={},
+        temperature_c=np.concatenate(known),
     )
 
 

@@ -36,7 +36,9 @@ class HeldOutResidual:
         evidence: (n, j) samples on which the rule could fire.
         judged: (n, j) those of them at which friction is a value.
         held_out: (n, j) those whose law was fitted without them.
-        speed_rad_s: (n, j) of the joint.
+        velocity_rad_s: (n, j) of the joint.
+        model_nm: (n, j) modelled torque.
+        temperature_c: (n, j), or None.
         period_s: sample period, s.
     """
 
@@ -47,7 +49,9 @@ class HeldOutResidual:
     evidence: BoolArray
     judged: BoolArray
     held_out: BoolArray
-    speed_rad_s: FloatArray
+    velocity_rad_s: FloatArray
+    model_nm: FloatArray
+    temperature_c: FloatArray | None
     period_s: float
 
 
@@ -85,7 +89,8 @@ def _of_log(
     whole, _ = friction_models(fits, series)
     fold = fold_of_sample(series, len(folds))
     shape = series.position_rad.shape
-    torque, state = np.full(shape, np.nan), np.full(shape, State.NO_FRICTION, dtype=np.int8)
+    torque, model = np.full(shape, np.nan), np.full(shape, np.nan)
+    state = np.full(shape, State.NO_FRICTION, dtype=np.int8)
     held_out = np.zeros(shape, dtype=np.bool_)
     detector = detector_named(config.detect.detector)
     barred = joints_not_judged(log.findings, log.judged)
@@ -95,6 +100,7 @@ def _of_log(
         residual = detector.residual(log, ResidualInputs(laws, barred), config.detect)
         rows = fold == k
         torque[rows], state[rows] = residual.torque_nm[rows], residual.state[rows]
+        model[rows] = residual.model_nm[rows]
         for j, joint in enumerate(series.joint_names):
             held_out[rows, j] = joint in found
     usable = np.isfinite(torque) & ~series.saturated
@@ -106,6 +112,8 @@ def _of_log(
         np.asarray((state <= State.FRICTION_INTERVAL) & usable),
         np.asarray((state == State.JUDGED) & usable),
         held_out,
-        np.abs(series.velocity_rad_s),
+        series.velocity_rad_s,
+        model,
+        series.temperature_c,
         series.period_s,
     )

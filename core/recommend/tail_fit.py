@@ -25,12 +25,16 @@ _DRAWS = 100
 #: Fewer windows or logs than this do not tell how far counts scatter; fewer than four are never asked how surely.
 _FEWEST_WINDOWS, _FEWEST_LOGS = 3, 3
 _LEAST_FREEDOM = 3
+#: Counts that scatter more than this differ for a reason, and that may be the log.
+_CROWDED = 1.5
 #: One-sided 95 %.
 _CONFIDENCE = 0.95
 #: Chance of a drift that is none.
-_DRIFT_P = 1e-3
+_DRIFT_P = 5e-3
 #: Less change than this is no drift worth a word.
 _DRIFT_LEAST = 0.1
+#: … and between a few logs, whose levels differ from day to day.
+_DAYS_DIFFER = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +103,7 @@ def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
     logs = _dispersion(log, log_hours, _FEWEST_LOGS)
     counts = max(1.0, minutes or 1.0, logs or 1.0)
     sizes = max(1.0, _size_dispersion(excess, window), _size_dispersion(excess, log) if logs is not None else 1.0)
-    by_log = logs is not None and logs >= counts
+    by_log = logs is not None and counts > _CROWDED
     groups = int(np.count_nonzero(log_hours if by_log else peaks.window_hours)) if counts > 1.0 else excess.size
     quantile = _quantile(groups)
     likelihood = tail_likelihood(excess, level, peaks.hours, (counts, sizes), quantile)
@@ -182,10 +186,10 @@ def _fit_chance(excess: FloatArray) -> float:
 
 
 def _drift(peaks: SustainedPeaks) -> float | None:
-    """Level of the last third of the time over the first's, where they differ by more than chance, and by a tenth.
+    """Level of the last third of the time over the first's, where they differ by more than chance, and enough.
 
-    The units that scatter by chance are logs where there are enough of them, and minutes of a single log. Of a few logs
-    it is told whether the minutes drift within the logs.
+    The units that scatter by chance are logs where there are enough of them, and minutes otherwise; between a few logs
+    a drift and another day look the same, and less change than that between days is not called one.
     """
     from scipy.special import stdtr
 
@@ -195,20 +199,16 @@ def _drift(peaks: SustainedPeaks) -> float | None:
     known = np.isfinite(size)
     size, owner = size[known], peaks.log_of_window[known]
     count = int(owner.max(initial=0)) + 1
-    each = [size[owner == k] for k in range(count)]
     if count >= 3 * _FEWEST_WINDOWS:
-        units = np.array([part.mean() for part in each if part.size])
-        early, late = units[: units.size // 3], units[-(units.size // 3) :]
-    else:
-        centred = [part - part.mean() for part in each if part.size >= 3 * _FEWEST_WINDOWS]
-        early = np.concatenate([np.empty(0), *(part[: part.size // 3] for part in centred)])
-        late = np.concatenate([np.empty(0), *(part[-(part.size // 3) :] for part in centred)])
+        size = np.array([size[owner == k].mean() for k in np.unique(owner)])
+    third, least = size.size // 3, _DRIFT_LEAST if count == 1 or count >= 3 * _FEWEST_WINDOWS else _DAYS_DIFFER
+    early, late = size[:third], size[size.size - third :]
     if early.size < _FEWEST_WINDOWS:
         return None
     change = float(late.mean() - early.mean())
     variance = float(early.var(ddof=1) / early.size + late.var(ddof=1) / late.size)
     p = 2.0 * float(stdtr(early.size + late.size - 2, -abs(change) / np.sqrt(max(variance, 1e-12))))
-    return float(np.exp(change)) if p < _DRIFT_P and abs(change) > _DRIFT_LEAST else None
+    return float(np.exp(change)) if p < _DRIFT_P and abs(change) > least else None
 
 
 def _by_window(peaks: SustainedPeaks, windows: int) -> list[FloatArray]:

@@ -12,7 +12,7 @@ from collaudit.core.data.signals import Signals
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import Times, evidence_of
-from collaudit.core.recommend.recommendation import recommend_rule
+from collaudit.core.recommend.clean_evidence import thresholds_of_log
 from collaudit.core.rule_study.rule_study import StudiedLog, study_rule
 from collaudit.core.scoring.known_events import contact_times, label_times
 from collaudit.core.scoring.truth_events import TruthFile
@@ -40,7 +40,7 @@ def audit_study(
     period = result.log.sample_period_s
 
     def gammas_at(n: int) -> Mapping[str, float | None]:
-        return {joint: recommend_rule([evidence.of_joint(joint)], n * period).gamma_nm for joint in evidence.watched}
+        return thresholds_of_log(evidence, n * period)
 
     return study_rule(StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at)
 

@@ -14,7 +14,7 @@ from collaudit.cli.main import collaudit
 PROJECT = Path(__file__).resolve().parents[2]
 README = (PROJECT / "README.md").read_text(encoding="utf-8")
 #: The simulated person pushes the arm, so the policy is broken.
-EXPECTED = {"detect": 1, "audit": 1, "init": 3}
+EXPECTED = {"detect": 1, "audit": 1, "init": 3, "recommend": 3}
 
 
 def _block(marker: str) -> str:

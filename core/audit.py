@@ -210,15 +210,15 @@ def audit_log(
     recommended = _recommended(judged, _log_facts(series), phases)
     step(8, 10)
     scarce = little_data_findings(recommended)
+    ranges = ranges_behind(config.detect.evidence, on_file, auto)
+    beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     detected = judged.run.detected
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
     findings += [*disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)]
-    findings += [*coverage_findings(short), *scarce]
-    ranges = ranges_behind(config.detect.evidence, on_file, auto)
-    findings += range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
+    findings += [*coverage_findings(short), *scarce, *beyond]
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(

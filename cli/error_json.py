@@ -27,7 +27,7 @@ def say_error_json(error: BaseException, exit_code: int) -> None:
         exit_code: of the command.
     """
     content: dict[str, object] = {"schema": ERROR_SCHEMA, "exit_code": exit_code, **_facts(error)}
-    say_json(json.dumps(content, ensure_ascii=True, indent=2) + "\n")
+    say_json(json.dumps(content, ensure_ascii=True, indent=2, allow_nan=False) + "\n")
 
 
 def _facts(error: BaseException) -> dict[str, object]:

@@ -66,7 +66,7 @@ def command(
     """
     from collaudit.cli.formats import parse_formats, report_paths
     from collaudit.reports.files.json_writer import json_text
-    from collaudit.reports.files.run_files import read_run
+    from collaudit.reports.files.run_files import open_run, read_run
 
     if compare:
         return _compare(runs, output, as_json)
@@ -76,7 +76,8 @@ def command(
         raise click.UsageError("Missing option '-o' / '--output': the file to write, or - for stdout.")
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)
-    audits = [read_run(run) for run in runs]
+    read = open_run if wanted == ["html"] else read_run  # a page draws joint by joint, and needs no more in memory
+    audits = [read(run) for run in runs]
     if given_config() is not None:
         sha256 = load_settings().sha256
         for run, audit in zip(runs, audits, strict=True):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shlex
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -16,10 +17,14 @@ from collaudit.reports.files.atomic import atomic_write, staged, write_synced
 from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
 from collaudit.reports.files.json_writer import json_text
 
+if TYPE_CHECKING:
+    from collaudit.reports.files.signals_file import StoredSignals
+
 __all__ = [
     "atomic_write",
     "audit_json",
     "friction_json",
+    "open_run",
     "read_friction",
     "read_run",
     "write_friction",
@@ -133,13 +138,41 @@ def read_run(run_dir: Path) -> Audit:
     """
     from collaudit.reports.files.signals_file import read_signals
 
+    result = _result(run_dir)
+    return Audit(result, read_signals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
+
+
+def _result(run_dir: Path) -> AuditResult:
     if not (run_dir / AUDIT_NAME).is_file():
         raise no_run(run_dir)
-    result = read_result(run_dir / AUDIT_NAME, AuditResult, AUDIT_SCHEMA)
-    study = None
-    if (run_dir / STUDY_NAME).is_file():
-        study = read_result(run_dir / STUDY_NAME, RuleStudy, STUDY_SCHEMA)
-    return Audit(result, read_signals(run_dir / SIGNALS_NAME, result.log.sha256), study)
+    return read_result(run_dir / AUDIT_NAME, AuditResult, AUDIT_SCHEMA)
+
+
+def _study(run_dir: Path) -> RuleStudy | None:
+    if not (run_dir / STUDY_NAME).is_file():
+        return None
+    return read_result(run_dir / STUDY_NAME, RuleStudy, STUDY_SCHEMA)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoredRun:
+    """A run whose signals are read when they are drawn."""
+
+    result: AuditResult
+    signals: StoredSignals
+    study: RuleStudy | None = None
+
+
+def open_run(run_dir: Path) -> StoredRun:
+    """A run's folder for a report: the result as written, and its signals joint by joint.
+
+    Raises:
+        CollauditError: as :func:`read_run`.
+    """
+    from collaudit.reports.files.signals_file import StoredSignals
+
+    result = _result(run_dir)
+    return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))
 
 
 def _sound(text: str, kind: type[AuditResult] | type[FrictionFile] | type[RuleStudy]) -> str:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pyarrow as pa
@@ -21,6 +21,8 @@ import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.reports.plots.joint_trace import JointTrace, size
 
 SIGNALS_SCHEMA = "collaudit/signals/1"
 
@@ -35,6 +37,8 @@ _WIDE = {
     "state": pa.int8(),
 }
 _RANGE = {"least_nm": pa.float32(), "most_nm": pa.float32()}
+#: What a trace takes as it stands.
+_TRACED = ("position_rad", "velocity_rad_s", "measured_nm", "residual_nm", "least_nm", "most_nm")
 _WRENCH = tuple(f"wrench:{axis}" for axis in ("fx", "fy", "fz", "mx", "my", "mz"))
 
 
@@ -77,15 +81,7 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
         CollauditError: no such file, not Parquet, another kind or version, or of another log.
     """
     table = _load(path)
-    meta = _meta(table.schema, path)
-    if meta["log_sha256"] != log_sha256:
-        raise CollauditError(
-            "the signals are of another log than audit.json beside them",
-            where=str(path),
-            found=f"log sha256 {meta['log_sha256']}",
-            expected=f"log sha256 {log_sha256}",
-            hint="make the run again with collaudit detect",
-        )
+    meta = _checked_meta(table.schema, path, log_sha256)
     joints = tuple(meta["joints"])
     wide = {name: _wide(table, name, joints, path) for name in _WIDE}
     least, most = (
@@ -102,6 +98,73 @@ def read_signals(path: Path, log_sha256: str) -> Signals:
         wrench=np.stack(wrench, axis=1).astype(np.float64) if len(wrench) == len(_WRENCH) else None,
         **{name: values.astype(np.float64, copy=False) for name, values in wide.items()},
     )
+
+
+class StoredSignals:
+    """The signals of a run, read joint by joint when they are asked for."""
+
+    def __init__(self, path: Path, log_sha256: str) -> None:
+        """``path``: of the file; ``log_sha256``: hash of the log that ``audit.json`` names.
+
+        Raises:
+            CollauditError: as :func:`read_signals`.
+        """
+        self._path = path
+        self._file = _open(path)
+        self._meta = _checked_meta(self._file.schema_arrow, path, log_sha256)
+        self._time_s = self._read(["time_s"])["time_s"].astype(np.float64)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints there are signals of."""
+        return tuple(self._meta["joints"])
+
+    @property
+    def end_s(self) -> float | None:
+        """Time of the last sample; None without samples."""
+        return float(self._time_s[-1]) if len(self._time_s) else None
+
+    def trace(self, column: int) -> JointTrace:
+        """One joint's signals."""
+        joint, known = self.joint_names[column], set(self._file.schema_arrow.names)
+        wanted = [name for name in (*_WIDE, *_RANGE) if f"{name}:{joint}" in known and name != "model_nm"]
+        read = self._read([f"{name}:{joint}" for name in wanted])
+        of = {name: read.get(f"{name}:{joint}") for name in (*_WIDE, *_RANGE)}
+        for name in _WIDE:
+            if of[name] is None and name != "model_nm":
+                raise CollauditError("a column is missing", where=str(self._path), expected=f"column {name}:{joint!r}")
+        gamma = self._meta["gamma_nm"][column]
+        return JointTrace(
+            joint=joint,
+            time_s=self._time_s,
+            state=_checked_states(cast(Any, of["state"]), self._path),
+            gamma_nm=math.nan if gamma is None else gamma,
+            **{name: cast(Any, of[name]) for name in _TRACED},
+        )
+
+    def force_n(self) -> tuple[FloatArray, FloatArray] | None:
+        """Time and size of the force at the wrist sensor (n,); None without one."""
+        if not set(_WRENCH) <= set(self._file.schema_arrow.names):
+            return None
+        read = self._read(list(_WRENCH[:3]))
+        return self._time_s, size(np.stack([read[name] for name in _WRENCH[:3]], axis=1))
+
+    def _column(self, name: str) -> np.ndarray[Any, Any]:
+        """One column; row group by row group, so that it is in memory once."""
+        kind = self._file.schema_arrow.field(name).type.to_pandas_dtype()
+        out: np.ndarray[Any, Any] = np.empty(self._file.metadata.num_rows, dtype=kind)
+        at = 0
+        for group in range(self._file.num_row_groups):
+            part = self._file.read_row_group(group, columns=[name], use_threads=False).column(0)
+            out[at : at + len(part)] = part.to_numpy()
+            at += len(part)
+        return out
+
+    def _read(self, columns: list[str]) -> dict[str, np.ndarray[Any, Any]]:
+        try:
+            return {name: self._column(name) for name in columns}
+        except (pa.ArrowException, OSError, KeyError) as error:
+            raise _unreadable(self._path, error) from error
 
 
 def _schema(signals: Signals, log_sha256: str) -> pa.Schema:
@@ -141,13 +204,39 @@ def _load(path: Path) -> pa.Table:
     except FileNotFoundError as error:
         raise CollauditError("no such file", where=str(path)) from error
     except (pa.ArrowException, OSError) as error:
+        raise _unreadable(path, error) from error
+
+
+def _open(path: Path) -> pq.ParquetFile:
+    try:
+        return pq.ParquetFile(path, memory_map=False, pre_buffer=False)
+    except FileNotFoundError as error:
+        raise CollauditError("no such file", where=str(path)) from error
+    except (pa.ArrowException, OSError) as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> CollauditError:
+    return CollauditError(
+        "cannot read the signals",
+        where=str(path),
+        found=(str(error).splitlines() or [""])[0][:200],
+        expected="a Parquet file written by collaudit",
+        hint="make the run again with collaudit detect",
+    )
+
+
+def _checked_meta(schema: pa.Schema, path: Path, log_sha256: str) -> dict[str, Any]:
+    meta = _meta(schema, path)
+    if meta["log_sha256"] != log_sha256:
         raise CollauditError(
-            "cannot read the signals",
+            "the signals are of another log than audit.json beside them",
             where=str(path),
-            found=str(error).splitlines()[0][:200],
-            expected="a Parquet file written by collaudit",
+            found=f"log sha256 {meta['log_sha256']}",
+            expected=f"log sha256 {log_sha256}",
             hint="make the run again with collaudit detect",
-        ) from error
+        )
+    return meta
 
 
 def _meta(schema: pa.Schema, path: Path) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from collaudit.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, AuditResult
+    from collaudit.reports.page.view import StoredAudit
     from collaudit.reports.values.entries import IndexEntry
 
 
@@ -54,7 +55,7 @@ def formats_of_many() -> tuple[str, ...]:
 
 
 def write_report(
-    path: Path, audits: Sequence[Audit], fmt: str = "html", unread: Sequence[IndexEntry] = ()
+    path: Path, audits: Sequence[Audit | StoredAudit], fmt: str = "html", unread: Sequence[IndexEntry] = ()
 ) -> tuple[Path, ...]:
     """Write a report of one or several audits.
 
@@ -82,7 +83,7 @@ def write_report(
     return (path,)
 
 
-def report_text(audits: Sequence[Audit], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
+def report_text(audits: Sequence[Audit | StoredAudit], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
     """The report as text; arguments and errors as for :func:`write_report`."""
     known = format_named(fmt)
     if not audits and not (unread and known.of_many):

@@ -10,6 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from collaudit.core.findings import CODES
+from collaudit.reports.values.controller_words import mark_text
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted
@@ -31,12 +32,14 @@ def environment() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
-    made.filters.update(minus=_minus, share=_share, counted=counted)
+    made.filters.update(minus=_minus, share=_share, counted=counted, mark_text=mark_text, css_text=_css_text)
     made.globals.update(
         statement=STATEMENT,
         verdict_word=VERDICT_WORD,
         verdict_sentence=VERDICT_SENTENCE,
         codes=CODES,
+        scripts=(),
+        running_head="",
         style=Markup((_FOLDER / "style.css").read_text(encoding="utf-8")),
     )
     return made
@@ -52,6 +55,13 @@ def _shown(value: object) -> object:
 def _share(value: float) -> str:
     """A share somebody chose, as per cent."""
     return f"{stated(100 * value)} %"
+
+
+def _css_text(text: str) -> Markup:
+    """A CSS string; all but letters, digits and a few harmless marks are escapes."""
+    shown = visible(text)[:120]
+    inside = "".join(c if c.isascii() and (c.isalnum() or c in " .,:-_()") else f"\\{ord(c):06x}" for c in shown)
+    return Markup(f'"{inside}"')
 
 
 def _minus(text: str) -> str:

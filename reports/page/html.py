@@ -1,4 +1,4 @@
-"""``report.html``: one self-contained page that works offline and runs no script."""
+"""``report.html``: one self-contained page that works offline, with and without JavaScript."""
 
 from __future__ import annotations
 
@@ -8,15 +8,23 @@ from pathlib import Path
 from collaudit.core.data.audit_result import Audit
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
-from collaudit.reports.page.view import AuditView, make_view
+from collaudit.reports.page.scripts import page_scripts, page_style
+from collaudit.reports.page.sections.joint_figures import Detail
+from collaudit.reports.page.signal_block import signal_block
+from collaudit.reports.page.view import AuditView, Limits, StoredAudit, make_view
 
-_MOST_COLLISION_PLOTS = 40
-_MOST_NEAR_MISS_PLOTS = 20
-_LEAST_PLOTS = 4
+_MOST_CARDS = 40
+_LEAST_CARDS = 4
+#: Samples of each joint in the page, over all logs of it, and beside them around contacts and near misses.
+_POINTS = 900
+_LONG_POINTS = 3000
+_LONG_S = 600.0
+_AROUND_EVENTS = 600
+_LONG_AROUND_EVENTS = 1500
 _SEVERITY = {"fail": 0, "not_judged": 1, "pass": 2}
 
 
-def write_html(path: Path, audits: Sequence[Audit]) -> None:
+def write_html(path: Path, audits: Sequence[Audit | StoredAudit]) -> None:
     """Write the page of one or several audits; the same audits give the same bytes.
 
     Args:
@@ -29,18 +37,35 @@ def write_html(path: Path, audits: Sequence[Audit]) -> None:
     atomic_write(path, html_text(audits))
 
 
-def html_text(audits: Sequence[Audit]) -> str:
-    """The page as text; of several logs fewer events are drawn for each."""
+def html_text(audits: Sequence[Audit | StoredAudit]) -> str:
+    """The page as text; of several logs less is drawn of each."""
     ordered = sorted(audits, key=lambda audit: _SEVERITY[audit.result.verdict])
-    views = [_view(audit, f"log{k}", len(ordered)) for k, audit in enumerate(ordered, 1)]
+    views = [make_view(audit, f"log{k}", _limits(audit, len(ordered))) for k, audit in enumerate(ordered, 1)]
     versions = sorted({view.result.provenance.collaudit for view in views})
-    return environment().get_template("report.html.j2").render(views=views, version=", ".join(versions))
-
-
-def _view(audit: Audit, key: str, logs: int) -> AuditView:
-    return make_view(
-        audit,
-        key,
-        max(_LEAST_PLOTS, _MOST_COLLISION_PLOTS // logs),
-        max(_LEAST_PLOTS, _MOST_NEAR_MISS_PLOTS // logs),
+    scripts = page_scripts()
+    return (
+        environment()
+        .get_template("report.html.j2")
+        .render(
+            views=views,
+            version=", ".join(versions),
+            scripts=scripts,
+            plot_style=page_style(),
+            blocks={view.key: signal_block(view) for view in views},
+            running_head=_running_head(views),
+        )
     )
+
+
+def _limits(audit: Audit | StoredAudit, logs: int) -> Limits:
+    long = audit.result.log.duration_s >= _LONG_S
+    points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
+    detail = Detail(max(300, points // logs), max(300, around // logs))
+    return Limits(max(_LEAST_CARDS, _MOST_CARDS // logs), detail)
+
+
+def _running_head(views: Sequence[AuditView]) -> str:
+    """Log and verdict for the head of every printed page; of several logs their number."""
+    if len(views) > 1:
+        return f"collaudit: {len(views)} logs"
+    return f"collaudit: {views[0].result.log.name}: {views[0].verdict.word}"

@@ -11,6 +11,8 @@ from collaudit.core.data.audit_result import Verdict
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.page.environment import environment
+from collaudit.reports.page.joint_trends import joint_trends
+from collaudit.reports.page.scripts import own_script
 from collaudit.reports.values.entries import (
     IndexEntry,
     entry_of,
@@ -81,10 +83,16 @@ def summarise(entries: Sequence[IndexEntry]) -> Summary:
 
 def _page(summary: Summary) -> str:
     links = [_link(entry.report) for entry in summary.logs]
+    scripts = (own_script("index_table.js"),)
     return (
         environment()
         .get_template("index.html.j2")
-        .render(summary=summary, lines=list(zip(summary.logs, links, strict=True)))
+        .render(
+            summary=summary,
+            lines=list(zip(summary.logs, links, strict=True)),
+            trends=joint_trends(summary.logs),
+            scripts=scripts,
+        )
     )
 
 

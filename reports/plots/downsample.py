@@ -36,6 +36,7 @@ def column_shares(mask: BoolArray, columns: int) -> FloatArray:
     """Share of True in each of ``columns`` equal stretches; (min(columns, n),)."""
     n = len(mask)
     edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
-    total = np.concatenate(([0], np.cumsum(mask)))
-    counts: FloatArray = np.diff(total[edges]) / np.diff(edges)
+    if n == 0:
+        return np.empty(0)
+    counts: FloatArray = np.add.reduceat(mask.view(np.int8), edges[:-1], dtype=np.int64) / np.diff(edges)
     return counts

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
-from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.reports.plots.friction_band import band, curve
-from collaudit.reports.plots.svg import CURVE, INK, drawing, figure, inline, quiet_axis
+from collaudit.reports.plots.svg import Panel, drawing
 
-_SAMPLES = 200
+_WIDTH, _HEIGHT = 240, 150
+_SAMPLES = 48
 
 
 def draw_friction(fit: FrictionFit, torque_unit: str, speed_unit: str, name: str, label: str) -> Markup:
@@ -22,53 +22,34 @@ def draw_friction(fit: FrictionFit, torque_unit: str, speed_unit: str, name: str
     Args:
         fit: with at least one point.
         torque_unit, speed_unit: from :mod:`collaudit.reports.values.words`.
-        name: id of the plot, unique in the page.
-        label: text for those who cannot see the plot.
+        name: id of the drawing, unique in the page.
+        label: text for those who cannot see it.
     """
-    with drawing(name):
-        made = figure(4.6, 2.75)
-        axes = made.add_axes((0.115, 0.165, 0.865, 0.805))
-        fastest = max(point.speed_rad_s for point in fit.points)
-        slowest = min(point.speed_rad_s for point in fit.points)
-        law = FrictionModel.of(fit)
-        if law is not None:
-            _draw_curve(axes, fit, law, slowest, fastest)
-        for source, shape, face in (("pair", "o", CURVE), ("model", "s", "white")):
-            _draw_points(axes, [p for p in fit.points if p.source == source], shape, face)
-        axes.set_xlim(0, 1.05 * fastest)
-        low, high = axes.get_ylim()
-        axes.set_ylim(min(0.0, low), max(0.0, high))
-        axes.set_xlabel(f"speed, {speed_unit}")
-        axes.set_ylabel(f"friction, {torque_unit}")
-        quiet_axis(axes)
-        return inline(made, name, label)
-
-
-def _draw_curve(axes: Axes, fit: FrictionFit, law: FrictionModel, slowest: float, fastest: float) -> None:
-    """Solid where speeds were measured, dotted below the slowest."""
-    speed = np.linspace(slowest, fastest, _SAMPLES)
-    below = np.linspace(0, slowest, 40)
-    spread = band(fit, speed)
-    if spread is not None:
-        axes.fill_between(speed, *spread, facecolor="#c9dcee", edgecolor="none")
-    axes.plot(speed, curve(law, speed), color=CURVE, linewidth=1.4)
-    axes.plot(below, curve(law, below), color=CURVE, linewidth=1.0, linestyle=(0, (1, 2)))
-
-
-def _draw_points(axes: Axes, points: list[FrictionPoint], shape: str, face: str) -> None:
-    if not points:
-        return
-    half: FloatArray = np.array([NORMAL_QUANTILE_975 * p.se_nm if np.isfinite(p.se_nm) else 0.0 for p in points])
-    axes.errorbar(
-        [p.speed_rad_s for p in points],
-        [p.friction_nm for p in points],
-        yerr=half,
-        fmt=shape,
-        markersize=4.5,
-        markerfacecolor=face,
-        markeredgecolor=INK,
-        markeredgewidth=0.8,
-        ecolor=INK,
-        elinewidth=0.8,
-        capsize=2,
+    speeds = np.array([point.speed_rad_s for point in fit.points])
+    values = np.array([point.friction_nm for point in fit.points])
+    errors = np.array([point.se_nm for point in fit.points])
+    half = NORMAL_QUANTILE_975 * np.where(np.isfinite(errors), errors, 0.0)
+    pairs = np.array([point.source == "pair" for point in fit.points])
+    law = FrictionModel.of(fit)
+    slowest, fastest = float(speeds.min()), float(speeds.max())
+    moving, resting = np.linspace(slowest, fastest, _SAMPLES), np.linspace(0, slowest, 20)
+    seen: list[FloatArray] = [values - half, values + half]
+    spread = None if law is None else band(fit, moving)
+    if law is not None:
+        seen += [curve(law, moving), curve(law, resting)]
+    low, high = (float(pick([pick(part) for part in seen])) for pick in (np.min, np.max))
+    panel = Panel(
+        (34, 18, _WIDTH - 42, _HEIGHT - 52), (0.0, 1.05 * fastest), (min(0.0, 1.08 * low), max(0.0, 1.08 * high))
     )
+    panel.y_axis(f"friction, {torque_unit}")
+    panel.x_axis(f"speed, {speed_unit}", 3)
+    if law is not None:
+        if spread is not None:
+            panel.area(moving, *spread, "band")
+        panel.line(moving, curve(law, moving), "curve")
+        panel.line(resting, curve(law, resting), "beyond")
+    panel.bars(speeds, values - half, values + half, "error-bar")
+    panel.dots(speeds[pairs], values[pairs], "dot")
+    panel.dots(speeds[~pairs], values[~pairs], "dot")
+    panel.dots(speeds[~pairs], values[~pairs], "dot-hole")
+    return drawing(_WIDTH, _HEIGHT, label, [panel], name)

@@ -1,4 +1,4 @@
-"""One joint's residual over the whole log."""
+"""One joint's residual over the whole log, small: every extreme of every pixel column."""
 
 from __future__ import annotations
 
@@ -6,78 +6,81 @@ from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
-from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss
-from collaudit.core.data.signals import Signals
-from collaudit.reports.plots.plot_residual import (
-    Trace,
-    draw_residual,
-    draw_shading,
-    draw_threshold,
-    set_height,
-    trace,
-)
-from collaudit.reports.plots.svg import LIMIT, NEAR, drawing, figure, inline, quiet_axis
+from collaudit.core.data.audit_result import Collision, NearMiss
+from collaudit.core.numeric.arrays import BoolArray
+from collaudit.reports.plots.downsample import column_shares
+from collaudit.reports.plots.extremes import column_extremes
+from collaudit.reports.plots.joint_trace import JointTrace
+from collaudit.reports.plots.svg import Panel, drawing
 
-_POINTS = 2000
+_WIDTH, _HEIGHT = 1000, 84
+_COLUMNS = 300
 
 
 def draw_overview(
-    result: AuditResult, signals: Signals, joint: str, unit: str, name: str, label: str
-) -> tuple[Markup, str | None]:
-    """Residual, ±γ, events and what was not judged, over the whole log.
+    trace: JointTrace, alarms: Sequence[Collision], near_misses: Sequence[NearMiss], name: str, label: str
+) -> tuple[Markup, float, str | None]:
+    """Residual, ±γ, events and what was not judged, without any text.
 
     Args:
-        result: the audit's result.
-        signals: its signals.
-        joint: one of ``signals``.
-        unit: of the joint's torque, from :func:`collaudit.reports.values.words.torque_unit`.
-        name: id of the plot, unique in the page.
-        label: text for those who cannot see the plot.
+        trace: of the joint.
+        alarms, near_misses: of this joint.
+        name: id of the drawing, unique in the page.
+        label: text for those who cannot see it.
 
     Returns:
-        The drawing, and a note on what its axis leaves out, if anything.
+        The drawing, the torque its upper and lower edge stand for, and a note on what these leave out, if anything.
     """
-    column = signals.joint_names.index(joint)
-    gamma = float(signals.gamma_nm[column])
-    shown = trace(signals, column)
-    collisions = [event for event in result.collisions if event.joint == joint]
-    near_misses = [event for event in result.near_misses if event.joint == joint]
-    with drawing(name):
-        made = figure(10.4, 1.65)
-        axes = made.add_axes((0.058, 0.245, 0.936, 0.715))
-        draw_shading(axes, shown)
-        draw_threshold(axes, gamma)
-        draw_residual(axes, shown, _POINTS)
-        peaks = (*(c.peak_nm for c in collisions), *(m.peak_nm for m in near_misses))
-        note = set_height(axes, shown, gamma, peaks)
-        _mark(axes, shown, near_misses, "D", NEAR, "white", 20)
-        _mark(axes, shown, collisions, "v", LIMIT, LIMIT, 34)
-        if len(shown.time_s) > 1:
-            axes.set_xlim(0.0 if shown.time_s[0] >= 0 else shown.time_s[0], shown.time_s[-1])
-        axes.set_ylabel(f"residual, {unit}")
-        axes.set_xlabel("time, s", labelpad=1.5)
-        axes.locator_params(axis="y", nbins=5)
-        quiet_axis(axes)
-        return inline(made, name, label), note
+    height, beyond = _height(trace, [a.peak_nm for a in alarms] + [m.peak_nm for m in near_misses])
+    end = trace.time_s[-1] if len(trace.time_s) else 1.0
+    panel = Panel(
+        (0, 0, _WIDTH, _HEIGHT), (min(0.0, trace.time_s[0]) if len(trace.time_s) else 0.0, end), (-height, height)
+    )
+    out = ~(trace.judged | trace.standing)
+    for mask, kind in ((trace.standing, "shade-standing"), (out, "shade-out")):
+        starts, stops = _mostly(mask)
+        panel.shade(_edge_times(trace, starts), _edge_times(trace, stops), kind)
+    for mask, kind in ((out, "curve-out"), (trace.standing, "curve-standing"), (trace.judged, "curve")):
+        edges, low, high = column_extremes(trace.residual_nm, mask, _COLUMNS)
+        middle = trace.time_s[(edges[:-1] + edges[1:]) // 2] if len(trace.time_s) else np.empty(0)
+        panel.columns(middle, low, high, kind)
+    if np.isfinite(trace.gamma_nm):
+        for sign in (-1, 1):
+            panel.level(sign * trace.gamma_nm, "gamma")
+    for events, kind in ((near_misses, "mark-near"), (alarms, "mark-alarm")):
+        for event in events:
+            panel.moment(event.onset_s, kind)
+    return drawing(_WIDTH, _HEIGHT, label, [panel], name, stretch=True), height, beyond
 
 
-def _mark(
-    axes: Axes, shown: Trace, events: Sequence[Collision | NearMiss], shape: str, edge: str, face: str, size: float
-) -> None:
-    """A mark at the peak of each event."""
-    if events:
-        times = np.array([_peak_time(shown, event) for event in events])
-        peaks = np.array([event.peak_nm for event in events])
-        axes.scatter(times, peaks, s=size, marker=shape, facecolor=face, edgecolor=edge, linewidth=1.1, zorder=5)
+def _height(trace: JointTrace, peaks_nm: Sequence[float]) -> tuple[float, str | None]:
+    """What the axis must show: all that was judged, ±γ, every event; the rest when it is not far more."""
+    values = np.abs(trace.residual_nm)
+    known = np.isfinite(values)
+    told = (trace.judged | trace.standing) & known
+    wanted = [1.12 * abs(peak) for peak in peaks_nm]
+    wanted += [1.3 * trace.gamma_nm] if np.isfinite(trace.gamma_nm) else []
+    wanted += [1.12 * float(values[told].max())] if told.any() else []
+    rest = values[known & ~told]
+    largest = float(rest.max()) if rest.size else 0.0
+    height = max(wanted, default=0.0) or 1.12 * largest or 1.0
+    if 1.12 * largest <= 2 * height:
+        return max(height, 1.12 * largest), None
+    beyond = int((rest > height).sum())
+    return height, f"{beyond} samples that were not judged lie outside the axis, the largest at {largest:.4g}"
 
 
-def _peak_time(shown: Trace, event: Collision | NearMiss) -> float:
-    """When the residual comes closest to the event's peak; its onset where the signals do not tell."""
-    start = int(np.searchsorted(shown.time_s, event.onset_s - shown.period_s / 2))
-    stop = int(np.searchsorted(shown.time_s, event.onset_s + event.duration_s + shown.period_s / 2))
-    away = np.abs(shown.residual_nm[start:stop] - event.peak_nm)
-    if not np.isfinite(away).any():
-        return event.onset_s
-    return float(shown.time_s[start + int(np.nanargmin(away))])
+def _mostly(mask: BoolArray) -> tuple[np.ndarray, np.ndarray]:
+    """First sample of, and first after, the pixel columns that are mostly masked, neighbours joined."""
+    shares = column_shares(mask, _COLUMNS) if len(mask) else np.empty(0)
+    edges = np.linspace(0, len(mask), len(shares) + 1).astype(np.int64)
+    change = np.flatnonzero(np.diff(np.concatenate(([False], shares >= 0.5, [False])).astype(np.int8)))
+    return edges[change[::2]], edges[change[1::2]]
+
+
+def _edge_times(trace: JointTrace, samples: np.ndarray) -> np.ndarray:
+    """Times of samples; one period after the last for the sample after it."""
+    n = len(trace.time_s)
+    inside = trace.time_s[np.minimum(samples, n - 1)] if n else np.empty(0)
+    return inside + trace.period_s * (samples >= n)

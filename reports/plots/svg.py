@@ -1,112 +1,156 @@
-"""Matplotlib figures as inline SVG: the same figure always gives the same text.
+"""A drawing as inline SVG: panels with axes, curves and shading, whose colours are classes of the page's style.
 
-No text from a log is ever drawn by matplotlib (names stand in the page around the plot), so no name can
-be taken for mathematics or markup, and what comes out may be put into the page as it is.
+Numbers have one decimal of a pixel, so that the same drawing always gives the same text. No text of a log is drawn:
+names stand in the page around the plot.
 """
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any, cast
+from collections.abc import Sequence
 
-import matplotlib as mpl
+import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
-INK = "#1a1a1a"
-CURVE = "#0b4f8a"
-MUTED = "#9a9a9a"
-STANDING = "#5f93bd"
-LIMIT = "#b00020"
-NEAR = "#8a5a00"
-ONSET = "#6a3d9a"
-MODEL = "#c26a00"
-SHADE_STANDING = "#f5eedb"
-SHADE_OUT = "#e4e4e4"
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.reports.plots.joint_trace import Series
+from collaudit.reports.plots.ticks import tick_text, ticks
 
-_STYLE = {
-    "svg.fonttype": "none",
-    "svg.image_inline": True,
-    "font.size": 9.0,
-    "axes.titlesize": 9.0,
-    "axes.labelsize": 9.0,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": "#555555",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.formatter.useoffset": False,
-    "axes.formatter.limits": (-4, 7),
-    "axes.unicode_minus": True,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.labelsize": 8.5,
-    "ytick.labelsize": 8.5,
-    "lines.linewidth": 1.0,
-    "lines.solid_joinstyle": "round",
-    "hatch.linewidth": 0.5,
-    "path.simplify": False,
-    "text.parse_math": False,
-    "text.usetex": False,
-}
-_ID = re.compile(r'\bid="([^"]+)"')
-_USED = re.compile(r'(?:href="#|url\(#)([^")]+)')
-_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+Box = tuple[float, float, float, float]
 
 
-@contextmanager
-def drawing(name: str) -> Iterator[None]:
-    """The plot style, and ids that depend on nothing but ``name`` and the drawing's content."""
-    with mpl.rc_context():
-        mpl.rcdefaults()  # not the reader's own matplotlibrc
-        mpl.rcParams.update(cast(Any, {**_STYLE, "svg.hashsalt": f"collaudit {name}"}))
-        yield
+class Panel:
+    """One plotting area; everything drawn in it is given in data units."""
+
+    def __init__(self, box: Box, x: tuple[float, float], y: tuple[float, float]) -> None:
+        """``box``: left, top, width, height in pixels; ``x``, ``y``: what its edges stand for."""
+        self.box, self.x_range, self.y_range = box, _open(x), _open(y)
+        self.marks: list[str] = []
+        self.frame: list[str] = []
+
+    def px(self, x: Series | Sequence[float] | float) -> FloatArray:
+        """Pixels from the left."""
+        low, high = self.x_range
+        return self.box[0] + self.box[2] * (np.asarray(x, dtype=np.float64) - low) / (high - low)
+
+    def py(self, y: Series | Sequence[float] | float) -> FloatArray:
+        """Pixels from the top; far beyond the panel is cut to a panel's height beyond it."""
+        low, high = self.y_range
+        share = (np.asarray(y, dtype=np.float64) - low) / (high - low)
+        return self.box[1] + self.box[3] * (1.0 - np.clip(share, -1.0, 2.0))
+
+    def line(self, x: Series, y: Series, kind: str) -> None:
+        """A curve, interrupted where ``y`` is not finite; a lone sample is a dot."""
+        path = []
+        for a, b in _stretches(np.isfinite(y)):
+            xs, ys = self.px(x[a:b]), self.py(y[a:b])
+            if b - a == 1:
+                xs, ys = np.array([xs[0] - 0.6, xs[0] + 0.6]), np.repeat(ys, 2)
+            points = [f"{u:.1f} {v:.1f}" for u, v in zip(xs.tolist(), ys.tolist(), strict=True)]
+            path.append("M" + "L".join(points))
+        self._path(path, kind)
+
+    def area(self, x: Series, low: Series, high: Series, kind: str) -> None:
+        """A band between two curves, interrupted where either is not finite."""
+        path = []
+        for a, b in _stretches(np.isfinite(low) & np.isfinite(high)):
+            xs = self.px(x[a:b]).tolist()
+            up, down = self.py(high[a:b]).tolist(), self.py(low[a:b]).tolist()
+            there = [f"{u:.1f} {v:.1f}" for u, v in zip(xs, up, strict=True)]
+            back = [f"{u:.1f} {v:.1f}" for u, v in zip(xs[::-1], down[::-1], strict=True)]
+            path.append("M" + "L".join(there + back) + "Z")
+        self._path(path, kind)
+
+    def columns(self, x: Series, low: Series, high: Series, kind: str) -> None:
+        """A vertical stroke from ``low`` to ``high`` at each ``x``, at least a pixel long."""
+        known = np.isfinite(low) & np.isfinite(high)
+        xs, down, up = self.px(x[known]), self.py(low[known]), self.py(high[known])
+        up = np.minimum(up, down - 1.0)
+        strokes = zip(xs.tolist(), down.tolist(), up.tolist(), strict=True)
+        self._path([f"M{u:.1f} {v:.1f}V{w:.1f}" for u, v, w in strokes], kind)
+
+    def shade(self, starts: Series, stops: Series, kind: str) -> None:
+        """Full-height stretches of time."""
+        top, height = self.box[1], self.box[3]
+        at = zip(self.px(starts).tolist(), self.px(stops).tolist(), strict=True)
+        self._path([f"M{a:.1f} {top:.0f}H{max(b, a + 0.5):.1f}V{top + height:.0f}H{a:.1f}Z" for a, b in at], kind)
+
+    def level(self, y: float, kind: str) -> None:
+        """A horizontal line."""
+        left, _, width, _ = self.box
+        self._path([f"M{left:.1f} {self.py(y):.1f}H{left + width:.1f}"], kind)
+
+    def moment(self, x: float, kind: str) -> None:
+        """A vertical line."""
+        self._path([f"M{self.px(x):.1f} {self.box[1]:.1f}v{self.box[3]:.1f}"], kind)
+
+    def dots(self, x: Series, y: Series, kind: str) -> None:
+        """Round marks: strokes without length, whose width the style gives."""
+        at = zip(self.px(x).tolist(), self.py(y).tolist(), strict=True)
+        self._path([f"M{u:.1f} {v:.1f}h0" for u, v in at], kind)
+
+    def bars(self, x: Series, low: Series, high: Series, kind: str) -> None:
+        """Error bars."""
+        at = zip(self.px(x).tolist(), self.py(low).tolist(), self.py(high).tolist(), strict=True)
+        self._path([f"M{u:.1f} {v:.1f}V{w:.1f}" for u, v, w in at], kind)
+
+    def y_axis(self, label: str, count: int = 4) -> None:
+        """Ticks and grid at the left, and what the axis shows above the panel."""
+        left, top, width, _ = self.box
+        values = ticks(*self.y_range, count)
+        grid = "".join(f"M{left:.1f} {self.py(v):.1f}H{left + width:.1f}" for v in values)
+        self.frame.append(f'<path class="grid" d="{grid}"/>')
+        for value, text in zip(values, tick_text(values), strict=True):
+            self.frame.append(f'<text x="{left - 5:.0f}" y="{self.py(value) + 4:.1f}" text-anchor="end">{text}</text>')
+        self.frame.append(str(Markup('<text x="{}" y="{}">{}</text>').format(round(left), round(top - 6), label)))
+
+    def x_axis(self, label: str, count: int = 6) -> None:
+        """Ticks below the panel; the last of them names the axis."""
+        left, top, width, height = self.box
+        values = ticks(*self.x_range, count)
+        base = top + height
+        marks = "".join(f"M{self.px(v):.1f} {base:.1f}v4" for v in values)
+        self.frame.append(f'<path class="axis-line" d="M{left:.1f} {base:.1f}h{width:.1f}{marks}"/>')
+        for value, text in zip(values, tick_text(values), strict=True):
+            at = f'x="{self.px(value):.1f}" y="{base + 16:.0f}" text-anchor="middle"'
+            self.frame.append(f"<text {at}>{text}</text>")
+        end = Markup('<text x="{}" y="{}" text-anchor="end">{}</text>')
+        self.frame.append(str(end.format(round(left + width), round(base + 30), label)))
+
+    def _path(self, pieces: Sequence[str], kind: str) -> None:
+        if pieces:
+            self.marks.append(f'<path class="{kind}" d="{"".join(pieces)}"/>')
 
 
-def figure(width_in: float, height_in: float) -> Figure:
-    """An empty figure that pyplot does not know of."""
-    made = Figure(figsize=(width_in, height_in), facecolor="none")
-    FigureCanvasSVG(made)
-    return made
-
-
-def inline(drawn: Figure, name: str, label: str) -> Markup:
-    """The figure as an ``<svg>`` element for a page that holds many of them.
+def drawing(width: int, height: int, label: str, panels: Sequence[Panel], name: str, stretch: bool = False) -> Markup:
+    """Panels as one ``<svg>``.
 
     Args:
-        drawn: the figure.
-        name: unique in the page; letters, digits and hyphens. Every id of the drawing begins with it.
-        label: what the plot shows, for those who cannot see it; may hold any text.
+        width, height: of its view, pixels.
+        label: what it shows, for those who cannot see it; may hold any text.
+        panels: drawn in order; what lies outside of one is cut off.
+        name: unique in the page; letters, digits and hyphens.
+        stretch: whether it fills its place whatever the proportions; it must hold no text then.
     """
-    buffer = io.StringIO()
-    drawn.savefig(buffer, format="svg", metadata=_NO_METADATA)
-    text = buffer.getvalue()
-    body = text[text.index("<svg") :]
-    view_box = re.search(r'viewBox="([^"]+)"', body)
-    assert view_box is not None
-    body = body[body.index(">") + 1 : body.rindex("</svg>")]
-    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r"<style\b.*?</style>", "", body, flags=re.DOTALL)
-    body = re.sub(r" ?font-family: [^;\"]*;?", "", body)
-    body = re.sub(r"\s*\n\s*", "\n", _own_ids(body, name))
-    head = Markup('<svg class="plot" viewBox="{}" role="img" aria-label="{}">').format(view_box[1], label)
-    return head + Markup(body) + Markup("</svg>")
+    body = []
+    for k, panel in enumerate(panels):
+        left, top, wide, high = panel.box
+        clip = f"{name}-clip{k}"
+        rect = f'<rect x="{left:g}" y="{top:g}" width="{wide:g}" height="{high:g}"/>'
+        body.append(f'<clipPath id="{clip}">{rect}</clipPath>' + "".join(panel.frame))
+        body.append(f'<g clip-path="url(#{clip})">{"".join(panel.marks)}</g>')
+    kind = "plot stretch" if stretch else "plot"
+    fill = Markup(' preserveAspectRatio="none"') if stretch else ""
+    head = Markup('<svg class="{}" viewBox="0 0 {} {}"{} role="img" aria-label="{}">')
+    return head.format(kind, width, height, fill, label) + Markup("".join(body)) + Markup("</svg>")
 
 
-def _own_ids(body: str, name: str) -> str:
-    """Ids that nothing refers to are dropped, the others made unique in the page."""
-    used = set(_USED.findall(body))
-    body = _ID.sub(lambda match: f'id="{name}-{match[1]}"' if match[1] in used else "", body)
-    body = body.replace("xlink:href=", "href=")
-    return _USED.sub(lambda match: match[0].replace("#", f"#{name}-", 1), body)
+def _open(limits: tuple[float, float]) -> tuple[float, float]:
+    """Limits with something between them."""
+    low, high = (float(x) for x in limits)
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
 
 
-def quiet_axis(axes: Axes) -> None:
-    """Thin ticks and a light horizontal grid."""
-    axes.tick_params(length=3, color="#555555", labelcolor=INK)
-    axes.grid(axis="y", color="#e8e8e8", linewidth=0.5)
-    axes.set_axisbelow(True)
+def _stretches(known: np.ndarray) -> list[tuple[int, int]]:
+    """(first, after) of runs of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], known, [False])).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

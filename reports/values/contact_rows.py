@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Collision
@@ -41,21 +43,22 @@ def contacts_of(result: AuditResult) -> tuple[Contact, ...]:
 
 def contact_rows(result: AuditResult) -> list[ContactRow]:
     """Every contact as text, in order of time."""
-    return [contact_row(contact, result) for contact in contacts_of(result)]
+    alarms = rows.in_time(result.collisions)
+    return [contact_row(contact, result, alarms) for contact in contacts_of(result)]
 
 
 #: Kinds as readers are told them.
 KIND_WORDS = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}
 
 
-def contact_row(contact: Contact, result: AuditResult) -> ContactRow:
-    """A contact as text."""
+def contact_row(contact: Contact, result: AuditResult, in_time: Sequence[Collision] | None = None) -> ContactRow:
+    """A contact as text; ``in_time`` as for :func:`alarms_of`."""
     onset = fixed(contact.onset_s, time_decimals(result.log.sample_period_s))
     return ContactRow(
         onset=f"{onset} s",
         lasted=duration(contact.end_s - contact.onset_s),
         joints=", ".join(contact.joints),
-        worst=_worst(contact, result),
+        worst=_worst(contact, result, in_time),
         link=contact.link or rows.NONE,
         note=contact.link_note,
         force=force_text(contact.force, contact.least_force),
@@ -77,8 +80,8 @@ def force_text(force: ContactForce | None, least: LeastForce | None = None) -> s
     return f"{low:.0f} to {high:.0f} N{blind}"
 
 
-def _worst(contact: Contact, result: AuditResult) -> str:
-    alarms = [alarm for alarm in result.collisions if _belongs(alarm, contact)]
+def _worst(contact: Contact, result: AuditResult, in_time: Sequence[Collision] | None) -> str:
+    alarms = alarms_of(contact, result, in_time)
     if not alarms:
         return rows.NONE
     alarm = max(alarms, key=lambda a: abs(a.peak_nm) / a.gamma_nm)
@@ -86,5 +89,15 @@ def _worst(contact: Contact, result: AuditResult) -> str:
     return f"{peak} {torque_unit(result, alarm.joint)} (γ {gamma}), {alarm.joint}"
 
 
-def _belongs(alarm: Collision, contact: Contact) -> bool:
-    return alarm.joint in contact.joints and contact.onset_s <= alarm.onset_s <= contact.end_s
+def alarms_of(contact: Contact, result: AuditResult, in_time: Sequence[Collision] | None = None) -> list[Collision]:
+    """The alarms of single joints that make up a contact, in order of time.
+
+    Args:
+        contact: the contact.
+        result: the audit.
+        in_time: its alarms in order of time, for those who ask of many contacts.
+    """
+    alarms = rows.in_time(result.collisions) if in_time is None else in_time
+    first = bisect_left(alarms, contact.onset_s, key=lambda alarm: alarm.onset_s)
+    after = bisect_right(alarms, contact.end_s, key=lambda alarm: alarm.onset_s)
+    return [alarm for alarm in alarms[first:after] if alarm.joint in contact.joints]

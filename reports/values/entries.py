@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
@@ -30,6 +30,8 @@ class IndexEntry:
         detectable: share of the watched joints' time in which a contact of the torque asked for was detectable; None
             where nothing was watched.
         exclusions: what the verdict does not cover.
+        start: when the log was recorded, ISO 8601 UTC; None where it does not tell.
+        level_nm: RMS of each watched joint's judged residual, N·m; None where nothing was judged.
     """
 
     name: str
@@ -43,6 +45,8 @@ class IndexEntry:
     contacts: int = 0
     detectable: float | None = None
     exclusions: tuple[str, ...] = ()
+    start: str | None = None
+    level_nm: dict[str, float | None] = field(default_factory=dict)
 
     @property
     def word(self) -> str:
@@ -76,6 +80,8 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         contacts=len(contacts_of(result)),
         detectable=None if time is None or time.time_s == 0 else time.detectable_s / time.time_s,
         exclusions=result.exclusions,
+        start=result.log.start,
+        level_nm={name: stats.rms_nm for name, stats in result.residual.items() if name in result.rule.watch},
     )
 
 

@@ -58,7 +58,10 @@ class NearMissRow:
 
 @dataclass(frozen=True, slots=True)
 class ResidualRow:
-    """Level of one joint's residual over its judged samples; ``clean`` is the mean away from collisions."""
+    """Level of one joint's residual over its judged samples; ``clean`` is the mean away from collisions.
+
+    ``largest`` covers every alarm and near miss of the joint too, those beyond friction's range among them.
+    """
 
     joint: str
     mean: str
@@ -161,7 +164,10 @@ def residual_row(joint: str, result: AuditResult) -> ResidualRow:
     stats = result.residual[joint]
     gamma = result.rule.gamma_nm.get(joint)
     unit = torque_unit(result, joint)
-    values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, stats.max_abs_nm, gamma, stats.clean_mean_abs_nm)
+    peaks = [abs(event.peak_nm) for event in result.collisions if event.joint == joint]
+    peaks += [abs(event.peak_nm) for event in result.near_misses if event.joint == joint]
+    largest_nm = max((x for x in (stats.max_abs_nm, *peaks) if x is not None), default=None)
+    values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, largest_nm, gamma, stats.clean_mean_abs_nm)
     shown = zip(values, apart(values, 3), strict=True)
     mean, rms, p99, largest, limit, clean = (NONE if value is None else f"{text} {unit}" for value, text in shown)
     judged, clean_time = duration(stats.judged_s), duration(stats.clean_s)
@@ -193,7 +199,7 @@ def rule_row(joint: str, rule: RecommendedRule, result: AuditResult) -> RuleRow:
     used = result.rule.gamma_nm.get(joint)
     gamma_text, used_text, clean_text = apart([rule.gamma_nm, used, rule.largest_clean_nm])
     expected, upper = rule.false_alarms_per_hour, rule.false_alarms_per_hour_upper95
-    others = [f"{fixed(gamma, 2)} {unit} at n = {n}" for n, gamma in rule.alternatives]
+    others = [f"{fixed(gamma, 2)} (n = {n})" for n, gamma in falling(rule)]
     return RuleRow(
         joint=joint,
         gamma=NONE if rule.gamma_nm is None else f"{gamma_text} {unit}",
@@ -207,6 +213,16 @@ def rule_row(joint: str, rule: RecommendedRule, result: AuditResult) -> RuleRow:
         alternatives=", ".join(others) or NONE,
         missing=rule.missing,
     )
+
+
+def falling(rule: RecommendedRule) -> list[tuple[int, float]]:
+    """γ at other persistences, never rising with n.
+
+    A run of more samples above γ holds one of fewer: what is high enough at some n is so at every larger n. Estimates
+    of each n on its own may say otherwise by chance; the smaller γ is then valid at both.
+    """
+    known = [*rule.alternatives, *([(rule.n, rule.gamma_nm)] if rule.gamma_nm is not None else [])]
+    return [(n, min(gamma for other, gamma in known if other <= n)) for n, _ in rule.alternatives]
 
 
 def parameter_rows(fit: FrictionFit) -> list[ParameterRow]:

@@ -81,8 +81,9 @@ def nothing_judged(result: AuditResult) -> bool:
 
 
 def counted(count: int, result: AuditResult) -> str:
-    """A count of events, or that there was nothing they could have been counted in."""
-    return "not judged" if not count and nothing_judged(result) else str(count)
+    """A count of events; a dash, never 0, where the log or all of its time was not judged."""
+    none_means_nothing = result.verdict == "not_judged" or nothing_judged(result)
+    return "–" if not count and none_means_nothing else str(count)
 
 
 def plural(count: int, one: str, many: str | None = None) -> str:

@@ -40,7 +40,7 @@ BELONGS = {
     "pandas": ("core/logs/csv/", "core/api.py"),
     "h5py": ("core/logs/column_files/",),
     "numba": ("fixtures/compiled/compiler.py",),
-    "matplotlib": ("reports/",),
+    "tsdownsample": ("reports/plots/",),
     "click": ("cli/",),
     "jinja2": ("reports/",),
 }

@@ -1,123 +1,221 @@
-"""The page in a real browser: it renders offline, says its verdict, and runs nothing."""
+"""The page in a real browser: offline, without and with JavaScript, on phone, desk and paper, for everybody."""
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
-import subprocess
+import re
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
 import samples
-from matplotlib.image import imread
+from browser import axe_source, keep_picture, launched, violations
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
 
+playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.browser
 
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-default-apps",
-    "--disable-extensions",
-    "--hide-scrollbars",
-    "--window-size=1200,1600",
-    "--host-resolver-rules=MAP * ~NOTFOUND",
-)
-RED, GREEN, BROWN = (0xB0, 0x00, 0x20), (0x14, 0x62, 0x3A), (0x6B, 0x44, 0x00)
+VERDICTS = [
+    (samples.failed, "FAIL", "rgb(176, 0, 32)"),
+    (samples.passed, "PASS", "rgb(20, 98, 58)"),
+    (samples.not_judged, "NOT JUDGED", "rgb(107, 68, 0)"),
+]
 
 
 @pytest.fixture(scope="module")
-def chromium() -> str:
-    found = os.environ.get("COLLAUDIT_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
-    if found is None:
-        if os.environ.get("COLLAUDIT_REQUIRE_BROWSER"):
-            pytest.fail("a Chromium is required here and absent")
-        pytest.skip("no Chromium on this machine (set COLLAUDIT_CHROMIUM to one)")
-    return found
+def chromium() -> Iterator[Any]:
+    with playwright.sync_playwright() as running:
+        browser = launched(running)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return axe_source(tmp_path_factory.mktemp("axe"))
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_html(path, [samples.failed(30_000)])
+    return path
 
 
 class Visit:
-    """One page load: its DOM afterwards, console messages, addresses asked for, and a picture."""
+    """A page that is open: what it asked for and what it said on the console."""
 
-    def __init__(self, chromium: str, page: Path, folder: Path) -> None:
-        net_log, picture = folder / "net.json", folder / "page.png"
-        self.dom = self._run(chromium, folder, "--dump-dom", f"--log-net-log={net_log}", page.as_uri())[0]
-        errors = self._run(chromium, folder, f"--screenshot={picture}", "--enable-logging=stderr", page.as_uri())[1]
-        self.console = [line for line in errors.splitlines() if "CONSOLE" in line]
-        self.addresses = addresses(net_log)
-        self.picture = np.rint(255 * imread(picture)[:, :, :3]).astype(int)
+    def __init__(self, chromium: Any, path: Path, fragment: str = "", **context: Any) -> None:
+        self.page = chromium.new_context(viewport={"width": 1280, "height": 900}, **context).new_page()
+        self.console: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("console", lambda message: self.console.append(message.text))
+        self.page.on("pageerror", lambda error: self.console.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(path.as_uri() + fragment)
 
-    def _run(self, chromium: str, folder: Path, *arguments: str) -> tuple[str, str]:
-        profile = f"--user-data-dir={folder / 'profile'}"
-        done = subprocess.run(
-            [chromium, *FLAGS, profile, *arguments], capture_output=True, text=True, timeout=120, check=True
-        )
-        return done.stdout, done.stderr
-
-    def pixels(self, colour: tuple[int, int, int]) -> int:
-        """Pixels of about this colour."""
-        return int((np.abs(self.picture - colour).max(axis=2) <= 6).sum())
+    @property
+    def outside(self) -> list[str]:
+        return [url for url in self.asked if not url.startswith(("file:", "blob:"))]
 
 
-def addresses(net_log: Path) -> set[str]:
-    """Addresses the page asked for; what the browser asks for on its own has no origin."""
-    events = [event.get("params", {}) for event in json.loads(net_log.read_text())["events"]]
-    return {event["url"] for event in events if event.get("initiator", "not an origin") != "not an origin"}
+def visit(chromium: Any, tmp_path: Path, audit: Audit) -> Visit:
+    write_html(tmp_path / "report.html", [audit])
+    return Visit(chromium, tmp_path / "report.html")
 
 
-def visit(chromium: str, tmp_path: Path, audits: list[Audit]) -> Visit:
-    write_html(tmp_path / "report.html", audits)
-    return Visit(chromium, tmp_path / "report.html", tmp_path)
+@pytest.mark.parametrize(("make", "word", "colour"), VERDICTS)
+def test_the_verdict_is_seen_and_nothing_is_fetched(
+    chromium: Any, tmp_path: Path, make, word: str, colour: str
+) -> None:
+    seen = visit(chromium, tmp_path, make(5000))
+    assert seen.page.title().startswith(f"{word}: collision audit of")
+    shown = seen.page.locator(".verdict .word")
+    assert shown.is_visible()
+    assert shown.bounding_box()["y"] < 400
+    assert shown.evaluate("e => getComputedStyle(e).color") == colour
+    assert (seen.console, seen.outside) == ([], [])
 
 
-@pytest.mark.parametrize(
-    ("make", "word", "colour"),
-    [(samples.failed, "FAIL", RED), (samples.passed, "PASS", GREEN), (samples.not_judged, "NOT JUDGED", BROWN)],
-)
-def test_the_verdict_is_seen_and_nothing_is_fetched(chromium: str, tmp_path: Path, make, word: str, colour) -> None:
-    seen = visit(chromium, tmp_path, [make(5000)])
-    assert f"<title>{word}: collision audit of" in seen.dom
+def test_hostile_names_run_nothing(chromium: Any, tmp_path: Path) -> None:
+    seen = visit(chromium, tmp_path, samples.hostile())
+    seen.page.locator("section.signals").scroll_into_view_if_needed()
+    seen.page.wait_for_selector(".uplot")
+    assert seen.page.title().startswith("FAIL: collision audit of <script>")
+    assert (seen.console, seen.outside) == ([], [])
+
+
+def test_the_test_would_notice(chromium: Any, tmp_path: Path) -> None:
+    path = tmp_path / "bad.html"
+    path.write_text("<title>a</title><script>document.title='owned'</script><img src='http://x.invalid/'>")
+    seen = Visit(chromium, path)
+    assert seen.page.title() == "owned"
+    assert seen.outside == ["http://x.invalid/"]
+
+
+def test_a_script_that_is_not_the_pages_own_does_not_run(chromium: Any, report: Path, tmp_path: Path) -> None:
+    path = tmp_path / "changed.html"
+    path.write_text(report.read_text().replace("</main>", "</main><script>document.title='owned'</script>"))
+    seen = Visit(chromium, path)
+    assert seen.page.title().startswith("FAIL")
+    assert any("Content Security Policy" in line for line in seen.console)
+
+
+def test_a_row_leads_to_its_place_in_the_signals_and_back(chromium: Any, report: Path) -> None:
+    seen = Visit(chromium, report)
+    page = seen.page
+    page.get_by_role("link", name="show contact 2 in the signals").click()
+    page.wait_for_selector(".uplot")
+    status = page.locator(".tools [role=status]")
+    start, end = (float(x) for x in re.findall(r"[\d.]+", status.inner_text())[:2])
+    onset = samples.failed(30_000).result.collisions[1].onset_s
+    assert start < onset < end < start + 2
+    page.get_by_role("button", name="Zoom out").click()
+    wider = [float(x) for x in re.findall(r"[\d.]+", status.inner_text())[:2]]
+    assert wider[1] - wider[0] == pytest.approx(2 * (end - start), rel=0.01)
+    assert page.evaluate("document.querySelectorAll('.uplot').length") >= 3
+    page.get_by_role("button", name="Back to where you came from").click()
+    assert page.evaluate("document.activeElement.dataset.back") == "log1-contact-2"
+    page.get_by_label("elbow", exact=True).uncheck()
+    assert not page.locator("#log1-joint-3").is_visible()
+    page.get_by_role("button", name="Measured and modelled torque").click()
+    assert page.locator("button[aria-pressed=true]").inner_text() == "Measured and modelled torque"
     assert seen.console == []
-    assert {address for address in seen.addresses if not address.startswith("file:")} == set()
-    others = {RED, GREEN, BROWN} - {colour}
-    assert seen.pixels(colour) > 3000
-    assert all(seen.pixels(colour) > 3 * seen.pixels(other) for other in others)
 
 
-def test_hostile_names_run_nothing(chromium: str, tmp_path: Path) -> None:
-    seen = visit(chromium, tmp_path, [samples.hostile()])
-    assert "<title>FAIL: collision audit of &lt;script&gt;" in seen.dom
+def test_a_link_into_a_folded_part_opens_it(chromium: Any, tmp_path: Path) -> None:
+    write_html(tmp_path / "many.html", [samples.many_events(30)])
+    page = Visit(chromium, tmp_path / "many.html", "#log1-contact-20").page
+    assert page.locator("#log1-contact-20").is_visible()
+    assert not page.locator("#log1-against svg").first.is_visible()
+
+
+def test_everything_is_readable_without_javascript(chromium: Any, report: Path) -> None:
+    page = Visit(chromium, report, java_script_enabled=False).page
+    assert page.locator("figure.signal svg.stretch").first.is_visible()
+    assert not page.locator(".tools").first.is_visible()
+    for words in ("What was judged, and what not", "Contact 1", "Near misses", "Sign-off", "sha256"):
+        assert page.get_by_text(words).first.is_visible()
+
+
+def test_the_keyboard_comes_to_the_content_first(chromium: Any, report: Path) -> None:
+    page = Visit(chromium, report).page
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
+    assert page.locator(".skip").bounding_box()["x"] >= 0
+    page.keyboard.press("Enter")
+    assert page.evaluate("location.hash") == "#content"
+
+
+def test_six_joints_fit_4000_pixels_and_a_minute_400_kilobytes(chromium: Any, report: Path) -> None:
+    page = Visit(chromium, report).page
+    for top in range(0, 4000, 800):
+        page.evaluate(f"scrollTo(0, {top})")
+        page.wait_for_timeout(50)
+    assert page.evaluate("document.documentElement.scrollHeight") <= 4000
+    assert report.stat().st_size <= 400_000
+
+
+def test_it_prints_on_eight_pages_with_everything_unfolded(chromium: Any, report: Path, tmp_path: Path) -> None:
+    page = Visit(chromium, report).page
+    page.emulate_media(media="print")
+    assert page.locator("#log1-friction-tables table").first.is_visible()
+    assert not page.locator("nav.toc").is_visible()
+    printed = page.pdf(path=tmp_path / "page.pdf", prefer_css_page_size=True, print_background=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) <= 8
+    assert 'counter(page) " of " counter(pages)' in report.read_text()
+    assert '@top-left { content: "collaudit: polishing_2024-03-12.bag: FAIL"' in report.read_text()
+
+
+def pages(tmp_path: Path) -> dict[str, Path]:
+    """A report of several logs, and an index."""
+    write_html(tmp_path / "several.html", [samples.failed(4000), samples.passed(4000), samples.not_judged(3000)])
+    result = samples.failed(3000).result
+    dated = [replace(entry_of(result, f"{k}/report.html"), name=f"{k}.bag") for k in range(3)]
+    write_index(tmp_path, [*dated, entry_of_error("b.bag", LogError("cut short"))])
+    return {"several": tmp_path / "several.html", "index": tmp_path / "index.html"}
+
+
+def test_axe_finds_nothing_at_any_width_light_or_dark(chromium: Any, axe: str, report: Path, tmp_path: Path) -> None:
+    found = []
+    for name, path in {"report": report, **pages(tmp_path)}.items():
+        page = Visit(chromium, path).page
+        for width in (360, 768, 1280):
+            page.set_viewport_size({"width": width, "height": 900})
+            for scheme in ("light", "dark"):
+                page.emulate_media(color_scheme=scheme)
+                found += [f"{name} {width} {scheme}: {text}" for text in violations(page, axe)]
+                assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{name} scrolls sideways"
+                keep_picture(page, f"{name}-{width}-{scheme}")
+    assert found == []
+
+
+def test_axe_would_notice(chromium: Any, axe: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.html"
+    path.write_text("<p style='color:#ccc;background:#fff'>pale<img src='data:,'>")
+    found = " ".join(violations(Visit(chromium, path).page, axe))
+    assert all(rule in found for rule in ("color-contrast", "image-alt", "html-has-lang", "document-title"))
+
+
+def test_the_index_is_sorted_and_filtered(chromium: Any, tmp_path: Path) -> None:
+    made = [samples.failed, samples.passed, samples.not_judged]
+    entries = [replace(entry_of(make(3000).result, "x/report.html"), name=f"{k}.bag") for k, make in enumerate(made)]
+    write_index(tmp_path, [*entries, entry_of_error("b.bag", LogError("cut short"))])
+    seen = Visit(chromium, tmp_path / "index.html")
+    page = seen.page
+    names = "Array.from(document.querySelectorAll('#logs tbody tr:not([hidden]) th'), (e) => e.textContent)"
+    assert page.title() == "FAIL: collision audit of 4 logs"
+    assert page.evaluate(names) == ["0.bag", "b.bag", "2.bag", "1.bag"]
+    page.get_by_role("button", name="Log", exact=True).click()
+    assert page.evaluate(names) == ["0.bag", "1.bag", "2.bag", "b.bag"]
+    page.get_by_label("Verdict", exact=False).select_option("not_judged")
+    assert page.evaluate(names) == ["2.bag", "b.bag"]
+    page.get_by_label("Filter", exact=False).fill("cut short")
+    assert page.evaluate(names) == ["b.bag"]
+    assert page.locator("[role=status]").inner_text() == "1 of 4 logs"
     assert seen.console == []
-    assert {address for address in seen.addresses if not address.startswith("file:")} == set()
-
-
-def test_the_test_would_notice(chromium: str, tmp_path: Path) -> None:
-    page = tmp_path / "bad.html"
-    page.write_text(
-        "<title>a</title><script>document.title='owned';console.error('bad')</script><img src='http://x.invalid/'>"
-    )
-    seen = Visit(chromium, page, tmp_path)
-    assert "<title>owned</title>" in seen.dom
-    assert len(seen.console) >= 1
-    assert "http://x.invalid/" in seen.addresses
-
-
-def test_the_index_opens(chromium: str, tmp_path: Path) -> None:
-    entries = [entry_of(samples.hostile().result, "a/report.html"), entry_of_error("b.bag", LogError("cut short"))]
-    write_index(tmp_path, entries)
-    seen = Visit(chromium, tmp_path / "index.html", tmp_path)
-    assert "<title>FAIL: collision audit of 2 logs</title>" in seen.dom
-    assert seen.console == []
-    assert seen.pixels(RED) > 3000

@@ -51,7 +51,7 @@ def test_the_index_links_and_escapes(tmp_path: Path, entries: list[IndexEntry]) 
     text = (tmp_path / "index.html").read_text()
     assert 'href="./0/report.html"' in text
     assert 'href="./javascript%3Aalert%281%29/a%20b%23c%3F%25.html"' in text
-    assert "<script>" not in text
+    assert text.count("<script>") == 1, "the page's own, by its hash"
     assert "the bag is cut short" in text
     assert "12 bytes" in text
 

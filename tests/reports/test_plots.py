@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
+import zlib
+from base64 import b64decode
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,17 +15,25 @@ import samples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collaudit.core.data.audit_result import Audit, AuditResult
+from collaudit.core.data.detection_result import Contact, ContactScene
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.reports.files.run_files import open_run, read_run, write_run
+from collaudit.reports.page.html import html_text
 from collaudit.reports.page.selection import select
-from collaudit.reports.page.view import make_view
+from collaudit.reports.plots.arm_pose import draw_pose
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.downsample import column_shares, thin
 from collaudit.reports.plots.friction_band import band, curve
-from collaudit.reports.plots.plot_events import draw_event
+from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
+from collaudit.reports.plots.plot_contact import contact_window, draw_contact
 from collaudit.reports.plots.plot_friction import draw_friction
-from collaudit.reports.plots.plot_overview import _peak_time, draw_overview
-from collaudit.reports.plots.plot_residual import trace
+from collaudit.reports.plots.plot_overview import draw_overview
+from collaudit.reports.plots.plot_statistics import autocorrelation
+from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
+from collaudit.reports.plots.ticks import tick_text, ticks
+from collaudit.reports.values.contact_rows import contacts_of
 
 
 @settings(deadline=None)
@@ -71,69 +83,163 @@ def test_column_shares_add_up(mask: list[bool], columns: int) -> None:
     assert (shares * sizes).sum() == pytest.approx(array.sum())
 
 
+def only(audit: Audit, **signals: np.ndarray) -> JointTrace:
+    return TracesInMemory(replace(audit.signals, **signals)).trace(1)
+
+
+def overview(trace: JointTrace, result: AuditResult) -> tuple[str, float, str | None]:
+    alarms = [event for event in result.collisions if event.joint == trace.joint]
+    return draw_overview(trace, alarms, [], "x", "label")
+
+
 def test_the_bar_shows_each_state_where_it_holds() -> None:
+    audit = samples.failed(2000)
     state = np.repeat([State.JUDGED, State.GAP, State.SATURATED, State.FRICTION_INTERVAL], 500).astype(np.int8)
-    drawn = str(coverage_bar(state, "label"))
+    trace = replace(TracesInMemory(audit.signals).trace(1), state=state)
+    drawn = str(coverage_bar(trace, 6.0, "label"))
     assert '<path class="judged" d="M0 0H250V100H0Z"/>' in drawn
     assert '<path class="gap" d="M250 0H500V100H250Z"/>' in drawn
     assert '<path class="out" d="M500 0H750V100H500Z"/>' in drawn
     assert '<path class="standing" d="M750 0H1000V100H750Z"/>' in drawn
+    narrow = replace(trace, least_nm=np.full(2000, -0.9), most_nm=np.full(2000, 0.9))  # γ = 4 and 1.8 less than 6
+    assert '<path class="judged" d="M750 0H1000V100H750Z"/>' not in str(coverage_bar(narrow, 5.7, "label"))
+    assert "M750 0H1000V100H750Z" in str(coverage_bar(narrow, 6.0, "label")).partition('class="gap"')[0]
+
+
+def card(audit: Audit, contact: Contact) -> str:
+    source = TracesInMemory(audit.signals)
+    windows = [contact_window(source.trace(k), contact) for k in range(len(source.joint_names))]
+    return draw_contact([w for w in windows if w is not None], contact, contact.joints[0], "N·m", None, "x", "label")
 
 
 def test_no_text_of_the_log_is_drawn() -> None:
     audit = samples.hostile()
-    event = audit.result.collisions[0]
-    svg, _ = draw_event(audit.signals, audit.result.rule, event, "N·m", "x", "label")
+    svg = card(audit, contacts_of(audit.result)[0])
     words = set(re.findall(r"<text[^>]*>([^<]*)</text>", svg))
-    assert {"onset", "detected", "residual, N·m", "torque, N·m", "time, s"} <= words
-    assert all(
-        re.fullmatch(r"[−\d.]+", word)
-        for word in words - {"onset", "detected", "residual, N·m", "torque, N·m", "time, s"}
-    )
+    expected = {"residual ÷ γ, all joints", "torque, N·m", "time, s"}
+    assert expected <= words
+    assert all(re.fullmatch(r"[−\d.]+", word) for word in words - expected)
+
+
+def test_the_model_is_a_band_where_friction_is_a_range() -> None:
+    """Measured less the residual looks like a perfect model there: the residual is zero by construction."""
+    audit = samples.failed(20_000)
+    s = audit.signals
+    contact = contacts_of(audit.result)[0]
+    state = np.full_like(s.state, State.FRICTION_INTERVAL)
+    least = np.full(s.residual_nm.shape, -3.0, dtype=np.float32)
+    open_ = replace(s, state=state, residual_nm=np.zeros_like(s.residual_nm), least_nm=least, most_nm=-least)
+    window = contact_window(TracesInMemory(open_).trace(0), contact)
+    assert window is not None
+    known = np.isfinite(window.measured_nm)
+    np.testing.assert_allclose((window.most_nm - window.least_nm)[known], 6.0, rtol=1e-6)
+    np.testing.assert_allclose((window.most_nm - window.measured_nm)[known], 3.0, rtol=1e-5)
+    assert 'class="model-range"' in card(replace(audit, signals=open_), contact)
+    untold = contact_window(TracesInMemory(replace(open_, least_nm=None, most_nm=None)).trace(0), contact)
+    assert untold is not None
+    assert np.isnan(untold.least_nm).all(), "an earlier version's file does not tell the range: no line, no band"
 
 
 def test_labels_are_escaped() -> None:
-    audit = samples.failed(2000)
-    svg, _ = draw_overview(audit.result, audit.signals, "elbow", "N·m", "x", '"><script>')
+    svg, _, _ = draw_overview(only(samples.failed(2000)), [], [], "x", '"><script>')
     assert "<script>" not in svg
     assert "&#34;&gt;&lt;script&gt;" in svg
 
 
-def test_what_the_axis_leaves_out_is_said() -> None:
+@pytest.mark.parametrize(("told", "note"), [(State.SATURATED, True), (State.JUDGED, False)])
+def test_what_the_axis_leaves_out_is_said_and_is_never_judged(told: State, note: bool) -> None:
     audit = samples.failed(2000)
-    residual = audit.signals.residual_nm.copy()
-    state = audit.signals.state.copy()
-    residual[100:103, 1], state[100:103, 1] = 5000.0, State.SATURATED
-    signals = replace(audit.signals, residual_nm=residual, state=state)
-    _, note = draw_overview(audit.result, signals, "shoulder_lift", "N·m", "x", "label")
-    assert note == "3 samples that were not judged lie outside the axis, the largest at 5000"
-
-
-def test_a_judged_spike_is_never_left_out() -> None:
-    audit = samples.failed(2000)
-    residual = audit.signals.residual_nm.copy()
-    state = audit.signals.state.copy()
-    residual[500, 1], state[500, 1] = 5000.0, State.JUDGED
-    signals = replace(audit.signals, residual_nm=residual, state=state)
-    assert draw_overview(audit.result, signals, "shoulder_lift", "N·m", "x", "label")[1] is None
+    residual, state = audit.signals.residual_nm.copy(), audit.signals.state.copy()
+    residual[100:103, 1], state[100:103, 1] = 5000.0, told
+    _, height, said = overview(only(audit, residual_nm=residual, state=state), audit.result)
+    words = "3 samples that were not judged lie outside the axis, the largest at 5000"
+    assert said == (words if note else None)
+    assert (height < 100) == note
 
 
 @pytest.mark.parametrize("onset", [-1.0, 0.0, 3.999, 100.0])
-def test_events_at_the_ends_of_a_log_are_drawn(onset: float) -> None:
+def test_contacts_at_the_ends_of_a_log_are_drawn(onset: float) -> None:
     audit = samples.failed(2000)
-    event = replace(audit.result.collisions[0], onset_s=onset, detected_s=onset + 0.024)
-    svg, _ = draw_event(audit.signals, audit.result.rule, event, "N·m", "x", "label")
-    assert svg.startswith("<svg")
+    contact = replace(contacts_of(audit.result)[0], onset_s=onset, detected_s=onset + 0.024, end_s=onset + 0.1)
+    assert card(audit, contact).startswith("<svg")
 
 
-def test_two_samples_are_enough() -> None:
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_a_few_samples_are_enough(count: int) -> None:
     audit = samples.failed(2000)
     s = audit.signals
-    short = {
-        name: getattr(s, name)[:2]
-        for name in ("time_s", "position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "state")
-    }
-    assert draw_overview(audit.result, replace(s, **short), "elbow", "N·m", "x", "label")[0].startswith("<svg")
+    names = ("time_s", "position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm", "state")
+    short = replace(audit, signals=replace(s, **{name: getattr(s, name)[:count] for name in names}))
+    assert overview(only(short), audit.result)[0].startswith("<svg")
+    assert "FAIL" in html_text([short])
+
+
+def test_a_one_sample_spike_is_drawn_and_kept_for_the_pages_own_plots() -> None:
+    audit = samples.failed(100_000)
+    residual, state = audit.signals.residual_nm.copy(), audit.signals.state.copy()
+    residual[70_007, 1], state[70_007, 1] = -6.25, State.JUDGED
+    trace = only(audit, residual_nm=residual, state=state)
+    svg, height, _ = draw_overview(trace, [], [], "x", "label")
+    bottom = 84 * (1 + 6.25 / height) / 2
+    assert f" {bottom:.1f}V" in svg
+    assert 70_007 in kept_samples(trace, 900, [], 0)
+
+
+def unpacked(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sample numbers, residual and state as the page's script reads them."""
+    raw, n = zlib.decompress(b64decode(data["data"])), data["kept"]
+    columns = np.frombuffer(raw[: 10 * n], "<u2").reshape(5, n).astype(float)
+    low, step = data["residual"]
+    residual = np.where(columns[1] == UNKNOWN, np.nan, low + step * columns[1])
+    return np.cumsum(columns[0]).astype(int), residual, np.frombuffer(raw[10 * n :], np.uint8)
+
+
+def test_the_pages_own_data_are_the_signals_and_never_cross_gamma() -> None:
+    audit = samples.failed(200_000)
+    residual = audit.signals.residual_nm.copy()
+    residual[150_000:150_040, 1] = 4.0 + np.linspace(-1e-6, 1e-6, 40)
+    residual[:, 1][150_020] = 4.0  # at γ is not above it
+    trace = only(audit, residual_nm=residual)
+    kept = kept_samples(trace, 900, [(299.9, 300.2)], 600)
+    index, shown, state = unpacked(packed(trace, kept))
+    assert set(kept) <= set(index)
+    assert np.diff(index).max() <= 60_000
+    true = trace.residual_nm[index]
+    np.testing.assert_array_equal(np.isnan(shown), np.isnan(true))
+    known = np.isfinite(true)
+    assert np.abs(shown - true)[known].max() <= 2 * (np.nanmax(true) - np.nanmin(true)) / 65_534
+    np.testing.assert_array_equal(np.abs(shown[known]) > 4.0, np.abs(true[known]) > 4.0)
+    np.testing.assert_array_equal(state == 0, trace.judged[index])
+
+
+def test_autocorrelation_is_that_of_the_process() -> None:
+    rng = np.random.default_rng(1)
+    x = np.zeros(200_000)
+    shocks = rng.standard_normal(x.size)
+    for k in range(1, x.size):
+        x[k] = 0.98 * x[k - 1] + shocks[k]
+    audit = samples.failed(2000)
+    judged = (rng.random(x.size) < 0.7).astype(np.int8) ^ 1
+    trace = replace(only(audit), time_s=np.arange(x.size) * 0.002, residual_nm=x, state=judged)
+    lags, values = autocorrelation(trace)
+    expected = 0.98 ** np.round(lags / 0.002)
+    np.testing.assert_allclose(values, expected, atol=0.06)
+    assert autocorrelation(replace(trace, state=np.full(x.size, State.GAP)))[0].size == 0
+
+
+def test_ticks_are_round_and_within() -> None:
+    assert ticks(0.0, 57.5, 8) == pytest.approx([0, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 55])
+    assert tick_text(ticks(-0.5, 0.5, 4)) == ["−0.4", "−0.2", "0", "0.2", "0.4"]
+    assert ticks(1.0, 1.0, 4) == []
+
+
+def test_the_pose_marks_the_joints_that_alarmed() -> None:
+    points = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.4), (0.3, 0.3, 0.4), (0.5, 0.5, 0.2))
+    scene = ContactScene(1.0, points, "tool", 0.3, {})
+    svg = draw_pose(scene, [1], "x", "label")
+    assert svg is not None
+    assert svg.count('class="arm-hit"') == 2, "once from the side, once from above"
+    assert draw_pose(replace(scene, points_m=points[:1]), [], "x", "label") is None
 
 
 def test_the_band_is_the_delta_method() -> None:
@@ -161,40 +267,20 @@ def test_points_without_a_model_are_drawn() -> None:
 
 
 def test_the_worst_is_always_drawn() -> None:
-    events = samples.many_events(300).result.collisions
-    chosen = select(events, 10)
+    heights = [abs(event.peak_nm) / event.gamma_nm for event in samples.many_events(300).result.collisions]
+    chosen = select(heights, 10)
     assert len(chosen.drawn) == 10
     assert {298, 299} <= chosen.drawn
     assert set(range(8)) <= chosen.drawn
-    assert select(events, 300).note is None
+    assert select(heights, 300).note is None
 
 
-def test_views_of_runs_read_back_are_the_same(tmp_path) -> None:
-    from collaudit.reports.files.run_files import read_run, write_run
-
+def test_pages_of_runs_read_back_are_the_same(tmp_path: Path) -> None:
     audit = samples.failed(5000)
+    wrench = np.linspace(0, 9, 30_000).reshape(5000, 6)
+    audit = replace(audit, signals=replace(audit.signals, wrench=wrench))
     write_run(tmp_path, audit, None)
-    assert make_view(audit, "a", 9, 9) == make_view(read_run(tmp_path), "a", 9, 9)
-
-
-def test_a_lone_judged_sample_is_drawn() -> None:
-    audit = samples.failed(2000)
-    state = np.full_like(audit.signals.state, State.FRICTION_INTERVAL)
-    residual = np.zeros_like(audit.signals.residual_nm)
-    quiet = replace(audit.result, collisions=(), near_misses=())
-    signals = replace(audit.signals, residual_nm=residual, state=state)
-    without, _ = draw_overview(quiet, signals, "elbow", "N·m", "x", "label")
-    residual[700, 2], state[700, 2] = 9.0, State.JUDGED
-    drawn, _ = draw_overview(quiet, signals, "elbow", "N·m", "x", "label")
-    assert drawn.count("#0b4f8a") > without.count("#0b4f8a")
-
-
-def test_marks_stand_on_the_curve() -> None:
-    audit = samples.failed(20_000)
-    event = audit.result.collisions[0]
-    at = _peak_time(trace(audit.signals, 0), event)
-    assert event.onset_s < at < event.onset_s + event.duration_s
-    assert abs(np.interp(at, audit.signals.time_s, audit.signals.residual_nm[:, 0])) > 8
+    assert html_text([audit]) == html_text([read_run(tmp_path)]) == html_text([open_run(tmp_path)])
 
 
 def test_the_band_of_the_exponential_law_is_the_delta_method_too() -> None:

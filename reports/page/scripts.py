@@ -1,0 +1,83 @@
+"""The page's scripts and their hashes, which alone its content security policy lets run.
+
+uPlot is read as it stands in the package ``uplot-python``; that package is never imported, since importing it would
+import IPython.
+"""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from importlib.util import find_spec
+from pathlib import Path
+
+from markupsafe import Markup
+
+from collaudit.core.errors import CollauditError
+
+_ASSETS = Path(__file__).resolve().parent / "assets"
+_END = re.compile(r"</(?=script|style)", re.IGNORECASE)
+_INDENT = re.compile(r"^[ \t]+", re.MULTILINE)
+_COMMENT_LINE = re.compile(r"^//[^\n]*\n", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """A script as it stands in the page, and the source expression of its hash."""
+
+    text: Markup
+    hash: str
+
+
+@cache
+def page_scripts() -> tuple[Script, ...]:
+    """uPlot and the page's own script.
+
+    Raises:
+        CollauditError: uPlot's files are missing.
+    """
+    return _script(_shortened(_plot_file("uPlot.iife.js"))), own_script("signal_plots.js")
+
+
+@cache
+def own_script(name: str) -> Script:
+    """One of the page's own scripts."""
+    return _script((_ASSETS / name).read_text(encoding="utf-8"))
+
+
+@cache
+def page_style() -> Markup:
+    """uPlot's style."""
+    return _safe(_plot_file("uPlot.min.css"))
+
+
+def _plot_file(name: str) -> str:
+    spec = find_spec("uplot")
+    for folder in [] if spec is None else spec.submodule_search_locations or []:
+        path = Path(folder) / "static" / name
+        if path.is_file():
+            return path.read_text(encoding="utf-8")
+    raise CollauditError(
+        "the plots' library is missing",
+        where=f"uplot/static/{name}",
+        expected="the package uplot-python",
+        hint="python -m pip install uplot-python",
+    )
+
+
+def _shortened(text: str) -> str:
+    """Without indentation and lines that are only a comment; its head, with name and licence, stays."""
+    return _COMMENT_LINE.sub("", _INDENT.sub("", text))
+
+
+def _script(text: str) -> Script:
+    safe = _safe(text)
+    return Script(safe, f"'sha256-{b64encode(sha256(safe.encode()).digest()).decode()}'")
+
+
+def _safe(text: str) -> Markup:
+    """Text that cannot end the element it stands in."""
+    return Markup(_END.sub(r"<\\/", text))

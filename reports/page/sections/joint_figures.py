@@ -1,0 +1,138 @@
+"""Everything that is drawn of one joint, made in one pass over its signals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.detection_result import Contact
+from collaudit.reports.page.sections.figure import Figure
+from collaudit.reports.plots.coverage_bar import coverage_bar
+from collaudit.reports.plots.joint_trace import JointTrace, SignalSource
+from collaudit.reports.plots.plot_against import draw_against
+from collaudit.reports.plots.plot_contact import ContactWindow, contact_limits, contact_window
+from collaudit.reports.plots.plot_overview import draw_overview
+from collaudit.reports.plots.plot_statistics import draw_autocorrelation, draw_histogram, draw_trend
+from collaudit.reports.plots.signal_data import kept_samples, packed
+from collaudit.reports.values.numbers import significant, stated
+from collaudit.reports.values.visible_text import visible
+from collaudit.reports.values.words import speed_unit, torque_unit
+
+
+@dataclass(frozen=True, slots=True)
+class Detail:
+    """How much is drawn: samples a joint for the page's own plots, beside them of stretches around events; 0: none."""
+
+    points: int
+    around_events: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointFigures:
+    """The drawings of one joint.
+
+    Attributes:
+        bar: its states over the log.
+        overview: its residual over the log; without a drawing where no residual could be computed.
+        data: its curves for the page's own plots, None where there are none.
+        windows: what it shows around the contacts that are drawn, by their number.
+    """
+
+    joint: str
+    bar: Markup
+    overview: Figure
+    histogram: Markup | None
+    autocorrelation: Markup | None
+    trend: Markup | None
+    against: Figure | None
+    data: Mapping[str, object] | None
+    windows: Mapping[int, ContactWindow]
+
+
+def joint_figures(
+    source: SignalSource, result: AuditResult, contacts: Mapping[int, Contact], key: str, detail: Detail
+) -> tuple[JointFigures, ...]:
+    """Draw the joints one after the other, so that only one joint's signals are held.
+
+    Args:
+        source: of the signals.
+        result: of the same audit.
+        contacts: those that are drawn, by their number.
+        key: prefix of ids.
+        detail: how much is drawn.
+    """
+    stretches = _stretches(result, contacts, result.log.sample_period_s)
+    made = []
+    for k in range(len(source.joint_names)):
+        made.append(_of_joint(source.trace(k), result, contacts, f"{key}-joint-{k + 1}", detail, stretches))
+    return tuple(made)
+
+
+def _of_joint(
+    trace: JointTrace,
+    result: AuditResult,
+    contacts: Mapping[int, Contact],
+    name: str,
+    detail: Detail,
+    stretches: Sequence[tuple[float, float]],
+) -> JointFigures:
+    joint, unit = trace.joint, torque_unit(result, trace.joint)
+    windows = {number: contact_window(trace, contact) for number, contact in contacts.items()}
+    known = bool(np.isfinite(trace.residual_nm).any())
+    data = None
+    if known and detail.points:
+        kept = kept_samples(trace, detail.points, stretches, detail.around_events)
+        data = {"joint": visible(joint), "unit": unit, "count": len(trace.time_s)} | packed(trace, kept)
+        data |= {"gamma": trace.gamma_nm if np.isfinite(trace.gamma_nm) else None}
+        data |= {"start": float(trace.time_s[0]), "period": trace.period_s}
+    said = visible(f"of {joint}")
+    return JointFigures(
+        joint=joint,
+        bar=coverage_bar(
+            trace, _observable(joint, result), visible(f"{joint}: detectable, hidden and not judged time")
+        ),
+        overview=_overview(trace, result, name, unit, known),
+        histogram=draw_histogram(trace, f"{name}-h", f"Histogram of the judged residual {said}, with ±γ"),
+        autocorrelation=draw_autocorrelation(trace, f"{name}-a", f"Autocorrelation of the residual {said} up to 0.5 s"),
+        trend=draw_trend(trace, f"{name}-t", f"RMS of the residual {said} over the log"),
+        against=_against(trace, result, name, unit),
+        data=data,
+        windows={number: window for number, window in windows.items() if window is not None},
+    )
+
+
+def _observable(joint: str, result: AuditResult) -> float | None:
+    sensitivity = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
+    return None if sensitivity is None else sensitivity.observable_nm
+
+
+def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str, known: bool) -> Figure:
+    joint = trace.joint
+    if not known:
+        return Figure(name, joint, "no residual could be computed", None)
+    alarms = [event for event in result.collisions if event.joint == joint]
+    near = [event for event in result.near_misses if event.joint == joint]
+    gamma = result.rule.gamma_nm.get(joint)
+    level = "no threshold" if gamma is None else f"γ = {stated(gamma)} {unit}"
+    label = visible(f"Residual of {joint} over the whole log, {level}")
+    svg, height, note = draw_overview(trace, alarms, near, f"{name}-o", label)
+    return Figure(name, joint, f"{level}, axis ±{significant(height)} {unit}", svg, f"{note} {unit}" if note else None)
+
+
+def _against(trace: JointTrace, result: AuditResult, name: str, unit: str) -> Figure | None:
+    fit = result.friction.get(trace.joint)
+    prismatic = fit is not None and speed_unit(fit) == "m/s"
+    label = visible(f"Residual of {trace.joint} against its speed and its position, {unit}")
+    svg = draw_against(trace, unit, prismatic, f"{name}-v", label)
+    return None if svg is None else Figure(f"{name}-against", trace.joint, "against speed and position", svg)
+
+
+def _stretches(result: AuditResult, contacts: Mapping[int, Contact], period_s: float) -> list[tuple[float, float]]:
+    """Of which every sample is kept: the contacts that are drawn, then the near misses, closest to an alarm first."""
+    around = [contact_limits(contact, period_s) for contact in contacts.values()]
+    near = sorted(result.near_misses, key=lambda event: -event.ratio)
+    return around + [(event.onset_s - 0.2, event.onset_s + event.duration_s + 0.2) for event in near]

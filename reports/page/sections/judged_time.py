@@ -1,0 +1,40 @@
+"""What was judged and what not: joint by joint, along the arm, and the longer stretches that were not judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.values import rows
+from collaudit.reports.values.sensitivity_rows import (
+    ForceRow,
+    SensitivityRow,
+    force_rows,
+    sensitivity_row,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedRow:
+    """One joint: its sensitivity (None: not watched, or not known in files of earlier versions) and its coverage."""
+
+    sensitivity: SensitivityRow | None
+    coverage: rows.CoverageRow
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedTime:
+    """Rows by joint and by place on the arm; ``spans`` counts the longer stretches that were not judged."""
+
+    rows: tuple[JudgedRow, ...]
+    forces: tuple[ForceRow, ...]
+    spans: int
+
+
+def judged_time(result: AuditResult) -> JudgedTime:
+    """What was judged of one audit."""
+    made = tuple(
+        JudgedRow(sensitivity_row(joint, result), rows.coverage_row(joint, coverage, result))
+        for joint, coverage in result.coverage.joints.items()
+    )
+    return JudgedTime(made, tuple(force_rows(result)), sum(len(row.coverage.spans) for row in made))

@@ -1,0 +1,89 @@
+"""The whole log as one strip: phases, contacts, near misses, and what could be told of each joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.reports.page.sections.joint_figures import JointFigures
+from collaudit.reports.plots.ticks import tick_text, ticks
+from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.rows import NONE
+from collaudit.reports.values.sensitivity_rows import sensitivity_row
+
+_WIDTH, _HEIGHT = 1000, 20
+
+
+@dataclass(frozen=True, slots=True)
+class StripPhase:
+    """A phase: name, left edge and width in per cent, and words."""
+
+    name: str
+    left: float
+    width: float
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class StripBar:
+    """One joint's states over the log; None when the signals lack the joint."""
+
+    joint: str
+    svg: Markup | None
+    share: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogStrip:
+    """The strip; ``contacts`` and ``near_misses`` are rows of marks, None where there are none."""
+
+    phases: tuple[StripPhase, ...]
+    contacts: Markup | None
+    near_misses: Markup | None
+    bars: tuple[StripBar, ...]
+    ticks: tuple[tuple[float, str], ...]
+
+
+def log_strip(result: AuditResult, end_s: float, figures: Sequence[JointFigures]) -> LogStrip:
+    """The strip of one audit that lasts ``end_s``."""
+    drawn = {figure.joint: figure.bar for figure in figures}
+    contacts = [(contact.onset_s, contact.end_s) for contact in contacts_of(result)]
+    near = [(event.onset_s, event.onset_s + event.duration_s) for event in result.near_misses]
+    values = ticks(0.0, end_s, 8)
+    return LogStrip(
+        phases=tuple(_phase(span.phase, span.start_s, span.end_s, end_s) for span in result.phases),
+        contacts=_marks(contacts, end_s, "mark-alarm", f"{len(contacts)} contacts over the log"),
+        near_misses=_marks(near, end_s, "mark-near", f"{len(near)} near misses over the log"),
+        bars=tuple(_bar(joint, result, drawn.get(joint)) for joint in result.coverage.joints),
+        ticks=tuple((round(100 * t / end_s, 3), text) for t, text in zip(values, tick_text(values), strict=True)),
+    )
+
+
+def _bar(joint: str, result: AuditResult, svg: Markup | None) -> StripBar:
+    row = sensitivity_row(joint, result)
+    watched = result.coverage.joints[joint].watched
+    return StripBar(joint, svg, "not watched" if not watched else NONE if row is None else row.detectable)
+
+
+def _phase(phase: str, start_s: float, end_s: float, end: float) -> StripPhase:
+    scale = 100 / end if end > 0 else 0.0
+    left, right = (min(max(t, 0.0), end) * scale for t in (start_s, end_s))
+    return StripPhase(phase, round(left, 3), round(right - left, 3), f"{phase}: {start_s:.3f} to {end_s:.3f} s")
+
+
+def _marks(spans: Sequence[tuple[float, float]], end_s: float, kind: str, label: str) -> Markup | None:
+    """Strokes at least 4 of 1000 wide; those that fall on one another are drawn once."""
+    if not spans or end_s <= 0:
+        return None
+    strokes: dict[int, int] = {}
+    for start, stop in spans:
+        left = round(_WIDTH * min(max(start / end_s, 0.0), 1.0)) - 2
+        strokes[left] = max(strokes.get(left, 0), left + 4, round(_WIDTH * min(stop / end_s, 1.0)))
+    path = "".join(f"M{left} 0H{right}V{_HEIGHT}H{left}Z" for left, right in sorted(strokes.items()))
+    return Markup(
+        '<svg class="bar marks" viewBox="0 0 {} {}" preserveAspectRatio="none" role="img" aria-label="{}">'
+        '<path class="{}" d="{}"/></svg>'
+    ).format(_WIDTH, _HEIGHT, label, kind, path)

@@ -1,0 +1,31 @@
+"""The lowest and the highest sample of every pixel column."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.reports.plots.joint_trace import Series
+
+
+def column_extremes(values: Series, mask: BoolArray, columns: int) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Extremes of the masked finite samples in each of ``columns`` equal stretches.
+
+    Args:
+        values: (n,).
+        mask: (n,) samples that count.
+        columns: how many stretches, at most n are made.
+
+    Returns:
+        First sample of each stretch (k + 1,), then least and greatest (k,); NaN where none counts.
+    """
+    n = len(values)
+    edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
+    if n == 0:
+        return edges, np.empty(0), np.empty(0)
+    known = mask & np.isfinite(values)
+    low = np.minimum.reduceat(np.where(known, values, np.inf), edges[:-1]).astype(np.float64)
+    high = np.maximum.reduceat(np.where(known, values, -np.inf), edges[:-1]).astype(np.float64)
+    empty = ~np.isfinite(low)
+    low[empty] = high[empty] = np.nan
+    return edges, low, high

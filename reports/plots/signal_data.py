@@ -1,0 +1,120 @@
+"""A joint's curves as compact data for the page's own plots: few samples, every extreme among them."""
+
+from __future__ import annotations
+
+import zlib
+from base64 import b64encode
+from collections.abc import Sequence
+
+import numpy as np
+from tsdownsample import MinMaxDownsampler
+
+from collaudit.core.data.signals import State
+from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.reports.plots.joint_trace import JointTrace, Series
+from collaudit.reports.plots.plot_contact import model_range
+
+#: What a value that is not known reads as among the coarse ones.
+UNKNOWN = 65535
+_MOST_STEP = 60_000
+
+
+def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float, float]], most: int) -> IntArray:
+    """Samples that stand for the joint: extremes of what was judged, of what was not, and of the measured torque.
+
+    Args:
+        trace: of the joint.
+        points: about how many, over the whole log.
+        windows_s: stretches of which every sample is kept, in this order, as long as there is room.
+        most: how many samples these windows may take together.
+    """
+    n = len(trace.time_s)
+    if n <= points:
+        return np.arange(n)
+    out = ~(trace.judged | trace.standing)
+    shown = trace.residual_nm.astype(np.float32)
+    found = [np.array([0, n - 1])]
+    for mask, share in ((trace.judged, 0.5), (trace.standing, 0.15), (out, 0.1)):
+        found.append(_extremes(np.where(mask, shown, np.float32(np.nan)), round(share * points)))
+    found.append(_extremes(trace.measured_nm, round(0.25 * points)))
+    room = most
+    for start, stop in windows_s:
+        a, b = (int(k) for k in np.searchsorted(trace.time_s, [start, stop]))
+        step = max(1, (b - a) // 600)
+        if (b - a) // step > room:
+            break
+        found.append(np.arange(a, b, step))
+        room -= (b - a) // step
+    kept = np.unique(np.concatenate(found))
+    return np.asarray(kept[(kept >= 0) & (kept < n)], dtype=np.int64)
+
+
+def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
+    """The curves at some samples: ``data``, base64 of a deflated run of little-endian arrays, and what they mean.
+
+    In order, each of ``kept`` numbers: uint16 steps to the next sample number; uint16 ``residual``, ``measured``,
+    ``least`` and ``most`` (of the modelled torque), each a value of ``from`` plus so many ``step``, 65535 where not
+    known; uint8 state: 0 alarms above γ, 1 friction known only as a range, 2 not judged.
+    """
+    kept = _with_steps(kept)
+    codes = trace.state[kept]
+    state = np.where(codes == State.JUDGED, 0, np.where(codes == State.FRICTION_INTERVAL, 1, 2)).astype(np.uint8)
+    least, most = model_range(trace, kept)
+    measured = trace.measured_nm[kept].astype(np.float64)
+    residual = trace.residual_nm[kept]
+    low, step = _scale(residual)
+    torque_low, torque_step = _scale(np.concatenate([measured, least, most]))
+    arrays = [
+        np.diff(kept, prepend=0).astype("<u2"),
+        _beside_gamma(_steps(residual, low, step), residual, low, step, trace.gamma_nm),
+        *(_steps(x, torque_low, torque_step) for x in (measured, least, most)),
+        state,
+    ]
+    data = zlib.compress(b"".join(np.ascontiguousarray(x).tobytes() for x in arrays), 9)
+    return {
+        "kept": len(kept),
+        "data": b64encode(data).decode("ascii"),
+        "residual": [low, step],
+        "torque": [torque_low, torque_step],
+    }
+
+
+def _with_steps(kept: IntArray) -> IntArray:
+    """The samples and some between those that lie further apart than a uint16 can say."""
+    wide = np.flatnonzero(np.diff(kept, prepend=0) > _MOST_STEP)
+    between = [np.arange(kept[k - 1] if k else 0, kept[k], _MOST_STEP) for k in wide]
+    return np.unique(np.concatenate([kept, *between])).astype(np.int64)
+
+
+def _scale(values: FloatArray) -> tuple[float, float]:
+    """Least value and the size of a step, so that 65,534 steps reach the greatest."""
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    return low, (high - low) / (UNKNOWN - 1) or 1.0
+
+
+def _beside_gamma(steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: float) -> np.ndarray:
+    """Steps moved by one where rounding has carried a residual over its threshold, in or out."""
+    shown = low + step * steps
+    over = (np.abs(values) > gamma_nm) & (np.abs(shown) <= gamma_nm)
+    under = (np.abs(values) <= gamma_nm) & (np.abs(shown) > gamma_nm) & (steps < UNKNOWN)
+    away = np.where(values >= 0, 1, -1)
+    moved = steps.astype(np.int64) + np.where(over, away, 0) - np.where(under, away, 0)
+    return np.clip(moved, 0, UNKNOWN).astype("<u2")
+
+
+def _extremes(values: Series, points: int) -> IntArray:
+    """Samples with the least and the greatest finite value of each of ``points`` / 2 stretches."""
+    finite = np.isfinite(values)
+    if not finite.any():
+        return np.empty(0, dtype=np.int64)
+    if len(values) <= points:
+        return np.flatnonzero(finite)
+    index = np.asarray(MinMaxDownsampler().downsample(values, n_out=2 * max(2, points // 2)))  # type: ignore[no-untyped-call]
+    index = index.astype(np.int64)
+    return np.asarray(index[finite[index]])
+
+
+def _steps(values: Series, low: float, step: float) -> np.ndarray:
+    whole = np.rint((values - low) / step)
+    return np.where(np.isfinite(whole), whole, UNKNOWN).astype("<u2")

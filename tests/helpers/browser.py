@@ -1,0 +1,62 @@
+"""A real Chromium for report pages, axe-core for their accessibility, and a place for pictures of them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+_ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND"]
+
+
+def absent(what: str) -> Any:
+    """Skip, or fail where a browser is required."""
+    if os.environ.get("COLLAUDIT_REQUIRE_BROWSER"):
+        pytest.fail(f"{what} is required here and absent")
+    pytest.skip(f"no {what} on this machine")
+
+
+def launched(playwright: Any) -> Any:
+    """Chromium by the path of the system's own, never one that is downloaded."""
+    found = os.environ.get("COLLAUDIT_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
+        absent("Chromium")
+    return playwright.chromium.launch(executable_path=found, args=_ARGUMENTS)
+
+
+def axe_source(folder: Path) -> str:
+    """axe-core from npm; where that is absent or offline, as the Python package carries it."""
+    npm = shutil.which("npm")
+    if npm is not None:
+        packed = subprocess.run(
+            [npm, "pack", "axe-core@4", "--silent"], cwd=folder, capture_output=True, text=True, timeout=120
+        )
+        if packed.returncode == 0:
+            archive = folder / packed.stdout.strip().splitlines()[-1]
+            shutil.unpack_archive(archive, folder, filter="data")
+            return (folder / "package" / "axe.min.js").read_text(encoding="utf-8")
+    spec = find_spec("axe_playwright_python")
+    for place in [] if spec is None else spec.submodule_search_locations or []:
+        return (Path(place) / "axe.min.js").read_text(encoding="utf-8")
+    return absent("axe-core")
+
+
+def violations(page: Any, axe: str) -> list[str]:
+    """What axe-core finds on a page, of any impact; its script passes the page's own policy by the debugger."""
+    session = page.context.new_cdp_session(page)
+    session.send("Runtime.evaluate", {"expression": f"typeof axe === 'undefined' && (() => {{{axe}}})()"})
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']}).then((r) => r.violations)")
+    return [f"{v['id']} ({v['impact']}): {node['html'][:200]}" for v in found for node in v["nodes"]]
+
+
+def keep_picture(page: Any, name: str) -> None:
+    """A screenshot of the whole page, where ``COLLAUDIT_SCREENSHOTS`` names a folder for them."""
+    folder = os.environ.get("COLLAUDIT_SCREENSHOTS")
+    if folder:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=Path(folder) / f"{name}.png", full_page=True)

@@ -1,0 +1,92 @@
+"""What the page says in words and numbers where a careless text would mislead."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import samples
+
+from collaudit.core.data.audit_result import RecommendedRule
+from collaudit.core.data.detection_result import ControllerAlarmComparison
+from collaudit.core.errors import LogError
+from collaudit.reports.page.index import entry_of, entry_of_error, write_index
+from collaudit.reports.page.joint_trends import joint_trends
+from collaudit.reports.values.controller_words import mark_text
+from collaudit.reports.values.rows import falling, residual_row
+from collaudit.reports.values.times import clock_text
+from collaudit.reports.values.words import counted
+
+BENCH = Path(__file__).resolve().parents[1] / "bench"
+
+
+def test_wall_clock() -> None:
+    assert clock_text("2024-03-12T22:04:11.250000Z", 28.0) == "2024-03-12 22:04:39.250 UTC"
+    assert clock_text("2024-12-31T23:59:59Z", 1.5) == "2025-01-01 00:00:00.500 UTC"
+    assert clock_text(None, 1.0) == clock_text("yesterday", 1.0) == clock_text("2024-01-01", 1e300) == "–"
+
+
+def rule(**facts: object) -> RecommendedRule:
+    good = RecommendedRule(2.2, 13, 1.42, 1.5, 3.0, 0.02, 1.0, ((7, 2.3), (25, 2.6), (50, 2.0)), ())
+    return replace(good, **facts)
+
+
+def test_gamma_never_rises_with_n() -> None:
+    """Runs of 25 samples are among those of 13: what 13 needs is enough for 25."""
+    assert falling(rule()) == [(7, 2.3), (25, 2.2), (50, 2.0)]
+    assert falling(rule(gamma_nm=None)) == [(7, 2.3), (25, 2.3), (50, 2.0)]
+
+
+def test_the_largest_residual_covers_every_listed_event() -> None:
+    result = samples.failed(2000).result
+    near = replace(result.near_misses[0], joint="elbow", peak_nm=-12.5)
+    assert residual_row("elbow", replace(result, near_misses=(near,))).largest.startswith("12.5")
+
+
+def test_no_zero_where_the_log_was_not_judged() -> None:
+    result = samples.failed(2000).result
+    assert counted(0, replace(result, verdict="not_judged")) == "–"
+    assert counted(2, replace(result, verdict="not_judged")) == "2"
+    assert counted(0, result) == "0"
+
+
+def test_labels_are_labels_and_not_the_controllers_alarms() -> None:
+    flag = ControllerAlarmComparison(4.0, None, "not-judged", None, "grasp")
+    assert mark_text(flag) == "label grasp at 4.000 s: not judged: no contact could have been noticed here"
+    own = ControllerAlarmComparison(4.0, 3.9, "agreed", 0.1)
+    assert mark_text(own) == "controller alarm at 4.000 s, 100 ms after the detection: agrees with a contact"
+
+
+def test_trends_follow_the_recording_date() -> None:
+    result = samples.failed(2000).result
+    entry = entry_of(result)
+    dated = [
+        replace(entry, name=name, start=f"2024-03-{day}", level_nm={"elbow": level})
+        for name, day, level in (("a", "03", 3.0), ("b", "01", 1.0), ("c", "02", 2.0))
+    ]
+    (trend,) = joint_trends([*dated, replace(entry, start=None)])
+    assert (trend.joint, trend.first, trend.last, trend.logs) == ("elbow", "1.00 N·m", "3.00 N·m", 3)
+    assert joint_trends(dated[:1]) == ()
+
+
+def test_an_index_of_a_thousand_logs_is_quick(tmp_path: Path) -> None:
+    entry = entry_of(samples.failed(2000).result, "run/report.html")
+    entries = [replace(entry, name=f"{k}.bag", start=f"2024-01-01T00:{k % 60:02}:00Z") for k in range(1000)]
+    start = time.process_time()
+    write_index(tmp_path, [*entries, entry_of_error("b.bag", LogError("cut short"))])
+    assert time.process_time() - start < 5
+
+
+def test_a_page_costs_little_more_than_reading_the_signals(tmp_path: Path) -> None:
+    """Ten minutes of seven joints, in processes of their own; ``tests/bench/report_hour.py`` measures the hour."""
+    cost = {}
+    subprocess.run([sys.executable, BENCH / "report_hour.py", "write", tmp_path, "10"], check=True)
+    for part in ("read", "report"):
+        subprocess.run([sys.executable, BENCH / "report_hour.py", part, tmp_path], check=True)
+        cost[part] = [float(x) for x in (tmp_path / f"{part}.txt").read_text().split()]
+    assert cost["report"][0] < 3.5 * cost["read"][0]
+    assert cost["report"][1] < 1.2 * cost["read"][1]
+    assert (tmp_path / "report.html").stat().st_size < 1_500_000

@@ -31,8 +31,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
 
     What was stated nowhere is a guess and marked GUESS. The log, or of a long one the stretch with the most
     motion, is audited with the new configuration; what it measures (clock, steps, noise, delays, sign and kind
-    of the effort) is written beside the settings. A question that the log does not answer stands in the file
-    as commented choices; nothing is changed silently.
+    of the effort) is written beside the settings. A question that the log does not answer becomes commented choices in
+    the file; nothing is changed silently.
 
     Exit code 0 when that audit judged the log, whatever it found; 3 with what is missing when it could not.
     """

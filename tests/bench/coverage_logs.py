@@ -15,6 +15,9 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment
+from collaudit.fixtures.imperfections.arm_imperfections import given_way, loads_nm
+from collaudit.fixtures.imperfections.gear_imperfections import geared
+from collaudit.fixtures.imperfections.recording_imperfections import spoiled
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.run import carry_out
@@ -27,19 +30,30 @@ def streams(scenario: str, seed: int) -> list[np.random.Generator]:
     return [np.random.default_rng(s) for s in seeds]
 
 
-def motion(experiment: Experiment, arm: FixtureRobot, model: RobotModel, kept: Path | None) -> Trace:
-    """The true motion of an experiment, from ``kept`` when it is there."""
+def motion(
+    experiment: Experiment, arm: FixtureRobot, model: RobotModel, kept: Path | None, imperfections: tuple[str, ...] = ()
+) -> Trace:
+    """The true motion of an experiment, from ``kept`` when it is there; ``imperfections`` of the arm and its gears."""
     fields = tuple(Trace.__dataclass_fields__)
     if kept is not None and kept.exists():
         with np.load(kept) as stored:
             return Trace(**{name: stored[name] for name in fields})
-    trace = carry_out(experiment, arm, model, np.random.default_rng(0)).trace
+    loads = loads_nm(imperfections, arm, experiment)
+    trace = carry_out(experiment, arm, model, np.random.default_rng(0), loads_nm=loads).trace
+    trace = given_way(geared(trace, imperfections, arm, model), imperfections, model, experiment)
     if kept is not None:
         np.savez(kept, **{name: getattr(trace, name) for name in fields})
     return trace
 
 
-def logged(trace: Trace, arm: FixtureRobot, model: RobotModel, rng: np.random.Generator, raw: bool = False) -> JointLog:
+def logged(
+    trace: Trace,
+    arm: FixtureRobot,
+    model: RobotModel,
+    rng: np.random.Generator,
+    raw: bool = False,
+    imperfections: tuple[str, ...] = (),
+) -> JointLog:
     """What a log of the motion holds once its units are understood; without the wrist sensor, which takes long.
 
     Args:
@@ -47,8 +61,9 @@ def logged(trace: Trace, arm: FixtureRobot, model: RobotModel, rng: np.random.Ge
         arm, model: whose it is.
         rng: of the sensors.
         raw: leave the effort in the log's own unit and sign.
+        imperfections: of the recording.
     """
-    recording = record(trace, arm, replace(model, tool=None), rng)
+    recording = spoiled(record(trace, arm, replace(model, tool=None), rng), imperfections, arm, rng)
     joints = recording.publishers[0]
     back = [joints.names.index(name) for name in arm.log.names]
     angle = np.pi / 180.0 if arm.log.degrees else 1.0

@@ -1,8 +1,10 @@
-"""How often 95 % intervals hold the truth on simulated logs: ``python interval_coverage.py CACHE [SEEDS] [DOCS]``.
+"""How often 95 % intervals hold the truth on simulated logs.
 
-CACHE is a folder for the simulated motions and for what was read off each seed's log, so that fitting again is cheap.
-SEEDS (200) is their number for each arm. DOCS is the page whose tables between ``<!-- name -->`` marks are replaced:
-``coverage-friction`` with the law that each joint obeys, ``coverage-auto`` with the law that ``auto`` chooses.
+``python interval_coverage.py CACHE [SEEDS [DOCS [WITH]]]``: CACHE is a folder for the simulated motions and for what
+was read off each seed's log, so that fitting again is cheap. SEEDS (200) is their number for each arm. DOCS ("-": none)
+is the page whose tables between ``<!-- name -->`` marks are replaced: ``coverage-friction`` with the law each joint
+obeys, ``coverage-auto`` with the law that ``auto`` chooses. With WITH, imperfections (``springs,elastic,…``, of those
+that leave the truth of friction as it is), it is ``coverage-imperfect`` instead, one imperfection after the other.
 """
 
 from __future__ import annotations
@@ -34,18 +36,21 @@ UNITS = FrictionUnits.of("revolute", "Nm")
 SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}
 
 
-def points_of(cache: Path, robot: str, seeds: int) -> Iterator[dict[str, list[FrictionPoint]]]:
+def points_of(
+    cache: Path, robot: str, seeds: int, imperfections: tuple[str, ...] = ()
+) -> Iterator[dict[str, list[FrictionPoint]]]:
     """Friction points of each joint, seed after seed."""
     arm = robot_named(robot)
     model = arm.model()
-    trace = None
+    trace, name = None, "-".join((robot, "friction", *imperfections))
     for seed in range(1, seeds + 1):
-        kept = cache / f"{robot}-friction-{seed}.json"
+        kept = cache / f"{name}-{seed}.json"
         if not kept.exists():
             rngs = streams("friction", seed)
             if trace is None:
-                trace = motion(plan("friction", arm, model, rngs[0]), arm, model, cache / f"{robot}-friction.npz")
-            prepared = prepare(logged(trace, arm, model, rngs[2]), model, Config())
+                planned = plan("friction", arm, model, rngs[0])
+                trace = motion(planned, arm, model, cache / f"{name}.npz", imperfections)
+            prepared = prepare(logged(trace, arm, model, rngs[2], imperfections=imperfections), model, Config())
             fits = fit_joints([prepared], Config())
             found = {joint: [asdict(p) for p in fit.points] for joint, fit in fits.items()}
             kept.write_text(dumps(found), encoding="utf-8")
@@ -126,9 +131,33 @@ def friction(cache: Path, seeds: int, automatic: bool) -> Iterator[str]:
         yield f"| all | | {symbol} | | {100 * tally.coverage:.1f} % | {100 * tally.closed / tally.asked:.0f} % | | |"
 
 
-def main(cache: Path, seeds: int, docs: Path | None) -> None:
+def imperfect(cache: Path, seeds: int, names: list[str]) -> Iterator[str]:
+    """All joints together by imperfection and parameter, each joint's own law fitted."""
+    yield "| imperfection | parameter | held the truth | intervals closed |"
+    yield "|---|---|---|---|"
+    for name in ["", *names]:
+        total: dict[str, Tally] = defaultdict(Tally)
+        for robot in ROBOTS:
+            arm = robot_named(robot)
+            for points in points_of(cache, robot, seeds, (name,) if name else ()):
+                for joint, dynamics in zip(arm.joints, arm.friction, strict=True):
+                    own, values = truth(dynamics)
+                    fit = fit_friction(points.get(joint, []), UNITS, own)
+                    for symbol, value in values.items():
+                        total[symbol].add(fit, symbol, value)
+        for symbol, tally in total.items():
+            yield f"| {name or 'none'} | {symbol} | {100 * tally.coverage:.0f} % | {tally.closed} of {tally.asked} |"
+
+
+def main(cache: Path, seeds: int, docs: Path | None, names: list[str]) -> None:
     """Print the tables; put them into the page when one is given."""
     cache.mkdir(parents=True, exist_ok=True)
+    if names:
+        lines = list(imperfect(cache, seeds, names))
+        print("\n".join(lines), flush=True)
+        if docs is not None:
+            put(docs, "coverage-imperfect", lines)
+        return
     for name, automatic in (("coverage-friction", False), ("coverage-auto", True)):
         lines = list(friction(cache, seeds, automatic))
         print("\n".join(lines), flush=True)
@@ -140,5 +169,6 @@ if __name__ == "__main__":
     main(
         Path(sys.argv[1]),
         int(sys.argv[2]) if len(sys.argv) > 2 else 200,
-        Path(sys.argv[3]) if len(sys.argv) > 3 else None,
+        Path(sys.argv[3]) if len(sys.argv) > 3 and sys.argv[3] != "-" else None,
+        sys.argv[4].split(",") if len(sys.argv) > 4 else [],
     )

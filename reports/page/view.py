@@ -15,6 +15,7 @@ from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, 
 from collaudit.reports.page.sections.judged_time import JudgedTime, judged_time
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
 from collaudit.reports.page.sections.near_miss_ledger import LedgerRow, near_miss_ledger
+from collaudit.reports.page.sections.rest_disturbances import DisturbanceRow, disturbance_rows
 from collaudit.reports.page.sections.verdict_box import VerdictBox, verdict_box
 from collaudit.reports.page.study_section import StudySection, study_section
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
@@ -67,6 +68,7 @@ class AuditView:
     judged: JudgedTime
     cards: ContactCards
     ledger: tuple[LedgerRow, ...]
+    disturbances: tuple[DisturbanceRow, ...]
     recommended: tuple[rows.RuleRow, ...]
     friction: tuple[FrictionSheet, ...]
     residual: tuple[rows.ResidualRow, ...]
@@ -104,6 +106,7 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits) -> AuditView
         judged=judged_time(result),
         cards=contact_cards(result, contacts, note, figures, source.force_n() if contacts else None, key),
         ledger=near_miss_ledger(result, key),
+        disturbances=disturbance_rows(result, key),
         recommended=tuple(rows.rule_row(joint, rule, result) for joint, rule in result.recommended.items()),
         friction=friction_sheets(result, key),
         residual=tuple(rows.residual_row(joint, result) for joint in result.residual),

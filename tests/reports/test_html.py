@@ -15,6 +15,7 @@ import pytest
 import samples
 
 from collaudit.core.data.audit_result import Audit
+from collaudit.core.data.detection_result import DisturbedJoint, RestDisturbance
 from collaudit.core.findings import Finding
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.visible_text import visible
@@ -252,3 +253,11 @@ def test_an_empty_log_does_not_break_the_page(failed: Audit) -> None:
     )  # fmt: skip
     result = replace(samples.not_judged().result, coverage=replace(failed.result.coverage, joints={}), phases=())
     assert "NOT JUDGED" in Page(html_text([Audit(result, empty)])).text
+
+
+def test_a_disturbed_standing_joint_is_shown_and_is_no_contact(failed: Audit) -> None:
+    pushed = RestDisturbance(3.0, 3.25, (DisturbedJoint("elbow", -1.75, 1e-4),))
+    page = Page(html_text([replace(failed, result=replace(failed.result, disturbances=(pushed,)))]))
+    assert "3.000 s 3.250 s elbow 1.75 N·m" in page.text
+    assert "Contacts (2)" in page.text
+    assert "log1-disturbance-1" in page.values("id")

@@ -9,13 +9,13 @@ from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.reports.page.sections.contact_cards import ContactCards, contact_cards, drawn_contacts
+from collaudit.reports.page.sections.disturbance_rows import DisturbanceRow, disturbance_rows
 from collaudit.reports.page.sections.finding_groups import FindingGroup, finding_groups
 from collaudit.reports.page.sections.friction_sheets import FrictionSheet, friction_sheets
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
 from collaudit.reports.page.sections.judged_time import JudgedTime, judged_time
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
 from collaudit.reports.page.sections.near_miss_ledger import LedgerRow, near_miss_ledger
-from collaudit.reports.page.sections.rest_disturbances import DisturbanceRow, disturbance_rows
 from collaudit.reports.page.sections.verdict_box import VerdictBox, verdict_box
 from collaudit.reports.page.study_section import StudySection, study_section
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory

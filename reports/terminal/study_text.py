@@ -9,12 +9,14 @@ from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.study_rows import (
     blind_rows,
     choice_rows,
+    chosen_flags,
     dynamic_rows,
     labelled_rows,
     noticed_rows,
     part_rows,
     plane_rows,
 )
+from collaudit.reports.values.visible_text import visible
 
 
 def study_text(study: RuleStudy, width: int | None = None, detail: bool = False) -> str:
@@ -37,6 +39,9 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
         head = ("n", "ms", *study.choices[0].force_n, "relative", "")
         title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
         parts.append(_titled(title, head, choices, width, 0))
+    flags = chosen_flags(study)
+    if flags is not None:
+        parts.append(f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}\n")
     known = list(labelled_rows(study))
     if study.labelled is not None and known:
         head = ("thresholds times", "known", *(f"push {force} N" for force in study.labelled.injected))

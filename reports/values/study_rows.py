@@ -129,6 +129,15 @@ def choice_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
         yield (str(choice.n), milliseconds(choice.persistence_s), *forces, cost, mark)
 
 
+def chosen_flags(study: RuleStudy) -> str | None:
+    """The recommended rule as it is given to ``collaudit detect``; None where none is."""
+    for choice in study.choices:
+        if choice.chosen:
+            gammas = ",".join(f"{joint}={gamma:g}" for joint, gamma in choice.gamma_nm.items())
+            return f"--n {choice.n} --gamma {gammas}"
+    return None
+
+
 def part_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
     """What each threshold is made of: joint, level, and the causes by falling share."""
     for joint, parts in study.parts.items():

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.rule_study.arm_contacts import AddedContacts, miss_rate, noticed_share, wilson_interval
 from collaudit.core.rule_study.contact_shapes import ContactShape
 from collaudit.core.rule_study.injected_contacts import InjectedContact, random_direction
 from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.shown_torque import Windows
+from collaudit.reports.terminal.study_text import study_text
+from collaudit.reports.values.study_rows import chosen_flags
 
 
 def test_wilson_interval() -> None:
@@ -85,3 +90,11 @@ def test_what_is_set_stays_where_nothing_is_gained() -> None:
 
 def test_no_threshold_no_choice() -> None:
     assert compared_persistences([contacts("push", 60)], ["j"], 13, lambda n: {"j": None}, None) == ()
+
+
+def test_the_chosen_rule_is_given_as_flags() -> None:
+    choices = compared_persistences([contacts("push", 60)], ["j"], 13, lambda n: {"j": 8.0 / n}, None)
+    study = RuleStudy(STUDY_SCHEMA, "log", "0", 0.002, choices=choices)
+    assert chosen_flags(study) == "--n 50 --gamma j=0.16"
+    assert "--n 50 --gamma j=0.16" in study_text(study, 80)
+    assert chosen_flags(replace(study, choices=())) is None

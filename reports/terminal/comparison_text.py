@@ -10,7 +10,7 @@ from collaudit.reports.values.comparison import Bounds, Change, Comparison
 from collaudit.reports.values.numbers import duration, interval, percent, significant
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import VERDICT_WORD, parameter_unit
+from collaudit.reports.values.words import parameter_unit, verdict_word
 
 _SAME = "nothing differs"
 
@@ -30,11 +30,16 @@ def comparison_text(found: Comparison, width: int | None = None) -> str:
 
 def _head(found: Comparison) -> str:
     lines = []
-    sides = zip(("before", "after"), found.logs, found.verdicts, found.detectable, strict=True)
-    for side, name, verdict, share in sides:
-        seen = "" if share is None else f", a contact was detectable in {percent(share)} of the joints' time"
-        lines.append(f"{side + ':':<8}{VERDICT_WORD[verdict]}  {visible(name)}{seen}\n")
+    sides = zip(("before", "after"), found.logs, found.verdicts, found.exclusions, found.detectable, strict=True)
+    for side, name, verdict, excluded, share in sides:
+        lines.append(f"{side + ':':<8}{verdict_word(verdict, excluded)}  {visible(name)}\n")
+        if share is not None:
+            lines.append(
+                f"{'':8}detectable in {percent(share)} of the joints' time: a contact of the size it asks for\n"
+            )
     same = "The same log, audited twice.\n" if found.same_log else "Two different logs.\n"
+    if "not_judged" in found.verdicts:
+        same += "A run that was not judged may lack contacts that happened.\n"
     return "".join([*lines, same])
 
 

@@ -93,7 +93,9 @@ class Comparison:
         logs: names of the logs, before and after.
         same_log: whether both audited the same bytes.
         verdicts: of both.
-        detectable: share of the watched joints' time in which a contact was detectable, of both.
+        exclusions: what each verdict does not cover.
+        detectable: share of the watched joints' time in which a contact of the size that each audit asks for was
+            detectable; the sizes are among the settings where they differ.
         settings: what differs in rule, inputs and versions.
         friction: every parameter of either.
         residual: level by joint.
@@ -106,6 +108,7 @@ class Comparison:
     logs: tuple[str, str]
     same_log: bool
     verdicts: tuple[Verdict, Verdict]
+    exclusions: tuple[tuple[str, ...], tuple[str, ...]]
     detectable: tuple[float | None, float | None]
     settings: tuple[Change, ...]
     friction: tuple[ParameterChange, ...]
@@ -125,6 +128,7 @@ def compare(before: Audit, after: Audit) -> Comparison:
         logs=(a.log.name, b.log.name),
         same_log=same,
         verdicts=(a.verdict, b.verdict),
+        exclusions=(a.exclusions, b.exclusions),
         detectable=(_detectable(a), _detectable(b)),
         settings=tuple(_settings(a, b)),
         friction=tuple(_friction(a, b)),
@@ -150,6 +154,8 @@ def _settings(a: AuditResult, b: AuditResult) -> Iterator[Change]:
 def _facts(result: AuditResult) -> dict[str, str | None]:
     """Everything that was set, and what the numbers rest on."""
     rule, made = result.rule, result.provenance
+    joints = {} if result.sensitivity is None else result.sensitivity.joints
+    sizes = {joint: sensitivity.observable_nm for joint, sensitivity in joints.items()}
     hashes = {
         "configuration": made.config_sha256,
         "friction file": made.friction_sha256,
@@ -163,6 +169,7 @@ def _facts(result: AuditResult) -> dict[str, str | None]:
         "near miss, share of γ": f"{rule.near_miss_amplitude:g}",
         "near miss, share of n": f"{rule.near_miss_persistence:g}",
         **{f"γ of {joint}, N·m": f"{gamma:.6g}" for joint, gamma in rule.gamma_nm.items()},
+        **{f"torque asked to be detectable on {joint}, N·m": f"{asked:.3g}" for joint, asked in sizes.items()},
         **{f"{name} (hash)": None if value is None else value[:12] for name, value in hashes.items()},
         "collaudit": made.collaudit,
         **made.packages,

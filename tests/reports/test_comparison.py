@@ -13,6 +13,7 @@ from jsonschema import Draft202012Validator
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.detection_result import Contact, ContactForce
+from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares
 from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_writer import json_text
@@ -94,6 +95,24 @@ def test_settings_and_versions_that_differ(audit: Audit) -> None:
     rule = replace(audit.result.rule, n=9, gamma_nm={**audit.result.rule.gamma_nm, samples.JOINTS[0]: 7.5})
     found = compare(audit, replace(audit, result=replace(audit.result, rule=rule)))
     assert {c.what: c.after for c in found.settings} == {"n": "9", f"γ of {samples.JOINTS[0]}, N·m": "7.5"}
+
+
+def test_a_pass_with_exclusions_stays_one_and_sizes_asked_for_are_settings(audit: Audit) -> None:
+    time = TimeShares(10.0, 5.0, 5.0, 0.0)
+    asked = [JointSensitivity(size, False, time, time, 1.0, 9.0, ()) for size in (8.0, 20.0)]
+    joint = samples.JOINTS[0]
+    sides = [
+        replace(
+            audit, result=replace(audit.result, verdict="pass", exclusions=("x",), sensitivity=Sensitivity({joint: s}))
+        )
+        for s in asked
+    ]
+    found = compare(*sides)
+    assert {c.what: (c.before, c.after) for c in found.settings} == {
+        f"torque asked to be detectable on {joint}, N·m": ("8", "20")
+    }
+    text = comparison_text(found)
+    assert text.count("PASS, WITH EXCLUSIONS") == 2 and "of the size it asks for" in text
 
 
 def test_the_comparison_keeps_to_its_schema(audit: Audit) -> None:

@@ -41,7 +41,7 @@ from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
 from collaudit.core.detection.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
-from collaudit.core.detection.rule_reach import reach_findings
+from collaudit.core.detection.rule_reach import check_persistence, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.watch import control_modes
@@ -268,6 +268,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
     rule, watch, found = make_rule(series, prepared.phases, config)
+    check_persistence(series, rule.n)
     found += change_findings(prepared, applied.quiet, rule.gamma_nm)
     found += reach_findings(series, prepared.robot, rule)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)

@@ -19,6 +19,8 @@ from collaudit.core.numeric.stats import robust_sd
 MIN_SEGMENT_SAMPLES = 12
 #: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.
 MAX_VOID_S = 60.0
+#: A uniform time base is at most so many times as long as the log, and so many samples more: memory is taken for it.
+_MOST_TIMES, _FREE_SAMPLES = 50, 1_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -236,4 +238,11 @@ def _grid_spans(
         stop = start + int(places[span.stop - 1]) + 1 if snapped else int(np.floor((last - origin) / period + 1e-9)) + 1
         spans.append(Span(start, max(stop, start)))
         skipped.append(left_out * period)
+        if spans[-1].stop > _MOST_TIMES * stamps.size + _FREE_SAMPLES:
+            raise NotJudgedError(
+                "the stamps are too irregular for a uniform time base",
+                found=f"a usual step of {period:.3g} s, and stretches that would take {spans[-1].stop:,} of them",
+                expected=f"at most {_MOST_TIMES} times the {stamps.size:,} samples",
+                hint="two publishers, or rows written twice, give such stamps; [log] time chooses another clock",
+            )
     return spans, tuple(skipped)

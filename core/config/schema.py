@@ -105,7 +105,7 @@ class RobotConfig(ConfigTable):
 class ConditioningConfig(ConfigTable):
     """From recorded stamps to a uniform time base."""
 
-    bandwidth_hz: Positive | None = Field(
+    bandwidth_hz: Annotated[float, Field(ge=0.05)] | None = Field(
         None,
         description="-3 dB frequency of the filters of velocity, acceleration and the `direct` residual, Hz; min(20, a "
         "fifth of the sample rate) when absent.",

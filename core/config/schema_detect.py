@@ -41,7 +41,7 @@ class DetectConfig(ConfigTable):
         description="true: only what a controller had at that instant, with its delay; "
         "false: offline (non-causal), the best evidence a whole log gives.",
     )
-    observer_gain_per_s: Positive = Field(
+    observer_gain_per_s: Annotated[float, Field(ge=0.05)] = Field(
         60.0, description="Gain K_O of momentum, filtered, eso and energy, 1/s; the delay is about 1/K_O when causal."
     )
     gamma_nm: Positive | dict[str, Positive] | Literal["auto", "dynamic"] = Field(

@@ -121,6 +121,8 @@ class _Blocks:
         steps = np.array([_count(position[:, j]) for j in range(len(columns))])
         period, every = size * series.period_s, means(series.position_rad)
         reach = round((_SCALES[-1][0] + _SCALES[-1][1]) / period)
+        if reach < 1:
+            return None
         moves = np.logical_or.reduce([_range(every[:, k], reach, reach) > _STILL for k in range(every.shape[1])])
         return cls(means(series.time_s), period, means(position), means(torque), means(model), steps, ~moves)
 

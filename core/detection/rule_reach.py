@@ -8,12 +8,13 @@ import numpy as np
 
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
 
-#: A contact shorter than this is one too, s.
-LONGEST_PERSISTENCE_S = 1.0
+#: Contacts as short as this are usual, s: a longer persistence lets them pass.
+LONGEST_PERSISTENCE_S = 0.25
 #: A threshold that many times beyond all that any joint of the arm exerted, or than a joint's limit, is a mistake.
 _FAR = 10.0
 
@@ -31,7 +32,7 @@ def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) ->
         robot: their limits.
         rule: as applied.
     """
-    out = [found for found in (_persistence(series, rule),) if found is not None]
+    out = [found for found in (_persistence(rule),) if found is not None]
     if series.effort_unit != "Nm":
         return out
     largest = _largest(series)
@@ -70,14 +71,21 @@ def _hopeless(joint: str, gamma: float, most: float, limit: float | None) -> Fin
     return Finding("gamma-out-of-reach", "error", text, joint=joint)
 
 
-def _persistence(series: UniformSeries, rule: RuleFacts) -> Finding | None:
-    recorded = float(series.time_s[-1] - series.time_s[0])
-    if rule.persistence_s > recorded:
-        text = (
-            f"The persistence n = {rule.n} ({rule.persistence_s:.4g} s) is longer than the log ({recorded:.4g} s): "
-            "nothing can alarm, and nothing is judged."
+def check_persistence(series: UniformSeries, n: int) -> None:
+    """Refuse a persistence of more samples than the log has, before anything takes memory for them.
+
+    Raises:
+        NotJudgedError: nothing could alarm.
+    """
+    if n > series.time_s.size:
+        raise NotJudgedError(
+            "the persistence is longer than the log: nothing could alarm",
+            found=f"n = {n} samples ({n * series.period_s:.4g} s), of {series.time_s.size} in the log",
+            hint="shorten [detect] persistence_ms or n; 25 ms is usual",
         )
-        return Finding("persistence-long", "error", text)
+
+
+def _persistence(rule: RuleFacts) -> Finding | None:
     if rule.persistence_s > LONGEST_PERSISTENCE_S:
         text = (
             f"The persistence n = {rule.n} is {rule.persistence_s:.4g} s: a contact shorter than that does not alarm, "

@@ -627,9 +627,9 @@ KINDS: dict[str, Kind] = {
         setting="detect.gamma_nm",
     ),
     "persistence-long": Kind(
-        "The persistence is longer than most contacts, or than the log.",
+        "The persistence is longer than many contacts.",
         "Shorten it: [detect] persistence_ms or n; 25 ms is usual.",
-        {"warning": "excludes", "error": "not-judged-log"},
+        {"warning": "excludes"},
         setting="detect.n",
     ),
     "persistence-rounded": Kind(

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from collaudit.core.detection.rule_reach import reach_findings
+from collaudit.core.detection.rule_reach import check_persistence, reach_findings
+from collaudit.core.errors import NotJudgedError
 
 TORQUE = 20.0, 6.0  # largest of each joint on record
 
@@ -45,13 +46,18 @@ def test_thresholds_out_of_reach(gamma: Any, limits: Any, effect: str | None, wo
     assert all(f.code == "gamma-out-of-reach" and words in f.text for f in findings)
 
 
-@pytest.mark.parametrize(
-    ("n", "effect"), [(13, None), (500, None), (501, "excludes"), (2001, "not-judged-log"), (10**18, "not-judged-log")]
-)
+@pytest.mark.parametrize(("n", "effect"), [(13, None), (125, None), (126, "excludes"), (2000, "excludes")])
 def test_persistence_out_of_reach(n: int, effect: str | None) -> None:
     findings = found((4.0, 4.0), NONE, n)
     assert [f.effect for f in findings] == ([] if effect is None else [effect])
     assert all(f.code == "persistence-long" for f in findings)
+
+
+def test_a_persistence_longer_than_the_log_is_refused() -> None:
+    series: Any = SimpleNamespace(time_s=np.arange(2000) * 0.002, period_s=0.002)
+    check_persistence(series, 2000)
+    with pytest.raises(NotJudgedError, match="longer than the log"):
+        check_persistence(series, 10**18)
 
 
 def test_raw_efforts_are_compared_with_nothing() -> None:

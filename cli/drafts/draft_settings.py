@@ -57,9 +57,10 @@ def _add_column_units(units: Section, columns: ColumnGuess | None) -> None:
 
 def add_rule(sections: Mapping[str, Section]) -> None:
     """Lines of friction, rule, phases and policy."""
-    sections["friction"].add("file", "friction.json", "from collaudit fit; else fitted on each log", active=False)
+    sections["friction"].add("file", "friction.json", 'from collaudit fit; gamma_nm = "auto" needs it', active=False)
     detect = sections["detect"]
-    detect.add("gamma_nm", 4.0, "one number, or by joint; collaudit recommend derives it from clean runs", guess=True)
+    why = "of each joint, by the fit's own residual in friction.json; or a number, or numbers by joint"
+    detect.add("gamma_nm", "auto", why, guess=True)
     detect.add("persistence_ms", 25, "rounded up to whole samples", guess=True)
     detect.add("watch", "auto", "joints under force control are not judged; or a list of names")
     phases = sections["phases"]

@@ -16,7 +16,7 @@ from collaudit.core.numeric.arrays import FloatArray
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles
     from collaudit.core.config import LoadedConfig
-    from collaudit.core.data.audit_result import AuditResult
+    from collaudit.core.data.audit_result import AuditResult, FrictionFile, Provenance
     from collaudit.core.findings import Finding
     from collaudit.core.prepare.prepared import Prepared
 
@@ -69,7 +69,7 @@ def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Tria
     from collaudit.core.api import load_robot
     from collaudit.core.audit import audit_log
     from collaudit.core.prepare.calibration import Calibration
-    from collaudit.core.prepare.prepared import prepare
+    from collaudit.core.prepare.prepared import calibrated, prepare
     from collaudit.core.provenance import make_provenance
     from collaudit.core.verdict.asked_findings import asked_findings
     from collaudit.reports.files.run_files import read_friction
@@ -86,10 +86,25 @@ def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Tria
         trial = replace(trial, prepared=prepared, findings=tuple(asked_findings(prepared, config)))
         if not audit:
             return trial
-        judged = audit_log(prepared, config, friction, make_provenance(loaded, None, robot.sha256))
+        origin = make_provenance(loaded, None, robot.sha256)
+        own = friction is None and config.detect.gamma_nm == "auto"
+        if own and (friction := _own_fit(prepared, loaded, origin)) is not None:
+            prepared = calibrated(prepared, Calibration.of(friction, config), config)
+        judged = audit_log(prepared, config, friction, origin)
     except CollauditError as error:
         return replace(trial, obstacle=error)
     return replace(trial, result=judged.result)
+
+
+def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance) -> FrictionFile | None:
+    """Friction and thresholds of the log that is tried; None where it shows no friction, as of an arm at rest."""
+    from collaudit.core.audit import fit_logs
+
+    try:
+        fitted = fit_logs([prepared], loaded.config, origin)
+    except CollauditError:
+        return None
+    return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None
 
 
 def stretch_of(log: JointLog, most: int, *, moving: bool = True) -> JointLog:

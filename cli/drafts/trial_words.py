@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from collaudit.cli.obstacles import forbidding
+from collaudit.core.data.signals import State
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,26 +23,28 @@ _NO_ROBOT = (
 
 
 def came_of_it(trial: Trial) -> str:
-    """One line: what was tried, the verdict, the joints judged, and why others were not."""
+    """What was tried, the verdict with what it does not speak of, the joints judged, and why others were not."""
     result = trial.result
     if result is None:
         return ""
-    from collaudit.reports.values.words import VERDICT_WORD
+    from collaudit.reports.values.words import verdict_word
 
     part = "" if trial.tried_s >= trial.whole_s else f"{trial.tried_s:.4g} s of the {trial.whole_s:.4g} s of "
     cover = result.coverage.joints
     judged = [name for name, each in cover.items() if each.judged_s > 0]
+    modelled = trial.prepared is None or trial.prepared.rigid_nm is not None
     causes: dict[str, list[str]] = {}
     for name in cover:
         if name not in judged:
-            causes.setdefault(_why(result, name), []).append(name)
+            causes.setdefault(_why(result, name, modelled), []).append(name)
     others = [f"{_named(names)}: {why}" for why, names in causes.items()]
     silent = f" ({'; '.join(others)})" if others else ""
     found = f"; {_events(result)}" if judged else ""
-    return (
-        f"tried on {part}this log: {VERDICT_WORD[result.verdict]}, {len(judged)} of {len(cover)} joints judged"
-        f"{silent}{found}"
-    )
+    excluded = result.exclusions if result.verdict == "pass" else ()
+    more = [f"… and {len(excluded) - _SHOWN} more"] if len(excluded) > _SHOWN else []
+    listed = "".join(f"\n- excluded: {each}" for each in excluded[:_SHOWN]) + "".join(f"\n- {each}" for each in more)
+    word = verdict_word(result.verdict, result.exclusions)
+    return f"tried on {part}this log: {word}, {len(judged)} of {len(cover)} joints judged{silent}{found}{listed}"
 
 
 def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:
@@ -88,7 +91,8 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
     if fitted or result is None:
         return f"next: collaudit detect {log} -c {file} -o run"
     if any(fit.model is not None for fit in result.friction.values()):
-        why = "here friction was fitted on this very log, which hides a lasting contact"
+        own = 'friction, and thresholds with gamma_nm = "auto",' if result.rule.gamma_nm else "friction"
+        why = f"here {own} came from this very log, which hides contact that the fit kept"
     else:
         why = "here no friction could be fitted, and only what a resting arm shows was judged"
     free = "with a run free of contact in which the joints move"
@@ -102,19 +106,20 @@ def _named(joints: Sequence[str]) -> str:
 def _events(result: AuditResult) -> str:
     contacts = len(result.detection.incidents) if result.detection is not None else len(result.collisions)
     word = "contact" if contacts == 1 else "contacts"
-    return f"{contacts} {word} at the guessed threshold"
+    return f"{contacts} {word}"
 
 
-def _why(result: AuditResult, joint: str) -> str:
+def _why(result: AuditResult, joint: str, modelled: bool) -> str:
     """Why a joint was not judged: a finding on it, else what most of its time was."""
     from collaudit.reports.values.words import reason_text
 
     cover = result.coverage.joints[joint]
+    if modelled:
+        for finding in result.findings:
+            if finding.joint == joint and finding.effect == "not-judged-joint":
+                return finding.code
     if not cover.watched:
-        return cover.why
-    for finding in result.findings:
-        if finding.joint == joint and finding.effect == "not-judged-joint":
-            return finding.code
+        return cover.why if modelled else reason_text(State.NO_MODEL.code)
     if not cover.not_judged_s:
         return "at rest"
     return reason_text(max(cover.not_judged_s, key=lambda reason: cover.not_judged_s[reason]))

@@ -26,13 +26,14 @@ class ThresholdLevel:
 
 @dataclass(frozen=True, slots=True)
 class IsolatedPeak:
-    """A stretch that no threshold counts, since its residual stands alone: contact that was missed, a stop or a fault.
+    """A stretch whose residual stands alone: contact that was missed, a stop, a fault, or motion unlike all other.
 
     Attributes:
         log: name of its log.
         start_s, end_s: margins included, seconds from the log's first sample.
         peak_nm: the largest residual in it.
-        usual_nm: what four of five seconds of all logs stay below.
+        usual_nm: what four of five seconds in motion of all logs stay below.
+        counted: whether thresholds count it all the same, for want of contact elsewhere in its log.
     """
 
     log: str
@@ -40,6 +41,7 @@ class IsolatedPeak:
     end_s: float
     peak_nm: float
     usual_nm: float
+    counted: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,7 @@ class JointThreshold:
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
         reason: why there is no threshold.
         rated_nm: what the description says the drive can exert (N if prismatic); None where it says nothing.
-        isolated: peaks that the thresholds do not count; empty in files of earlier versions.
+        isolated: peaks that stand alone; empty in files of earlier versions.
         evidence: what that time covers; None in files of earlier versions.
     """
 

@@ -119,20 +119,28 @@ def _source(thresholds: FittedThresholds, gamma: dict[str, float], order: tuple[
 
 
 def isolated_peak_findings(thresholds: FittedThresholds) -> list[Finding]:
-    """That thresholds do not count peaks that stand alone, with joint, time and size."""
+    """Peaks of the fitted residual that stand alone, with joint, time and size, and what thresholds make of them."""
     out = []
     for joint, known in thresholds.joints.items():
-        if not known.isolated:
-            continue
-        listed = [f"{p.peak_nm:.3g} N·m at {p.start_s:.1f} to {p.end_s:.1f} s of {p.log}" for p in known.isolated]
-        more = f" and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
-        usual = known.isolated[0].usual_nm
-        text = (
-            f"The fitted threshold of joint '{joint}' does not count peaks of the residual that stand alone: "
-            f"{', '.join(listed[:_SHOWN])}{more}; four of five seconds stay below {usual:.3g} N·m. "
-            "They look like contact or a stop. If nothing happened there, motion like it will alarm."
-        )
-        out.append(Finding("gamma-peaks-left-out", "warning", text, joint=joint))
+        for counted in (False, True):
+            peaks = [peak for peak in known.isolated if peak.counted == counted]
+            if not peaks:
+                continue
+            listed = [f"{p.peak_nm:.3g} N·m at {p.start_s:.1f} to {p.end_s:.1f} s of {p.log}" for p in peaks]
+            more = f" and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
+            facts = f"{', '.join(listed[:_SHOWN])}{more}; four of five seconds stay below {peaks[0].usual_nm:.3g} N·m."
+            if counted:
+                text = (
+                    f"The fitted threshold of joint '{joint}' rests on peaks of the residual that stand alone: {facts} "
+                    "If something was touched there, the threshold is too high, and contact below it goes unseen."
+                )
+            else:
+                text = (
+                    f"The fitted threshold of joint '{joint}' does not count peaks of the residual that stand alone: "
+                    f"{facts} They look like contact or a stop. If nothing happened there, motion like it will alarm."
+                )
+            code = "gamma-peaks-counted" if counted else "gamma-peaks-left-out"
+            out.append(Finding(code, "warning", text, joint=joint))
     return out
 
 

@@ -530,6 +530,12 @@ KINDS: dict[str, Kind] = {
         "it no longer stands alone.",
         _WARNING,
     ),
+    "gamma-peaks-counted": Kind(
+        "Thresholds of the friction file rest on peaks of the fitted logs' residual that stand alone.",
+        "Look at these times. If something was touched there, label it (--truth, --labels) and fit again; else fit on "
+        "more motion of this kind.",
+        {"warning": "excludes"},
+    ),
     "gamma-beyond-drive": Kind(
         "A threshold of the friction file is above the torque that the drive of its joint is rated for.",
         "Look at the fitted residual: a wrong unit or sign of the effort, a wrong model, or contact in the log; "

@@ -104,6 +104,7 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
     data, isolated = without_isolated_peaks(
         [CleanResidual(r.torque_nm[:, j], r.evidence[:, j], r.period_s) for r, j in columns],
         judged,
+        [r.touched for r, _ in columns],
         [r.log for r, _ in columns],
         [r.time_s for r, _ in columns],
     )

@@ -31,6 +31,7 @@ class HeldOutResidual:
     Attributes:
         log: its name.
         time_s: (n,).
+        touched: whether its fit left something out.
         joint_names: the judged joints.
         torque_nm: (n, j) residual.
         evidence: (n, j) samples on which the rule could fire.
@@ -44,6 +45,7 @@ class HeldOutResidual:
 
     log: str
     time_s: FloatArray
+    touched: bool
     joint_names: tuple[str, ...]
     torque_nm: FloatArray
     evidence: BoolArray
@@ -107,6 +109,7 @@ def _of_log(
     return HeldOutResidual(
         series.source.name,
         series.time_s,
+        log.start.series.effort is not None and bool(np.isnan(log.start.series.effort).any()),
         series.joint_names,
         torque,
         np.asarray((state <= State.FRICTION_INTERVAL) & usable),

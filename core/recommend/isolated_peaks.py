@@ -23,6 +23,8 @@ from collaudit.core.recommend.recommendation import CleanResidual, sustained_pea
 
 #: A peak stands alone above so many times the level that this share of the blocks stays below, of so many blocks.
 _ALONE, _MOST, _FEWEST_BLOCKS = 3.0, 0.8, 20
+#: Above so many times it is contact or a fault in any log: fast strokes of a real wrist, seldom driven, reach 8 times.
+_PLAIN = 10.0
 #: More of them than this share of the blocks do not stand alone.
 _SELDOM = 0.1
 _PERSISTENCE_S = 0.025
@@ -33,14 +35,17 @@ _MARGIN_S = 0.5
 def without_isolated_peaks(
     data: Sequence[CleanResidual],
     moving: Sequence[BoolArray],
+    touched: Sequence[bool],
     names: Sequence[str],
     times_s: Sequence[FloatArray],
 ) -> tuple[list[CleanResidual], tuple[IsolatedPeak, ...]]:
-    """The evidence of one joint without peaks that stand alone, and those peaks.
+    """The evidence of one joint without peaks that stand alone, and all such peaks.
 
     Args:
         data: one entry a log.
         moving: (n,) of each, where friction is a value: a joint that mostly rests tells nothing of peaks in motion.
+        touched: whether contact was found in each log: then such a peak is taken for contact, too. In another log only
+            a very large one is; others are counted, and said.
         names: of the logs.
         times_s: (n,) of each.
     """
@@ -51,18 +56,18 @@ def without_isolated_peaks(
         return list(data), ()
     usual = float(np.quantile(peaks, _MOST))
     kept, isolated = [], []
-    for one, n, name, time_s in zip(data, counts, names, times_s, strict=True):
+    for one, n, contact, name, time_s in zip(data, counts, touched, names, times_s, strict=True):
         size = np.where(one.clean, np.abs(one.residual_nm), 0.0)
-        starts, stops = run_bounds(size > _ALONE * usual)
         lasting = np.zeros(size.size, dtype=np.bool_)
-        for a, b in zip(starts, stops, strict=True):
+        for a, b in zip(*run_bounds(size > _ALONE * usual), strict=True):
             lasting[a:b] = b - a >= n
-        around = widened(lasting, ceil(_MARGIN_S / one.period_s))
-        isolated += [
-            IsolatedPeak(name, float(time_s[a]), float(time_s[b - 1]), float(size[a:b].max()), usual)
-            for a, b in zip(*run_bounds(around), strict=True)
-        ]
-        kept.append(replace(one, clean=np.asarray(one.clean & ~around)))
+        clean = one.clean.copy()
+        for a, b in zip(*run_bounds(widened(lasting, ceil(_MARGIN_S / one.period_s))), strict=True):
+            peak = float(size[a:b].max())
+            counted = not contact and peak < _PLAIN * usual
+            isolated.append(IsolatedPeak(name, float(time_s[a]), float(time_s[b - 1]), peak, usual, counted))
+            clean[a:b] &= counted
+        kept.append(replace(one, clean=clean))
     if len(isolated) > _SELDOM * peaks.size:  # they come again: no exception, whatever they are
         return list(data), ()
     return kept, tuple(isolated)

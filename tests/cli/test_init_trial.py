@@ -34,9 +34,25 @@ def _moved(arm, path: Path, rows: int) -> Path:
 def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
-    assert "tried on this log: PASS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "tried on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "- excluded: Friction was fitted on the log it judges" in outcome.err
     assert "next: collaudit fit RUN -c" in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 0, "the file runs as it stands"
+
+
+def test_thresholds_are_the_fits_and_never_a_guess(arm, collaudit, tmp_path: Path) -> None:
+    text = re.sub(r"^gamma_nm.*\n", "", arm.config.read_text(), flags=re.MULTILINE)
+    (tmp_path / "robot.toml").write_text(text)
+    outcome = collaudit("init", arm.clean, "-c", tmp_path / "robot.toml", "-o", tmp_path / "c.toml")
+    assert outcome.code == 0, outcome.err
+    assert tomllib.loads(_text(tmp_path))["detect"]["gamma_nm"] == "auto"
+    assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "So were the thresholds" in outcome.err and "came from this very log" in outcome.err
+    assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 3, "not judged without a friction file"
+    friction = tmp_path / "friction.json"
+    assert collaudit("fit", arm.clean, "-c", tmp_path / "c.toml", "-o", friction).code == 0
+    judged = collaudit("detect", arm.pushed, "-c", tmp_path / "c.toml", "--friction", friction)
+    assert judged.code == 1, judged.out
 
 
 def test_a_contact_is_no_reason_against_the_file(arm, collaudit, tmp_path: Path) -> None:

@@ -68,9 +68,12 @@ def test_ur10_from_inspect_to_report(cli, data_dir: Path) -> None:  # type: igno
     # (mean |effort| is 50 N·m on the lift joint, 20 on the elbow; nothing is known of what the arm carried).
     limits = {"shoulder_lift_joint": 8.0, "elbow_joint": 5.0}
     assert all(value < limits.get(joint, 3.0) for joint, value in level.items()), level
-    # Friction scatters by more than the default threshold on the lift joint: its alarms are said to be doubtful.
-    assert "friction-scatter" in codes(result, "shoulder_lift_joint")
-    assert any("errors of the model" in reason for reason in result["reasons"])
+    # Thresholds are the fit's: friction that scatters by more than 4 N·m on the lift joint is no contact.
+    assert judged.code == 0 and result["exclusions"]
+    guessed = cli("detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "guess", "--gamma", "4")
+    assert guessed.code == 1
+    assert "friction-scatter" in codes(load("guess/audit.json"), "shoulder_lift_joint")
+    assert any("errors of the model" in reason for reason in load("guess/audit.json")["reasons"])
     assert cli("report", "run", "-o", "report.html").code == 0
     page = Path("report.html").read_text(encoding="utf-8")
     assert "shoulder_lift_joint" in page

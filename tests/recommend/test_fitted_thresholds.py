@@ -121,10 +121,10 @@ def test_a_peak_that_stands_alone_is_no_evidence_and_is_said() -> None:
     x = coloured(60.0)
     at = np.arange(x.size) * 0.002
     free = CleanResidual(x, np.ones(x.size, dtype=bool), 0.002)
-    assert without_isolated_peaks([free], [free.clean], ["a"], [at])[1] == ()
+    assert without_isolated_peaks([free], [free.clean], [False], ["a"], [at])[1] == ()
     pushed = x.copy()
     pushed[15000:15200] += 40.0
-    kept, (peak,) = without_isolated_peaks([replace(free, residual_nm=pushed)], [free.clean], ["a"], [at])
+    kept, (peak,) = without_isolated_peaks([replace(free, residual_nm=pushed)], [free.clean], [False], ["a"], [at])
     assert (peak.log, round(peak.start_s), round(peak.end_s)) == ("a", 30, 31)
     assert 38 < peak.peak_nm < 44
     assert not kept[0].clean[14800:15400].any()
@@ -136,6 +136,14 @@ def test_a_peak_that_stands_alone_is_no_evidence_and_is_said() -> None:
     on_file = FittedThresholds("direct", False, {"joint1": level})
     (said,) = isolated_peak_findings(on_file)
     assert said.code == "gamma-peaks-left-out" and "of a" in said.text
+    light = replace(free, residual_nm=np.where(pushed == x, x, x + 10.0))
+    for contact in (False, True):  # elsewhere in the log
+        left, (peak,) = without_isolated_peaks([light], [free.clean], [contact], ["a"], [at])
+        assert peak.counted is not contact
+        assert left[0].clean[15000:15200].all() == (not contact)
+    seen = replace(level, isolated=(replace(peak, counted=True),))
+    (said,) = isolated_peak_findings(FittedThresholds("direct", False, {"joint1": seen}))
+    assert (said.code, said.effect) == ("gamma-peaks-counted", "excludes")
 
 
 def test_peaks_of_every_reversal_are_evidence() -> None:
@@ -144,9 +152,9 @@ def test_peaks_of_every_reversal_are_evidence() -> None:
         x[start : start + 50] += 12.0
     data = CleanResidual(x, np.ones(x.size, dtype=bool), 0.002)
     at = np.arange(x.size) * 0.002
-    assert without_isolated_peaks([data], [data.clean], ["a"], [at])[1] == ()
+    assert without_isolated_peaks([data], [data.clean], [True], ["a"], [at])[1] == ()
     seldom = replace(data, residual_nm=np.where(at < 48.0, 0.0, coloured(60.0)))  # it rests most of the time
-    assert without_isolated_peaks([seldom], [at >= 48.0], ["a"], [at])[1] == ()
+    assert without_isolated_peaks([seldom], [at >= 48.0], [True], ["a"], [at])[1] == ()
 
 
 def test_a_part_unlike_the_others_widens_the_threshold_of_a_short_log() -> None:

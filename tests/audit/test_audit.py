@@ -289,3 +289,16 @@ def test_degrees_taken_for_radians_are_not_judged(friction: FrictionFile) -> Non
     assert found.verdict == "not_judged"
     assert found.collisions == ()
     assert "log-position-unit-suspect" in {f.code for f in found.findings}
+
+
+def test_motion_beyond_the_evidence_of_a_threshold_is_said(friction: FrictionFile) -> None:
+    t, q, effort = swing()
+    slow = {"joint1": {"fastest_rad_s": 0.3, "hardest_rad_s2": 9.0, "load_nm": [-99.0, 99.0]}}
+    found = audit(as_log(t, q, effort), config(detect={"evidence": slow}), friction).result
+    (said,) = [f for f in found.findings if f.code == "evidence-range"]
+    assert said.severity == "warning" and "faster than 0.3 rad/s" in said.text
+    assert friction.thresholds is not None
+    known = friction.thresholds.joints["joint1"].evidence
+    assert known is not None, "the friction file keeps what its thresholds rest on"
+    assert known.fastest_rad_s == pytest.approx(max(abs(v) for v in SPEEDS), rel=0.2)
+    assert known.reversals > 0 and known.least_nm < known.most_nm

@@ -11,7 +11,8 @@ from collaudit.core.recommend.arm_evidence import gather_evidence
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation, recommend_arm
 from collaudit.core.recommend.joint_thresholds import LEAST_S, REACH, recommend_joints
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
-from collaudit.core.recommend.sustained_levels import declustered_peaks, sustained_level
+from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks, sustained_level
+from collaudit.core.recommend.tail_fit import fit_tail
 
 
 def recommended(residual: np.ndarray, per_hour: float = 1e-3, name: str = "a.mcap") -> ArmRecommendation:
@@ -76,6 +77,27 @@ def test_what_differs_between_logs_is_in_the_bound() -> None:
     assert b.gamma_nm > 1.2 * 1.4 * a.gamma_nm / 1.4
 
 
+def test_peaks_in_crowds_bound_the_rate_less() -> None:
+    """The same peaks, evenly over the minutes or crowded into a few of them."""
+    rng = np.random.default_rng(8)
+    level, minutes = np.sqrt(rng.exponential(1.0, 3600)), np.arange(60)
+    order = np.argsort(-level)
+    crowded = np.empty(3600, dtype=np.int64)
+    crowded[order] = np.repeat(minutes, 60)
+    tails = []
+    for window in (rng.permutation(np.repeat(minutes, 60)), crowded):
+        zeros = np.zeros(3600, dtype=np.int64)
+        peaks = SustainedPeaks(
+            level, zeros, window, zeros * 1.0, 1.0, np.full(60, 1 / 60), np.zeros(60, dtype=np.int64)
+        )
+        tails.append(fit_tail(peaks))
+    even, crowd = tails
+    assert even is not None and crowd is not None
+    assert even.likelihood.count_dispersion < 2 < 20 < crowd.likelihood.count_dispersion
+    gamma = 1.05 * even.begins_nm
+    assert crowd.rate_bound(gamma) > 1.5 * even.rate_bound(gamma)
+
+
 def test_a_residual_that_grows_is_called_drifting() -> None:
     x = coloured(4, 1200.0)
     grows = x * np.linspace(1.0, 2.0, x.shape[0])[:, None]
@@ -115,9 +137,10 @@ def test_sustained_levels_are_the_rules() -> None:
 def test_peaks_are_apart() -> None:
     x = np.zeros(5000)
     x[990:1020] = 3.0  # across the border of two seconds' blocks: one peak
+    x[1980:1996], x[2003:2030] = 1.0, 2.5  # rising across a border: the higher one
     x[3000:3030] = 2.0
     peaks = declustered_peaks([CleanResidual(x, np.ones(5000, dtype=bool), 0.002)] * 2, [13, 13])
-    assert sorted(peaks.level_nm[peaks.level_nm > 0]) == [2.0, 2.0, 3.0, 3.0]
+    assert sorted(peaks.level_nm[peaks.level_nm > 0]) == [2.0, 2.0, 2.5, 2.5, 3.0, 3.0]
     assert peaks.hours == pytest.approx(2 * 4988 * 0.002 / 3600)
     assert peaks.window_hours.sum() == pytest.approx(peaks.hours)
     assert set(peaks.log) == {0, 1} and set(peaks.log_of_window) == {0, 1}

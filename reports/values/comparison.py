@@ -229,7 +229,11 @@ def _change(change: Literal["lost", "gained"], contact: Contact, other: Signals)
     share = _judged_share(contact, other)
     where = "after" if change == "lost" else "before"
     told = share >= _JUDGED_SHARE
-    why = f"judged {where}, and no alarm" if told else f"not judged {where}: its absence says nothing"
+    why = (
+        f"judged {where}, and no alarm"
+        if told
+        else f"hidden by friction or not judged {where}: its absence says nothing"
+    )
     return ContactChange(change, contact.onset_s, contact.end_s, contact.joints, share, why)
 
 
@@ -238,7 +242,7 @@ def _judged_share(contact: Contact, signals: Signals) -> float:
     columns = [k for k, joint in enumerate(signals.joint_names) if joint in contact.joints]
     if not columns or not inside.any():
         return 0.0
-    return float(np.isin(signals.state[inside][:, columns], (State.JUDGED, State.FRICTION_INTERVAL)).mean())
+    return float((signals.state[inside][:, columns] == State.JUDGED).mean())  # at rest friction may hide it
 
 
 def _listed(a: AuditResult, b: AuditResult) -> list[ContactChange]:

@@ -66,6 +66,8 @@ def test_a_contact_lost_in_time_that_was_not_judged_says_nothing(audit: Audit) -
     blind = replace(other.signals, state=np.full_like(other.signals.state, State.NO_MODEL))
     found = compare(audit, replace(other, signals=blind))
     assert {change.judged for change in found.contacts} == {0.0}
+    resting = replace(other.signals, state=np.full_like(other.signals.state, State.FRICTION_INTERVAL))
+    assert "its absence says nothing" in comparison_text(compare(audit, replace(other, signals=resting)))
     assert "not judged after: its absence says nothing" in comparison_text(found)
 
 

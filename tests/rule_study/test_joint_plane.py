@@ -114,3 +114,10 @@ def test_without_clean_time_there_is_no_rate() -> None:
     plane = joint_plane(joint, 2.0, 13, None, None)
     assert plane.configured is not None
     assert plane.configured.alarms_per_hour is None and plane.configured.torque_nm is None
+
+
+def test_a_torque_that_ends_too_soon_has_no_delay() -> None:
+    brief = AddedTorque(quiet(), step(20), ONSET)
+    plane = joint_plane(series(np.zeros(5000)), 2.0, 13, None, brief)
+    for c, n in enumerate(plane.n):
+        assert plane.delay_s[50][c] == (pytest.approx((n - 1) * PERIOD, abs=1e-9) if n <= 20 else None)

@@ -17,8 +17,8 @@ from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH = 560
 _LEFT, _RIGHT = 46, 8
-_POINTS = 150
-_OTHER_POINTS = 60
+_POINTS = 120
+_OTHER_POINTS = 50
 _LEAST_MARGIN_S = 0.25
 _LEAST_MARGIN_SAMPLES = 25
 
@@ -137,7 +137,8 @@ def _torques(window: ContactWindow, unit: str, box: tuple[float, ...], x: tuple[
     panel = Panel((box[0], box[1], box[2], box[3]), x, (low - room, high + room))
     panel.y_axis(f"torque, {unit}", 3)
     value = np.where(window.least_nm == window.most_nm, window.least_nm, np.nan)
-    panel.area(window.torque_time_s, window.least_nm, window.most_nm, "model-range")
+    wide = window.most_nm > window.least_nm
+    panel.area(window.torque_time_s, np.where(wide, window.least_nm, np.nan), window.most_nm, "model-range")
     panel.line(window.torque_time_s, value, "model")
     panel.line(window.torque_time_s, window.measured_nm, "measured")
     return panel

@@ -550,6 +550,11 @@ KINDS: dict[str, Kind] = {
         _ABSENT,
         setting="detect.gamma_nm",
     ),
+    "friction-asymmetric": Kind(
+        "A joint's friction differs between its directions, and a law by direction was fitted.",
+        "Nothing; the residual follows it. The difference of the two levels also holds any zero error of the effort.",
+        _INFO,
+    ),
     "friction-any-motion": Kind(
         "Friction was estimated from arbitrary motion, since there are no constant-velocity sections.",
         "Record strokes at constant speeds: collaudit simulate friction shows a suitable motion.",

@@ -100,3 +100,15 @@ class FrictionModel:
         if self.breakaway_known:
             return float(max(towards_zero, at_slow))
         return UNKNOWN_BREAKAWAY * float(at_slow)
+
+
+def direction_words(fit: FrictionFit) -> str | None:
+    """Friction of each direction at the ends of the speeds measured; None for a law that is the same both ways."""
+    law = FrictionModel.of(fit)
+    if law is None or not law_named(law.name).directional:
+        return None
+    parts = []
+    for speed in law.speed_range:
+        ahead, back = (abs(float(x)) for x in law.torque(np.array([speed, -speed])))
+        parts.append(f"{ahead:.3g} forward and {back:.3g} backward at {speed:.2g}")
+    return "; ".join(parts)

@@ -12,7 +12,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_fitting import fit_friction
-from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_model import FrictionModel, direction_words
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
@@ -112,6 +112,13 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             findings.append(Finding("friction-not-fitted", "warning", text, joint=joint))
             continue
         findings += _physics_findings(joint, fit, [gain for gain in gains if gain.joint == joint and gain.known])
+        apart = direction_words(fit)
+        if apart is not None:
+            text = (
+                f"The friction of joint '{joint}' differs between the directions, beyond its errors ({fit.effort_unit} "
+                f"at a speed): {apart}."
+            )
+            findings.append(Finding("friction-asymmetric", "info", text, joint=joint))
         if fit.not_identifiable:
             text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
             findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))

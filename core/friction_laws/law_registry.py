@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from collaudit.core.errors import CollauditError
+from collaudit.core.friction_laws.directional_stribeck import ASYMMETRIC_LUGRE, ASYMMETRIC_STRIBECK_GAUSS
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Role, SeparableLaw
 from collaudit.core.friction_laws.gaussian_bumps import RBF
 from collaudit.core.friction_laws.smooth_coulomb import SMOOTH_COULOMB_VISCOUS
@@ -32,6 +33,8 @@ LAWS: dict[str, FrictionLaw] = {
         STATIC_LUGRE,
         STRIBECK_TUSTIN,
         STRIBECK_GAUSS,
+        ASYMMETRIC_LUGRE,
+        ASYMMETRIC_STRIBECK_GAUSS,
         RBF,
     )
 }

@@ -19,7 +19,8 @@ def _two_lines(v: FloatArray, d: FloatArray, _c: float | FloatArray) -> tuple[Fl
     return ahead, back, ahead * v, back * v
 
 
-def _only_the_mean(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
+def only_the_mean(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
+    """What no data of one model can tell of the two directions."""
     return (
         "A constant error of the model's torque or of the effort's zero raises Ap and lowers Am by as much: "
         "only their mean is free of it.",
@@ -63,7 +64,7 @@ ASYMMETRIC_COULOMB_VISCOUS = SeparableLaw(
         Parameter("Dm", "viscous", "slope backward"),
     ),
     directional=True,
-    remarks=_only_the_mean,
+    remarks=only_the_mean,
     shape=_two_lines,
     named=_BOTH_NAMED,
     natural=_BOTH_NATURAL,

@@ -10,6 +10,7 @@ import pytest
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.joint_fits import friction_findings
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction_laws.law_registry import LAWS
 
@@ -24,6 +25,8 @@ TRUTH = {
     "static-lugre": {"A": 7.0, "B": 2.5, "C": 12.0, "D": 3.0},
     "stribeck-tustin": {"Fc": 7.0, "Fs": 9.5, "vs": 0.08, "sigma2": 3.0},
     "stribeck-gauss": {"Fc": 7.0, "Fs": 9.5, "vs": 0.12, "sigma2": 3.0},
+    "asymmetric-lugre": {"Ap": 7.5, "Am": 6.5, "Bp": 2.7, "Bm": 2.3, "Dp": 3.2, "Dm": 2.8, "C": 12.0},
+    "asymmetric-stribeck-gauss": {"Ap": 7.5, "Am": 6.5, "Bp": 2.7, "Bm": 2.3, "Dp": 3.2, "Dm": 2.8, "C": 8.0},
 }
 
 
@@ -87,6 +90,7 @@ def test_intervals_of_every_law_cover_the_truth_as_stated(model: str) -> None:
         ("stribeck-gauss", {"stribeck-gauss"}),
         ("smooth-coulomb-viscous", {"smooth-coulomb-viscous"}),
         ("asymmetric-coulomb-viscous", {"asymmetric-coulomb-viscous"}),
+        ("asymmetric-lugre", {"asymmetric-lugre"}),
     ],
 )
 def test_auto_finds_the_law_behind_the_points(true: str, accepted: set[str]) -> None:
@@ -126,6 +130,21 @@ def test_asymmetric_friction_needs_points_of_each_direction() -> None:
     fit = fit_friction(points_of("static-lugre", 0.04, 0), UNITS, "asymmetric-coulomb-viscous")
     assert fit.model is None
     assert "0 forward" in (fit.reason or "")
+
+
+def test_friction_that_differs_between_the_directions_is_said() -> None:
+    """A Stribeck part of 15 % more in one direction: the law by direction is taken, its curve right on either side."""
+    fit = fit_friction(points_of("asymmetric-lugre", 0.04, 0), UNITS)
+    law = FrictionModel.of(fit)
+    assert law is not None
+    v = np.concatenate([-SPEEDS, SPEEDS])
+    true = np.sign(v) * LAWS["asymmetric-lugre"].curve(TRUTH["asymmetric-lugre"], np.abs(v), np.sign(v))
+    assert law.torque(v) == pytest.approx(true, rel=0.01)
+    (finding,) = [f for f in friction_findings({"joint1": fit}) if f.code == "friction-asymmetric"]
+    assert "forward and" in finding.text
+    assert "backward at 0.02" in finding.text
+    same = fit_friction(points_of("static-lugre", 0.04, 0), UNITS)
+    assert "friction-asymmetric" not in {f.code for f in friction_findings({"joint1": same})}
 
 
 def test_damping_coulomb_holds_at_zero_what_would_be_negative() -> None:

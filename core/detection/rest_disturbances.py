@@ -64,7 +64,12 @@ def rest_disturbances(
     names, gamma = prepared.judged_series.joint_names, inputs.rule.gamma_nm
     judged = [j for j, name in enumerate(names) if inputs.watch[name].watched and name in gamma]
     judged = [j for j in judged if names[j] not in inputs.quiet]
-    found = ordered_map(lambda j: _of_joint(blocks, j, names[j], gamma[names[j]]), judged)
+    scales = range(len(_SCALES))
+    steps = list(ordered_map(lambda j: [_steps(blocks, j, gamma[names[j]], number) for number in scales], judged))
+    every, none = [one for its in steps for one in its], np.zeros(blocks.time_s.size)
+    asked = np.max([none, *(np.where(one.along, np.abs(one.position_rad), 0.0) for one in every)], axis=0)
+    pushed = np.max([none, *(np.where(one.against, np.abs(one.position_rad), 0.0) for one in every)], axis=0)
+    found = [_of_joint(blocks, its, names[j], asked, pushed) for j, its in zip(judged, steps, strict=True)]
     apart = [
         (a, b, one)
         for its in found
@@ -85,7 +90,7 @@ class _Blocks:
         torque_nm: (m, j) measured less the model's.
         model_nm: (m, j) the model's.
         count_rad: (j,) step of the encoder.
-        stands: (m,) no joint of the arm moves, or did for the longest step's length.
+        stands: (scales, m) no joint of the arm moves over the windows of a step, before and after them.
     """
 
     time_s: FloatArray
@@ -120,11 +125,30 @@ class _Blocks:
 
         steps = np.array([_count(position[:, j]) for j in range(len(columns))])
         period, every = size * series.period_s, means(series.position_rad)
-        reach = round((_SCALES[-1][0] + _SCALES[-1][1]) / period)
-        if reach < 1:
+        if round(sum(_SCALES[-1]) / period) < 1:
             return None
-        moves = np.logical_or.reduce([_range(every[:, k], reach, reach) > _STILL for k in range(every.shape[1])])
-        return cls(means(series.time_s), period, means(position), means(torque), means(model), steps, ~moves)
+        windows = [_Window.of(scale, period) for scale in _SCALES]
+        moves = [
+            np.logical_or.reduce([_range(every[:, k], w.before, w.after) > _STILL for k in range(every.shape[1])])
+            for w in windows
+        ]
+        return cls(means(series.time_s), period, means(position), means(torque), means(model), steps, ~np.stack(moves))
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """Blocks of a scale: of either mean, of the rise between them, and all that must be still around the middle."""
+
+    width: int
+    rise: int
+    before: int
+    after: int
+
+    @classmethod
+    def of(cls, scale: tuple[float, float], period_s: float) -> _Window:
+        width, rise = (max(least, round(x / period_s)) for x, least in zip(scale, (1, 0), strict=True))
+        stood, stays = (max(1, round(t / period_s)) for t in (_STOOD_S, _STAYS_S))
+        return cls(width, rise, stood + width + rise // 2, width + rise - rise // 2 + stays)
 
 
 def _count(position: FloatArray) -> float:
@@ -151,18 +175,25 @@ class _Steps:
     position_rad: FloatArray
 
 
-def _of_joint(blocks: _Blocks, j: int, joint: str, gamma_nm: float) -> list[tuple[float, float, DisturbedJoint]]:
-    """Disturbances of one joint: start, end, size."""
-    scales = [_steps(blocks, j, gamma_nm, *scale) for scale in _SCALES]
+def _of_joint(
+    blocks: _Blocks, scales: Sequence[_Steps], joint: str, asked: FloatArray, pushed: FloatArray
+) -> list[tuple[float, float, DisturbedJoint]]:
+    """Disturbances of one joint: start, end, size.
+
+    None where its own motion, or more motion of another joint than any deflection, was asked for just before: (m,) the
+    largest step of position of all joints, along the drive and against it.
+    """
     against = np.logical_or.reduce([s.against for s in scales])
     along = np.logical_or.reduce([s.along for s in scales])
     if not against.any():
         return []
     out: list[tuple[float, float, DisturbedJoint]] = []
     starts, stops = run_bounds(_closed(against, round(_TOGETHER_S / blocks.period_s)))
-    before = round(_MOTION_S / blocks.period_s)
+    before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, _STAYS_S))
     for a, b in zip(starts, stops, strict=True):
-        if along[max(0, a - before) : a + 1].any() or _brakes(blocks, a, b):
+        near = slice(max(0, a - before), a + behind)
+        own = along[max(0, a - before) : a + 1].any()
+        if own or asked[near].max() > pushed[a : max(b, a + behind)].max() or _brakes(blocks, a, b):
             continue
         scale = max(scales, key=lambda s: float(np.abs(np.where(s.against, s.torque_nm, 0.0)[a:b]).max()))
         at = a + int(np.argmax(np.abs(np.where(scale.against, scale.torque_nm, 0.0)[a:b])))
@@ -185,18 +216,15 @@ def _edges(steps: _Steps, a: int, b: int) -> tuple[int, int] | None:
     return out[0], out[1]
 
 
-def _steps(blocks: _Blocks, j: int, gamma_nm: float, width_s: float, rise_s: float) -> _Steps:
-    """Steps at one scale: means after less means before, where the joint stands."""
-    width, rise = (max(least, round(x / blocks.period_s)) for x, least in ((width_s, 1), (rise_s, 0)))
+def _steps(blocks: _Blocks, j: int, gamma_nm: float, number: int) -> _Steps:
+    """Steps at one scale: means after less means before, where the arm stands."""
+    window = _Window.of(_SCALES[number], blocks.period_s)
     q, x, m = (y[:, j] for y in (blocks.position_rad, blocks.torque_nm, blocks.model_nm))
-    step_q, step_x = (_step(y, width, rise) for y in (q, x))
-    stood, stays = (max(1, round(t / blocks.period_s)) for t in (_STOOD_S, _STAYS_S))
-    before, after = width + rise // 2, width + rise - rise // 2  # blocks on either side of the middle
-    travel = _range(q, stood + before, after + stays)
-    rest = _range(q, stood + before, -(rise // 2))
-    changed = np.where(blocks.stands, np.abs(_step(m, width, rise)), _range(m, stood + before, after))
+    step_q, step_x, changed = (_step(y, window.width, window.rise) for y in (q, x, m))
+    changed = np.abs(changed)
+    rest = _range(q, window.before, -(window.rise // 2))
     with np.errstate(invalid="ignore"):
-        still = np.isfinite(step_x) & (travel <= _STILL)
+        still = np.isfinite(step_x) & blocks.stands[number]
         calm = still & (rest <= _STILL * _STOOD_SHARE)
         large_x = np.abs(step_x) > _torque_limit(step_x, calm, gamma_nm) + changed
         limit_q = _position_limit(step_q, calm, float(blocks.count_rad[j]))

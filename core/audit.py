@@ -138,7 +138,7 @@ def fit_logs(
         findings=tuple(findings),
         provenance=replace(
             provenance,
-            logs={log.series.source.name: log.series.source.sha256 for log in prepared},
+            logs=_hashes(prepared),
             model_sha256=prepared[0].robot.sha256,
         ),
         identified=identified,
@@ -249,6 +249,16 @@ def audit_log(
     if config.study.run:
         study = audit_study(prepared, judged.run, judged.inputs, config, result, judged.signals, truth)
     return Audit(result, judged.signals, study)
+
+
+def _hashes(prepared: Sequence[Prepared]) -> dict[str, str]:
+    """Hash of each log by its name; logs of one name are counted, so that none is lost."""
+    out: dict[str, str] = {}
+    for log in prepared:
+        source = log.series.source
+        same = sum(name.partition(" (")[0] == source.name for name in out)
+        out[f"{source.name} ({same + 1})" if source.name in out else source.name] = source.sha256
+    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)

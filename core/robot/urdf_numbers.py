@@ -27,7 +27,8 @@ def check_joint(element: ET.Element, place: str) -> None:
     """
     _check_origin(element, place)
     axis = element.find("axis")
-    if axis is not None and axis.get("xyz") is not None:
+    moves = element.get("type") != "fixed"  # fixed joints often come with the axis 0 0 0, and no library reads it
+    if moves and axis is not None and axis.get("xyz") is not None:
         direction = _numbers(axis, "xyz", place, 3)
         if not math.hypot(*direction) > 1e-6:
             raise RobotError("the axis has no direction", where=place, found=axis.get("xyz"))

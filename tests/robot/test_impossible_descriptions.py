@@ -83,3 +83,13 @@ def test_three_thousand_joints_are_looked_up_as_quickly_as_thirty(tmp_path: Path
 
     seconds_a_joint(30, 1)  # imports
     assert seconds_a_joint(3000, 2) < 10 * seconds_a_joint(30, 20)
+
+
+def test_a_fixed_joint_needs_no_axis(tmp_path: Path) -> None:
+    """Robots in the field have ``<axis xyz="0 0 0"/>`` there; only what moves needs a direction."""
+    flange = (
+        f'{LINK.format(name="flange")}<joint name="mount" type="fixed"><parent link="l1"/><child link="flange"/>'
+        '<axis xyz="0 0 0"/></joint></robot>'
+    )
+    robot = load_robot(urdf(tmp_path, 2, ("</robot>", flange)), Path(), ["j0", "j1"])
+    assert robot.joint_names == ("j0", "j1")

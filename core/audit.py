@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import alarm_possible, compare_controller_alarms, controller_marks
+from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -39,8 +40,8 @@ from collaudit.core.detection.detector_run import (
 from collaudit.core.detection.fitted_rule import isolated_peak_findings, with_fitted_thresholds
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
-from collaudit.core.detection.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
+from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
@@ -205,7 +206,8 @@ def audit_log(
         series.time_s,
         alarm_possible(judged.run, judged.inputs, series.joint_names),
     )
-    disturbed = rest_disturbances(prepared, judged.run, judged.inputs, [(c.onset_s, c.end_s) for c in contacts])
+    disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
+    at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
     recommended = _recommended(judged, _log_facts(series), phases)
     step(8, 10)
@@ -217,8 +219,7 @@ def audit_log(
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
-    findings += [*disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)]
-    findings += [*coverage_findings(short), *scarce, *beyond]
+    findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
@@ -272,6 +273,7 @@ class _Judged:
     stats: dict[str, ResidualStats]
     facts: DetectionFacts
     findings: tuple[Finding, ...]
+    rest_steps: tuple[RestStep, ...]
 
 
 def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Judged:
@@ -314,6 +316,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
         stats,
         facts,
         (*found, *detection_findings(series, run, inputs), *model_worth_findings(prepared, run, inputs)),
+        rest_steps(prepared, run, inputs),
     )
 
 

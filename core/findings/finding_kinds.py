@@ -690,7 +690,7 @@ KINDS: dict[str, Kind] = {
     "disturbed-at-rest": Kind(
         "A standing joint's torque and position stepped against each other: something pushed it, or let go of it.",
         "Inspect these times. [policy] max_disturbed_at_rest accepts as many as a cell's work makes.",
-        {"info": "excludes", "warning": "not-judged-part"},
+        {"warning": "excludes", "error": "not-judged-part"},
         setting="policy.max_disturbed_at_rest",
     ),
     "phases-unknown": Kind(

@@ -18,11 +18,12 @@ from tables import put
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
+from collaudit.core.contacts.rest_disturbances import rest_disturbances
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.detection_result import Contact, RestDisturbance
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.detection.detector_run import DetectionInputs, run_detector
-from collaudit.core.detection.rest_disturbances import rest_disturbances
+from collaudit.core.detection.rest_steps import rest_steps
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import FloatArray
@@ -159,7 +160,8 @@ def _events(
     inputs = DetectionInputs(laws, frozenset(), rule, watch)
     run = run_detector(prepared, inputs, config)
     contacts = find_contacts(prepared, run, config)
-    return contacts, rest_disturbances(prepared, run, inputs, [(c.onset_s, c.end_s) for c in contacts])
+    spans = [(c.onset_s, c.end_s) for c in contacts]
+    return contacts, rest_disturbances(rest_steps(prepared, run, inputs), prepared.judged_series.joint_names, spans)
 
 
 if __name__ == "__main__":

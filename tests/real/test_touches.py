@@ -11,10 +11,11 @@ import pytest
 
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig, load_config
+from collaudit.core.contacts.rest_disturbances import rest_disturbances
 from collaudit.core.data.detection_result import Score
 from collaudit.core.detection.detector_run import DetectionInputs, run_detector
-from collaudit.core.detection.rest_disturbances import rest_disturbances
 from collaudit.core.detection.rest_rule import with_rest_thresholds
+from collaudit.core.detection.rest_steps import rest_steps
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.applied_friction import applied_friction
 
@@ -80,7 +81,7 @@ def test_touches_disturb_an_arm_at_rest(data_dir: Path, tmp_path: Path, k: int) 
     rule, watch, _ = make_rule(series, prepared.phases, config)
     inputs = DetectionInputs(applied.laws, frozenset(), rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)
-    found = rest_disturbances(prepared, run, replace(inputs, quiet={}), ())
+    found = rest_disturbances(rest_steps(prepared, run, replace(inputs, quiet={})), series.joint_names, ())
     touches = [span for label in series.annotations if label.name == "label" for span in label.intervals_s]
     assert len(touches) == TOUCHES[k - 1]
     told = [any(d.onset_s < end + 0.5 and start - 0.5 < d.end_s for d in found) for start, end in touches]

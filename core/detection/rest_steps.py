@@ -8,16 +8,14 @@ position, must stand out of what the joint does by itself at rest, and oppose ea
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.detection_result import DisturbedJoint, RestDisturbance
+from collaudit.core.data.detection_result import DisturbedJoint
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
-from collaudit.core.findings import Finding
-from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
@@ -38,25 +36,30 @@ _QUIET_SHARE, _QUIET_QUANTILE = 0.2, 0.2533
 #: ... from this share of the threshold, and from so many steps of the encoder. A change of the model's torque comes on
 #: top: friction may take up all of it, so that the drive's stays out.
 _GAMMA_SHARE, _COUNTS = 0.1, 2.5
-#: Steps closer than this are one disturbance; a motion that began this long ago explains a step, s.
+#: Steps of a joint closer than this are one; a motion that began this long ago explains a step, s.
 _TOGETHER_S, _MOTION_S = 0.7, 1.0
 #: A joint whose drive bears less than this share of its load is held by its brake.
 _BRAKED_SHARE, _BRAKED_S = 0.25, 1.0
-#: Nothing is told this close to time in which the drives were off, s; contacts this close are the same event, s.
-_NEAR_OFF_S, _NEAR_CONTACT_S = 0.5, 0.5
-_LISTED = 5
+#: Nothing is told this close to time in which the drives were off, s.
+_NEAR_OFF_S = 0.5
 
 
-def rest_disturbances(
-    prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, contacts: Sequence[tuple[float, float]]
-) -> tuple[RestDisturbance, ...]:
-    """Disturbances of standing joints that are no contact already, in order of time.
+@dataclass(frozen=True, slots=True)
+class RestStep:
+    """One standing joint that was disturbed, s on the log's clock; several joints of one push are told apart here."""
+
+    onset_s: float
+    end_s: float
+    joint: DisturbedJoint
+
+
+def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> tuple[RestStep, ...]:
+    """Steps of standing joints that no commanded motion explains, joint by joint.
 
     Args:
         prepared: the log.
         run: states of its samples.
         inputs: the rule, watched joints; joints judged for changes alarm by themselves.
-        contacts: start and end of those that were found, s.
     """
     blocks = _Blocks.of(prepared, run)
     if blocks is None:
@@ -70,13 +73,7 @@ def rest_disturbances(
     asked = np.max([none, *(np.where(one.along, np.abs(one.position_rad), 0.0) for one in every)], axis=0)
     pushed = np.max([none, *(np.where(one.against, np.abs(one.position_rad), 0.0) for one in every)], axis=0)
     found = [_of_joint(blocks, its, names[j], asked, pushed) for j, its in zip(judged, steps, strict=True)]
-    apart = [
-        (a, b, one)
-        for its in found
-        for a, b, one in its
-        if not any(a < end + _NEAR_CONTACT_S and start - _NEAR_CONTACT_S < b for start, end in contacts)
-    ]
-    return tuple(_grouped(apart, names))
+    return tuple(RestStep(a, b, one) for its in found for a, b, one in its)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -301,46 +298,3 @@ def _brakes(blocks: _Blocks, a: int, b: int) -> bool:
         if (np.abs(drive.mean(axis=0)) < _BRAKED_SHARE * size)[loaded].all() and size.max() > 1.0:
             return True
     return False
-
-
-def _grouped(found: list[tuple[float, float, DisturbedJoint]], names: Sequence[str]) -> list[RestDisturbance]:
-    """Disturbances of joints that overlap in time are one."""
-    groups: list[tuple[float, float, list[DisturbedJoint]]] = []
-    for a, b, one in sorted(found, key=lambda item: (item[0], names.index(item[2].joint))):
-        if groups and a <= groups[-1][1] + _TOGETHER_S:
-            first, last, members = groups[-1]
-            groups[-1] = (first, max(last, b), [*members, one])
-        else:
-            groups.append((a, b, [one]))
-    return [RestDisturbance(a, b, tuple(_largest(members, names))) for a, b, members in groups]
-
-
-def _largest(members: Sequence[DisturbedJoint], names: Sequence[str]) -> list[DisturbedJoint]:
-    """The largest step of each joint, base to tip."""
-    by_joint: Mapping[str, list[DisturbedJoint]] = {n: [m for m in members if m.joint == n] for n in names}
-    return [max(its, key=lambda m: abs(m.torque_step_nm)) for its in by_joint.values() if its]
-
-
-def disturbance_findings(found: Sequence[RestDisturbance], allowed: int) -> list[Finding]:
-    """One finding on all of them; a warning, with which no log passes, where there are more than are allowed.
-
-    Args:
-        found: of one log.
-        allowed: how many a log may have.
-    """
-    if not found:
-        return []
-    listed = "; ".join(_words(one) for one in found[:_LISTED])
-    more = f"; and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
-    once = "once" if len(found) == 1 else f"{len(found)} times"
-    text = (
-        f"Standing joints were disturbed {once}, below what alarms: torque and position stepped against each other, as "
-        f"when something pushes the arm or lets go of it ({listed}{more}). Friction hides how strong it was."
-    )
-    severity: Severity = "info" if len(found) <= allowed else "warning"
-    return [Finding("disturbed-at-rest", severity, text, start_s=found[0].onset_s, end_s=found[-1].end_s)]
-
-
-def _words(one: RestDisturbance) -> str:
-    steps = ", ".join(f"{joint.joint} by {abs(joint.torque_step_nm):.2g} N·m" for joint in one.joints)
-    return f"{one.onset_s:.2f} s: {steps}"

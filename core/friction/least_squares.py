@@ -18,6 +18,7 @@ from collaudit.core.numeric.stats import parabola_minimum
 
 _COARSE = 161
 _DENSE = 121
+_UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
 _REACH = 5.0  # standard errors of C to either side of the best
 
 
@@ -190,7 +191,9 @@ def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[Flo
     inverse = np.linalg.inv(_solvable(r))
     projected = np.einsum("mnk,n->mk", q, target)
     estimate = np.einsum("mij,mj->mi", inverse, projected) / scale
-    covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
+    with np.errstate(over="ignore"):  # where the exponential is all but gone, its coefficient may be anything
+        covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
+    covariance = np.clip(covariance, -_UNBOUNDED, _UNBOUNDED)
     rest = target - np.einsum("mnk,mk->mn", design, estimate)
     return estimate, covariance, np.einsum("mn,mn->m", rest, rest)
 

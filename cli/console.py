@@ -57,14 +57,17 @@ def terminal_width() -> int | None:
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
-def print_findings(findings: Sequence[Finding], err: bool = False) -> None:
-    """Severity, code, text, place; a line for all joints or logs of which the same is found."""
+def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool = False) -> None:
+    """Severity, code, text, place; a line for all joints or logs of which the same is found.
+
+    ``brief``: of three and more joints that differ in numbers only, the numbers of the first.
+    """
     from collaudit.reports.terminal.finding_text import finding_lines
     from collaudit.reports.terminal.text_table import wrapped
 
     stream = sys.stderr if err else sys.stdout
     width = shutil.get_terminal_size().columns if stream.isatty() else None
-    for severity, line in finding_lines(findings):
+    for severity, line in finding_lines(findings, brief):
         text = wrapped(f"  {severity:<8}{line}", width, " " * 10)
         head = click.style(f"  {severity:<8}", fg=_SEVERITY_COLOR[severity])
         say(head + text.removeprefix(f"  {severity:<8}"), err=err)

@@ -35,7 +35,8 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tu
 
     Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
 
-    Exit code 3 when no joint could be fitted, or the logs are mostly contact.
+    Exit code 3 when no joint has usable friction (none could be fitted, or every effort looks inverted), or the logs
+    are mostly contact.
     """
     from collaudit.core import api
     from collaudit.reports.files.run_files import friction_json, write_friction
@@ -52,10 +53,12 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tu
         say_json(friction_json(friction))
     else:
         say(fit_text(friction, terminal_width()), nl=False)
-    print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True)
+    print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True, brief=True)
     if output is not None:
         note(f"friction written to {output}")
     elif not as_json:
         note("nothing was written: -o friction.json keeps the result")
-    fitted = [fit for fit in friction.joints.values() if fit.model is not None]
-    return EXIT_PASS if fitted else EXIT_NOT_JUDGED
+    if friction.usable:
+        return EXIT_PASS
+    note("not judged: no joint has friction that a log could be judged with; the findings above say why")
+    return EXIT_NOT_JUDGED

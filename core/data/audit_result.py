@@ -72,6 +72,12 @@ class FrictionFile:
     corrections: dict[str, FrictionCorrection] = field(default_factory=dict)
     left_out: dict[str, LeftOut] = field(default_factory=dict)
 
+    @property
+    def usable(self) -> tuple[str, ...]:
+        """Joints with a law that opposes the motion, and of which no finding says that they cannot be judged."""
+        refused = {finding.joint for finding in self.findings if finding.effect == "not-judged-joint"}
+        return tuple(name for name, fit in self.joints.items() if fit.model and fit.dissipates and name not in refused)
+
 
 @dataclass(frozen=True, slots=True)
 class LogFacts:

@@ -11,11 +11,12 @@ from collaudit.reports.values.visible_text import visible
 _MOST_PLACES = 4
 
 
-def finding_lines(findings: Sequence[Finding]) -> list[tuple[str, str]]:
+def finding_lines(findings: Sequence[Finding], brief: bool = False) -> list[tuple[str, str]]:
     """Severity and line of each finding, in the order of the first of its kind.
 
     Args:
         findings: of one log or of several; ``where`` then names the log.
+        brief: as :func:`joint_lines` has it.
     """
     places: dict[tuple[str, str, str, str], list[str]] = {}
     for finding in findings:
@@ -27,13 +28,13 @@ def finding_lines(findings: Sequence[Finding]) -> list[tuple[str, str]]:
     return [
         (severity, f"{code}: {visible(line)}{visible(place)}")
         for (severity, code, place), said in kinds.items()
-        for line in _lines(said)
+        for line in _lines(said, brief)
     ]
 
 
-def _lines(said: Sequence[tuple[str, str]]) -> list[str]:
+def _lines(said: Sequence[tuple[str, str]], brief: bool) -> list[str]:
     """As they are where nothing can be joined: a finding's text names its joint itself."""
-    joined = joint_lines(said)
+    joined = joint_lines(said, brief=brief)
     return joined if len(joined) < len(said) else [text for _, text in said]
 
 

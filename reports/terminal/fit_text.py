@@ -60,7 +60,7 @@ def _fit_table(friction: FrictionFile, width: int | None) -> str:
         said += [(name, text) for text in fit.not_identifiable]
         if fit.identifiability is not None and fit.identifiability.motion_needed:
             said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
-    remarks = [wrapped(f"  {line}", width, "    ") for line in joint_lines(said, len(friction.joints))]
+    remarks = [wrapped(f"  {line}", width, "    ") for line in joint_lines(said, len(friction.joints), brief=True)]
     head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE (of rated)", "R²", "speeds")
     return "\n".join([table(head, rows, (3,), width).rstrip(), *remarks])
 

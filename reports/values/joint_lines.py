@@ -8,9 +8,11 @@ from collections.abc import Iterable, Sequence
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 _JOINT = "\x00"
 _MOST_RANGES = 2
+#: So many texts that differ in their numbers only are two lines: the first, and whose the others are.
+_MANY_ALIKE = 3
 
 
-def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0) -> list[str]:
+def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0, brief: bool = False) -> list[str]:
     """Lines ``joint: text``; texts that differ in the joint's name, or in a number or two, are one line.
 
     A number that differs becomes its range. What cannot be joined without doubt stays as it is.
@@ -18,20 +20,25 @@ def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0) -> list[str]:
     Args:
         said: joint and text, in the order of the joints; the joint may be empty.
         joints: how many there are in all: "all 6 joints" instead of their names. 0: not known.
+        brief: of three and more texts whose numbers cannot be joined, the first stands, and a line names the other
+            joints; for commands that also have --json.
     """
     groups: dict[str, list[tuple[str, str]]] = {}
     for joint, text in said:
         groups.setdefault(_NUMBER.sub("#", _nameless(joint, text)), []).append((joint, text))
-    return [line for group in groups.values() for line in _joined(group, joints)]
+    return [line for group in groups.values() for line in _joined(group, joints, brief)]
 
 
-def _joined(group: Sequence[tuple[str, str]], joints: int) -> list[str]:
+def _joined(group: Sequence[tuple[str, str]], joints: int, brief: bool) -> list[str]:
     names = list(dict.fromkeys(joint for joint, _ in group if joint))
     plain = [_nameless(joint, text) for joint, text in group]
     slots = list(zip(*(_NUMBER.findall(text) for text in plain), strict=True))
     varying = sum(len(set(slot)) > 1 for slot in slots)
     if len(group) == 1 or varying > _MOST_RANGES or (varying and " to " in plain[0]):
-        return list(dict.fromkeys(f"{joint}: {text}" if joint else text for joint, text in group))
+        lines = list(dict.fromkeys(f"{joint}: {text}" if joint else text for joint, text in group))
+        if not brief or len(lines) < _MANY_ALIKE or len(names) < len(lines):
+            return lines
+        return [lines[0], f"{', '.join(names[1:])}: the same, with other numbers (--json has them)"]
     ranges = iter([slot[0] if len(set(slot)) == 1 else _range(slot) for slot in slots])
     text = _NUMBER.sub(lambda _: next(ranges), plain[0])
     text = (

@@ -43,6 +43,26 @@ def test_fit_of_nothing_that_moves_is_not_judged(arm, collaudit, tmp_path: Path)
     assert outcome.code == 3, outcome.out + outcome.err
 
 
+@pytest.mark.parametrize("how", ["as logged", "as stated"])
+def test_fit_of_efforts_that_are_all_inverted_is_not_judged(arm, collaudit, tmp_path: Path, how: str) -> None:
+    """Its laws drive the joints: exit code 3 and one line, also where the configuration itself turns the signs."""
+    log, config = tmp_path / "inverted.csv", tmp_path / "arm.toml"
+    header, *rows = arm.clean.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    turned = [",".join([*row[:5], str(-float(row[5])), str(-float(row[6]))]) for row in cells]
+    log.write_text("\n".join([header, *(rows if how == "as stated" else turned)]) + "\n")
+    signs = "\n[log.units.effort_sign]\njoint1 = -1\njoint2 = -1\n" if how == "as stated" else ""
+    config.write_text(arm.config.read_text() + signs)
+    outcome = collaudit("fit", log, "-c", config, "-o", tmp_path / "f.json")
+    assert outcome.code == 3, outcome.out + outcome.err
+    assert outcome.err.count("no joint has friction that a log could be judged with") == 1
+    assert read_friction(tmp_path / "f.json").usable == ()
+    one = "\n".join([header, *(",".join([*row[:5], str(-float(row[5])), row[6]]) for row in cells)]) + "\n"
+    log.write_text(one)
+    assert collaudit("fit", log, "-c", arm.config, "-o", tmp_path / "f.json").code == 0
+    assert read_friction(tmp_path / "f.json").usable == ("joint2",)
+
+
 def test_detect_clean_and_pushed(arm, collaudit, tmp_path: Path) -> None:
     clean = collaudit("detect", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "clean")
     assert clean.code == 0, clean.out

@@ -190,6 +190,12 @@ def test_what_is_said_of_several_joints_is_said_once() -> None:
     assert joint_lines([("a", "x is 1"), ("b", "y is 1")]) == ["a: x is 1", "b: y is 1"]
     ranges = [("a", "from 1 to 2 rad"), ("b", "from 1 to 3 rad")]
     assert joint_lines(ranges) == ["a: from 1 to 2 rad", "b: from 1 to 3 rad"], "a range of ranges would be a riddle"
+    several = [*ranges, ("c", "from 1 to 4 rad")]
+    assert len(joint_lines(several)) == 3
+    assert joint_lines(several, brief=True) == [
+        "a: from 1 to 2 rad",
+        "b, c: the same, with other numbers (--json has them)",
+    ]
 
 
 def test_findings_of_several_logs_name_them_once() -> None:

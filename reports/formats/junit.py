@@ -1,4 +1,8 @@
-"""JUnit XML: one test case per log."""
+"""JUnit XML: one test case per log.
+
+What would have been noticed stands in the properties of a case: the verdict's body is for people, and some CI servers
+cut it. Names are ``torque_alarms_JOINT`` and ``force_alarms_PLACE``, each with its unit in the value.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,8 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.terminal.audit_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
 from collaudit.reports.values.numbers import percent
+from collaudit.reports.values.rows import NONE
+from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 
 
@@ -25,7 +31,7 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
     suites = ElementTree.Element("testsuites", name="collaudit")
     suite = ElementTree.SubElement(suites, "testsuite", name="collaudit")
     for result in results:
-        _case(suite, entry_of(result), audit_text(result))
+        _case(suite, entry_of(result), audit_text(result), _sensitivity(result))
     for entry in unread:
         _case(suite, entry, entry.error or "")
     counts = {
@@ -41,10 +47,12 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suites, encoding="unicode") + "\n"
 
 
-def _case(suite: ElementTree.Element, entry: IndexEntry, details: str) -> None:
+def _case(
+    suite: ElementTree.Element, entry: IndexEntry, details: str, sensitivity: Sequence[tuple[str, str]] = ()
+) -> None:
     case = ElementTree.SubElement(suite, "testcase", classname="collaudit", name=visible(entry.name))
     properties = ElementTree.SubElement(case, "properties")
-    for name, value in _properties(entry):
+    for name, value in (*_properties(entry), *sensitivity):
         ElementTree.SubElement(properties, "property", name=name, value=value)
     reasons = visible("; ".join(entry.reasons)) or "no reason was recorded"
     body = "\n".join(visible(line) for line in details.splitlines())
@@ -64,3 +72,27 @@ def _properties(entry: IndexEntry) -> list[tuple[str, str]]:
     if entry.detectable is not None:
         shown.append(("contact_detectable", percent(entry.detectable)))
     return shown if entry.counts_mean_something else []
+
+
+def _sensitivity(result: AuditResult) -> list[tuple[str, str]]:
+    """Per joint the torque, per place the force that would have alarmed, and for how much of the time."""
+    joints = [
+        (
+            f"torque_alarms_{visible(row.joint)}",
+            f"{_torque(row.half)} in 50 % of the time; {_torque(row.most)} in 95 %; {_torque(row.always)} whenever "
+            f"judged; asked {row.asked}: detectable {row.detectable}, hidden {row.hidden}, not judged {row.not_judged}",
+        )
+        for row in sensitivity_rows(result)
+    ]
+    forces = [
+        (
+            f"force_alarms_{visible(row.place).replace(' ', '_')}",
+            f"{row.most} from 95 % of the directions, {row.typical} from half of them, in 95 % of the time",
+        )
+        for row in force_rows(result)
+    ]
+    return joints + forces
+
+
+def _torque(shown: str) -> str:
+    return "no torque" if shown == NONE else shown

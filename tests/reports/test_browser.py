@@ -195,6 +195,13 @@ def test_axe_finds_nothing_at_any_width_light_or_dark(chromium: Any, axe: str, r
     assert found == []
 
 
+def test_nothing_that_is_unfolded_widens_a_phones_page(chromium: Any, report: Path) -> None:
+    page = Visit(chromium, report).page
+    page.set_viewport_size({"width": 360, "height": 900})
+    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+
+
 def test_axe_would_notice(chromium: Any, axe: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.html"
     path.write_text("<p style='color:#ccc;background:#fff'>pale<img src='data:,'>")

@@ -92,7 +92,7 @@ def test_it_says_what_a_reader_needs(page: Page, failed: Audit) -> None:
         "Sign-off",
         "9.22 N·m",
         "−7.42 N·m",
-        "Not every parameter of eq. (11) is determined by the data.",
+        "Not every parameter of this law is determined by the data.",
         "from 8.20, open above",
         "A + B",
         "no constant-velocity section",

@@ -31,7 +31,7 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
 @example_command(
     "recommend",
     "collaudit recommend run/",
-    "collaudit recommend out/monday out/tuesday --json",
+    "collaudit recommend out/ --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
     "collaudit recommend run/ --per-hour 0.01 --max-delay-ms 40",
     "collaudit recommend run/ --snippet config >> collaudit.toml",
@@ -75,10 +75,11 @@ def command(
 ) -> int:
     """Recommend gamma and n per joint so that the arm's false alarms stay below a rate, with the evidence.
 
-    All inputs count together; the same log twice counts once. The bound (95 %) carries the error of the counts and
-    how far minutes and logs differ. Where the hours do not support the rate asked for, it says so, and how many more
-    would. Alarms and near misses of all joints, and what lies far beyond the usual, are left out and listed to be
-    confirmed: --truth or --labels say what was contact, and --clean that nothing touched the arm.
+    All inputs count together, all runs of an audit's folder included; the same log twice counts once. The bound
+    (95 %) carries the error of the counts and how far minutes and logs differ. Where the hours do not support the
+    rate asked for, it says so, and how many more would. Alarms and near misses of all joints, and what lies far
+    beyond the usual, are left out and listed to be confirmed: --truth or --labels say what was contact, and --clean
+    that nothing touched the arm.
 
     Exit code 3 when nothing could be recommended for any joint.
     """
@@ -101,7 +102,8 @@ def command(
         say(recommendation_text(found, terminal_width()), nl=False)
         say_studies(audits)
     if found.to_confirm:
-        note(f"{len(found.to_confirm)} stretches were left out as possible contact: please confirm")
+        count = len(found.to_confirm)
+        note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
     return EXIT_PASS if any(rule.gamma_nm is not None for rule in found.joints.values()) else EXIT_NOT_JUDGED
 
 
@@ -142,10 +144,9 @@ def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], 
     from collaudit.cli.study_output import with_study
     from collaudit.core.api import find_logs, open_log
     from collaudit.core.scoring.known_events import contact_times, label_times
-    from collaudit.reports.files.run_files import AUDIT_NAME, read_run
+    from collaudit.reports.files.run_files import read_run
 
-    runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
-    logs = [text for text in inputs if Path(text) not in runs]
+    runs, logs = _runs_and_logs(inputs)
     audits = [read_run(run) for run in runs]
     loaded = load_settings()
     found = find_logs(logs, loaded) if logs else []
@@ -162,6 +163,23 @@ def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], 
         every = zip(files_known, audits, strict=True)
         return audits, [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
     return audits, labelled
+
+
+def _runs_and_logs(inputs: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """Runs, those inside the folders of audits included, and whatever else is to be judged as a log."""
+    from collaudit.reports.files.run_files import AUDIT_NAME
+
+    runs, logs = [], []
+    for text in inputs:
+        folder = Path(text)
+        inside = sorted(path.parent for path in folder.glob(f"*/{AUDIT_NAME}"))
+        if (folder / AUDIT_NAME).is_file():
+            runs.append(folder)
+        elif inside and (folder / "summary.json").is_file():
+            runs += inside
+        else:
+            logs.append(text)
+    return runs, logs
 
 
 def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:

@@ -100,8 +100,9 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
         if any(first - series.period_s <= t <= last for t in fired):
             continue
         text = (
-            f"The residual of joint '{joint}' was above its threshold for {count} samples in or next to a stretch that "
-            f"is not judged ({first:.4g} to {last:.4g} s): a contact may have been missed or cut off."
+            f"The residual of joint '{joint}' was above its threshold for {count} sample{'s' * (count != 1)} in or "
+            f"next to a stretch that is not judged ({first:.4g} to {last:.4g} s): a contact may have been missed or "
+            "cut off."
         )
         out.append(Finding("event-cut", "warning", text, joint=joint, start_s=first, end_s=last))
     return out[:_LISTED_CUTS]

@@ -16,6 +16,9 @@ from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.sensitivity_rows import sensitivity_row
 from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural
 
+#: Characters of the one reason beside a log among many.
+_REASON = 120
+
 
 def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most: int | None = None) -> str:
     """One line per log, worst first, then the counts.
@@ -23,7 +26,7 @@ def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most:
     Args:
         entries: one per log.
         width: columns of the terminal that the table is cut to; None: any.
-        most: lines at most; None: any.
+        most: lines at most, each with its first reason and how many follow; None: any, with every reason.
 
     Returns:
         Text that ends in a line feed.
@@ -37,13 +40,22 @@ def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most:
             rows.NONE if entry.detectable is None else percent(entry.detectable),
             str(entry.contacts) if entry.counts_mean_something else rows.NONE,
             str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
-            "; ".join((*entry.reasons, *entry.exclusions)),
+            _reasons(entry, brief=most is not None),
         )
         for entry in listed
     ]
     left = len(entries) - len(listed)
     more = f"… and {plural(left, 'more log')}; -v lists all\n" if left else ""
     return table(head, lines, (2, 3, 4), width) + more + "\n" + total_text(entries)
+
+
+def _reasons(entry: IndexEntry, brief: bool) -> str:
+    """Why, then what the verdict leaves out; in brief the first of it, which a line of a file can hold."""
+    every = (*entry.reasons, *entry.exclusions)
+    if not brief or not every:
+        return "; ".join(every)
+    first = every[0] if len(every[0]) <= _REASON else every[0][: _REASON - 1].rstrip() + "…"
+    return f"{first} (and {len(every) - 1} more)" if len(every) > 1 else first
 
 
 def total_text(entries: Sequence[IndexEntry]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
     assert "too loose" in found.out and "too tight" in found.out
     assert re.search(r"made\.mcap 199\.\d-200\.\d s: suspicious joint1, \S+ N·m for n samples", found.out)
     assert "joint1 " in next(line for line in lines if line.startswith("If nothing touched"))
-    assert "1 stretches were left out" in found.err
+    assert "1 stretch was left out" in found.err
 
 
 def test_confirmed_by_a_person(collaudit, run: Path) -> None:
@@ -43,6 +44,18 @@ def test_confirmed_by_a_person(collaudit, run: Path) -> None:
     assert found["to_confirm"] == [] and found["counted"][0]["joints"] == ["joint1"]
     assert found["joints"]["joint1"]["largest_clean_nm"] > 6.0
     assert found["logs"][0]["contact_known"] is True
+
+
+def test_the_folder_of_an_audit_stands_for_its_runs(collaudit, run: Path, tmp_path: Path) -> None:
+    shutil.copytree(run, tmp_path / "out" / "run")
+    (tmp_path / "out" / "summary.json").write_text("{}")
+    whole = collaudit("recommend", tmp_path / "out", "--json")
+    assert (whole.code, json.loads(whole.out)["joints"]) == (
+        0,
+        json.loads(collaudit("recommend", run, "--json").out)["joints"],
+    )
+    (tmp_path / "out" / "summary.json").unlink()
+    assert "the folder holds no logs" in collaudit("recommend", tmp_path / "out").err, "a folder that is no audit's"
 
 
 def test_rate_and_delay_are_asked_for(collaudit, run: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -81,6 +82,15 @@ def test_the_summary_table_is_aligned_and_safe(entries: list[IndexEntry]) -> Non
     assert "5 logs: 1 pass, 2 fail, 2 not judged" in lines[-1]
     starts = {line.index(word) for line in lines[2:7] for word in ("FAIL", "NOT JUDGED", "PASS") if word in line}
     assert starts == {0}
+
+
+def test_among_many_logs_each_has_one_reason_and_how_many_follow(entries: list[IndexEntry]) -> None:
+    many = replace(
+        entries[0], reasons=("The first. " + 40 * "x " + 40 * "y ", "The second."), exclusions=("The third.",)
+    )
+    line = summary_table([many], most=20).splitlines()[2]
+    assert line.endswith("y… (and 2 more)") and len(line) < 220
+    assert "The second.; The third." in summary_table([many]), "-v has every reason"
 
 
 def test_the_text_of_an_audit_has_its_numbers() -> None:

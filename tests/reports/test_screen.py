@@ -77,6 +77,10 @@ def test_every_report_counts_contacts() -> None:
     case = ElementTree.fromstring(junit_text([result])).find("testsuite/testcase")
     assert case is not None
     shown = {p.get("name") or "": p.get("value") or "" for p in case.findall("properties/property")}
+    assert shown["torque_alarms_shoulder_pan"].startswith(
+        "4.70 N·m in 50 % of the time; no torque in 95 %; 20.004 N·m "
+    )
+    assert "asked 20.0 N·m: detectable" in shown["torque_alarms_shoulder_pan"]
     assert shown["force_alarms_tool"].startswith("61.3 N from 95 % of the directions, 34.0 N from half")
     assert {name: value for name, value in shown.items() if "_alarms_" not in name} == {
         "contacts": "7",

@@ -6,6 +6,8 @@ The other half, which neither has seen, tells whether they hold, and the motion 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from collaudit.core.data.rule_study_result import DynamicGain
@@ -33,7 +35,8 @@ def dynamic_gain(joint: JointSeries, n: int, velocity: FloatArray, acceleration:
     seconds = float(min(np.count_nonzero(learn), np.count_nonzero(check))) * joint.period_s
     hours = seconds / 3600.0
     if seconds < _LEAST_S:
-        return _unknown(hours, f"only {seconds:.3g} s of clean motion in each half (at least {_LEAST_S:g} s)")
+        told = math.floor(10.0 * seconds) / 10.0  # never rounded up to what is asked
+        return _unknown(hours, f"only {told:g} s of clean motion in each half (at least {_LEAST_S:g} s)")
     columns = np.stack([np.ones_like(velocity), np.abs(velocity), np.abs(acceleration)], axis=1)
     shape = columns @ dynamic_shape(np.abs(joint.residual_nm[learn]), columns[learn])
     counts = np.array([n])

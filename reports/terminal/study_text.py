@@ -50,7 +50,7 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
     made_of = list(part_rows(study))
     if made_of:
         lines_of = [wrapped(f"{joint} {level} N·m: {causes}", width, "    ") for joint, level, causes in made_of]
-        title = "What thresholds are made of: by how much the level falls without each cause, N·m (causes overlap)"
+        title = "What thresholds are made of: by how much the level falls without each cause (causes overlap), N·m"
         parts.append("\n".join([wrapped(title, width, "  "), *(f"  {line}" for line in lines_of)]) + "\n")
     if detail:
         head = ("joint", "rule", "gamma N·m", "n", "alarms", "push noticed N·m", "delay ms")

@@ -26,7 +26,7 @@ _CAUSES = {
     "ripple": "ripple",
     "drift": "drift",
     "lag": "time lag",
-    "rest": "not explained",
+    "rest": "left without them all",
 }
 
 
@@ -139,9 +139,10 @@ def chosen_flags(study: RuleStudy) -> str | None:
 
 
 def part_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
-    """What each threshold is made of: joint, level, and the causes by falling share."""
+    """What each threshold is made of: joint, level, the causes by falling share, and last what is left."""
     for joint, parts in study.parts.items():
-        told = [f"{_CAUSES[p.cause]} {significant(p.gamma_nm, 2)}" for p in parts.parts if p.gamma_nm >= 0.005]
+        shares = sorted(parts.parts, key=lambda part: part.cause == "rest")
+        told = [f"{_CAUSES[p.cause]} {significant(p.gamma_nm, 2)}" for p in shares if p.gamma_nm >= 0.005]
         yield joint, significant(parts.level_nm), ", ".join(told)
 
 

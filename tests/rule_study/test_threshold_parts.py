@@ -91,3 +91,9 @@ def test_it_gains_nothing_where_they_do_not() -> None:
     assert found.sensitivity_gain is not None and found.sensitivity_gain < 0.05
     short = replace(series(noise(0.1)), clean=TIME < 40.0)
     assert dynamic_gain(short, 5, SPEED, SPEED).why_not is not None
+
+
+def test_too_little_motion_is_not_rounded_up_to_enough() -> None:
+    """Three turns of ten seconds in the one half, 29.96 s in the other."""
+    short = replace(series(noise(0.1)), clean=TIME < 59.96)
+    assert dynamic_gain(short, 5, SPEED, SPEED).why_not == "only 29.9 s of clean motion in each half (at least 30 s)"

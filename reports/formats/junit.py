@@ -68,7 +68,7 @@ def _case(
 
 def _properties(entry: IndexEntry) -> list[tuple[str, str]]:
     """Counts of a log, and the share of its joints' time in which a contact was detectable."""
-    shown = [("contacts", str(entry.contacts)), ("near_misses", str(entry.near_misses))]
+    shown = [("contacts", entry.counted(entry.contacts)), ("near_misses", entry.counted(entry.near_misses))]
     if entry.detectable is not None:
         shown.append(("contact_detectable", percent(entry.detectable)))
     return shown if entry.counts_mean_something else []

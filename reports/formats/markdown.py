@@ -50,8 +50,8 @@ def _log_table(entries: Iterable[IndexEntry]) -> list[str]:
                 f"{_MARKS[entry.verdict]} {entry.word}",
                 escaped(entry.name),
                 rows.NONE if entry.detectable is None else percent(entry.detectable),
-                str(entry.contacts) if entry.counts_mean_something else rows.NONE,
-                str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
+                entry.counted(entry.contacts),
+                entry.counted(entry.near_misses),
                 "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
             )
             for entry in entries

@@ -38,8 +38,8 @@ def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most:
             entry.word,
             entry.name,
             rows.NONE if entry.detectable is None else percent(entry.detectable),
-            str(entry.contacts) if entry.counts_mean_something else rows.NONE,
-            str(entry.near_misses) if entry.counts_mean_something else rows.NONE,
+            entry.counted(entry.contacts),
+            entry.counted(entry.near_misses),
             _reasons(entry, brief=most is not None),
         )
         for entry in listed

@@ -58,6 +58,11 @@ class IndexEntry:
         """False when nothing was judged, so that no events were found because none were looked for."""
         return self.judged_h > 0 or self.collisions > 0 or self.near_misses > 0
 
+    def counted(self, count: int) -> str:
+        """A count of events; a dash, never 0, where the log or all of its time was not judged."""
+        none_means_nothing = self.verdict == "not_judged" or not self.counts_mean_something
+        return "–" if not count and none_means_nothing else str(count)
+
 
 def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
     """The line of one audit.

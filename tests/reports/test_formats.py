@@ -83,6 +83,19 @@ def test_the_summary_table_is_aligned_and_safe(entries: list[IndexEntry]) -> Non
     assert starts == {0}
 
 
+def test_no_contact_in_a_log_without_a_verdict_is_a_dash(entries: list[IndexEntry], tmp_path: Path) -> None:
+    """0 beside NOT JUDGED reads like an all clear; time that could be judged changes nothing about that."""
+    silent = replace(entries[0], verdict="not_judged", contacts=0, collisions=0, near_misses=0, judged_h=0.5)
+    assert silent.counts_mean_something and silent.counted(0) == "–" and silent.counted(2) == "2"
+    assert replace(silent, verdict="pass").counted(0) == "0"
+    assert summary_table([silent]).splitlines()[2].split()[-2:-1] != ["0"] and " 0  " not in summary_table([silent])
+    write_index(tmp_path, [silent])
+    assert (
+        '<td class="num" data-key="-1">–</td><td class="num" data-key="-1">–</td>'
+        in (tmp_path / "index.html").read_text()
+    )
+
+
 def test_among_many_logs_each_has_one_reason_and_how_many_follow(entries: list[IndexEntry]) -> None:
     many = replace(
         entries[0], reasons=("The first. " + 40 * "x " + 40 * "y ", "The second."), exclusions=("The third.",)

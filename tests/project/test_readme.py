@@ -33,6 +33,14 @@ def test_it_fits_two_screens() -> None:
     assert len(README.splitlines()) <= 110
 
 
+def test_it_shows_a_report() -> None:
+    """A picture that is there, loads quickly, and leaves the two screens to the text."""
+    shown = re.search(r'<img src="([^"]+)" width="(\d+)" alt="[^"]{20,}">\]\((\S+)\)', README)
+    assert shown is not None
+    assert (PROJECT / shown[1]).stat().st_size < 100_000 and int(shown[2]) <= 640
+    assert (PROJECT / shown[3]).is_file()
+
+
 def test_the_two_promises() -> None:
     first = re.search(r"```sh\n(.*?)```", README, re.DOTALL)
     assert first is not None

@@ -381,6 +381,13 @@ KINDS: dict[str, Kind] = {
         _DOUBTS,
         setting="log.units",
     ),
+    "effort-scale": Kind(
+        "Effort and the model's torque differ in scale on several joints: the effort is no torque in N·m, or the model "
+        "is wrong.",
+        "State what the effort is in [log.units], with torque constants; or check model, tool and mounting in [robot].",
+        _SPAN,
+        setting="log.units",
+    ),
     "effort-understated": Kind(
         "A joint's effort is so much smaller than the model's torque that contacts appear smaller than they are.",
         "State what the effort is in [log.units], with its torque constant, or correct the payload in [robot.tool].",

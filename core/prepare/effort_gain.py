@@ -20,6 +20,7 @@ _MIN_EXPLAINED = 0.2
 #: A joint that keeps to less is an arm that gives under a touch; its effort against the model tells of the touch.
 _LEAST_TRAVEL_RAD = 0.05
 _PLAUSIBLE_GAIN = (0.5, 2.0)
+_SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 #: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
 _LEFT_OUT, _ROUNDS = 0.33, 4
 
@@ -49,6 +50,11 @@ class EffortGain:
     def known(self) -> bool:
         """Whether the motion loaded the joint enough to tell the sign."""
         return (self.ci95[0] > 0 or self.ci95[1] < 0) and self.explained >= _MIN_EXPLAINED
+
+    @property
+    def out_of_scale(self) -> bool:
+        """Whether it has the right sign, and clearly another size than a torque in N·m."""
+        return self.known and self.ci95[0] > 0 and not _overlaps(self.ci95, _PLAUSIBLE_GAIN)
 
 
 def effort_gains(
@@ -159,7 +165,8 @@ def effort_gain_findings(
         unit: of the effort.
         stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
     """
-    findings = []
+    scale = _other_scale(gains) if unit == "Nm" else None
+    findings = [] if scale is None else [scale]
     for gain in gains:
         numbers = f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
         if gain.inverted and gain.joint in stated:
@@ -179,7 +186,7 @@ def effort_gain_findings(
                     joint=gain.joint,
                 )
             )
-        elif unit == "Nm" and gain.known and not _overlaps(gain.ci95, _PLAUSIBLE_GAIN):
+        elif unit == "Nm" and gain.out_of_scale:
             findings.append(
                 Finding(
                     "effort-gain",
@@ -189,18 +196,33 @@ def effort_gain_findings(
                     joint=gain.joint,
                 )
             )
-            if gain.ci95[1] < _PLAUSIBLE_GAIN[0]:
+            if gain.ci95[1] < _PLAUSIBLE_GAIN[0] and scale is None:
                 findings.append(_understated(gain))
     return findings + unknown_sign_findings(gains, joints)
 
 
 def _understated(gain: EffortGain) -> Finding:
-    """That contacts on a joint appear smaller than they are, which a pass must not leave unsaid."""
+    """That contacts on one joint appear smaller than they are, which a pass must not leave unsaid."""
     text = (
         f"Contact torques on joint '{gain.joint}' appear {gain.gain:.2g} times as large as they are, if its effort is "
         "no torque in N·m: what stays below the threshold may be that much larger."
     )
     return Finding("effort-understated", "warning", text, joint=gain.joint)
+
+
+def _other_scale(gains: tuple[EffortGain, ...]) -> Finding | None:
+    """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
+    known = [gain for gain in gains if gain.known]
+    far = [gain for gain in known if gain.out_of_scale and gain.ci95[1] - gain.ci95[0] < gain.gain]
+    if len(far) < _SEVERAL or 2 * len(far) <= len(known):
+        return None
+    each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)
+    text = (
+        f"The efforts of {len(far)} of the {len(known)} joints that the model's torque loads are not in its scale, per "
+        f"N·m of it (95 %): {each}. They may be currents, or the model that of another arm or load: thresholds in N·m "
+        "mean nothing."
+    )
+    return Finding("effort-scale", "warning", text)
 
 
 def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]) -> list[Finding]:

@@ -52,6 +52,37 @@ def test_a_current_is_noticed_by_its_gain() -> None:
     assert [f.code for f in larger] == ["effort-gain"], "larger ones alarm early"
 
 
+def found(**gains: float) -> tuple[EffortGain, ...]:
+    """Gains as tight as a minute of motion gives them."""
+    return tuple(EffortGain(joint, g, (g - 0.03 * abs(g), g + 0.03 * abs(g)), 0.9) for joint, g in gains.items())
+
+
+@pytest.mark.parametrize("scale", [0.1, 0.4, 2.5, 10.0])
+def test_several_joints_in_another_scale_forbid_a_pass(scale: float) -> None:
+    """Amperes with the right signs, larger or smaller: said once for the arm, beside each joint's own gain."""
+    findings = effort_gain_findings(found(a=scale, b=1.1 * scale, c=1.0), ("a", "b", "c"), "Nm")
+    assert [f.code for f in findings] == ["effort-scale", "effort-gain", "effort-gain"]
+    assert (findings[0].joint, findings[0].forbids_pass) == (None, True)
+    assert "2 of the 3 joints" in findings[0].text
+    assert f"a {scale:.3g} [" in findings[0].text
+
+
+@pytest.mark.parametrize(
+    "gains",
+    [
+        found(a=0.1, b=1.0, c=1.0),  # one joint's own fault
+        found(a=0.1, b=0.1, c=1.0, d=1.0),  # not most of them: inertials, not the unit
+        found(a=0.1, b=-0.1, c=1.0),  # an inverted sign has a finding of its own
+        (EffortGain("a", 6.0, (2.1, 9.9), 0.9), EffortGain("b", 6.0, (2.1, 9.9), 0.9)),  # too wide
+        (EffortGain("a", 6.0, (5.9, 6.1), 0.1), EffortGain("b", 6.0, (5.9, 6.1), 0.1)),  # explains nothing
+    ],
+)
+def test_what_is_no_scale_of_the_log(gains: tuple[EffortGain, ...]) -> None:
+    findings = effort_gain_findings(gains, (), "Nm")
+    assert "effort-scale" not in [f.code for f in findings]
+    assert "effort-scale" not in [f.code for f in effort_gain_findings(found(a=0.1, b=0.1), (), "raw")]
+
+
 def test_an_unloaded_joint_is_undecided_not_guessed() -> None:
     for seed in range(10):
         gains, findings = run(1.0, 0.01, seed)

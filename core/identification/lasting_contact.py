@@ -18,6 +18,8 @@ from collaudit.core.numeric.stats import robust_sd
 
 #: Time is cut into blocks so long at least, and into so many at most: a stretch begins and ends with a block.
 _BLOCK_S, _MOST_BLOCKS = 0.5, 160
+#: Of fewer blocks nothing is told: a few motions, each made once, leave errors that look like one block of time.
+_LEAST_BLOCKS = 40
 _MAX_SAMPLES = 6000
 #: A stretch lasts so long at least, and for this share of the motion: shorter ones are found sample by sample, and of
 #: a longer one nothing tells which side of it is the contact.
@@ -84,6 +86,8 @@ def lasting_step(columns: FloatArray, effort: FloatArray, time_s: FloatArray, le
     x, y = columns[use] / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-12), effort[use]
     step_s = max(_BLOCK_S, float(time_s[use[-1]] - time_s[use[0]]) / _MOST_BLOCKS)
     block = np.floor((time_s[use] - time_s[use[0]]) / step_s).astype(np.int64)
+    if np.unique(block).size < _LEAST_BLOCKS:
+        return None
     found = _best_stretch(x, y, block, step_s)
     if found is None or found[2] < _EXPLAINED:
         return None

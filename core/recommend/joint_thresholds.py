@@ -12,6 +12,7 @@ from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, TailFacts
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
@@ -175,7 +176,7 @@ def _facts(tail: JointTail) -> TailFacts:
         begins_nm=tail.begins_nm,
         scale_nm2=law.scale,
         shape=law.shape,
-        shape_ci95=law.shape_interval(1.96),
+        shape_ci95=law.shape_interval(STANDARD_ERRORS_95),
         peaks=law.peaks,
         fit_p=tail.fit_p,
         dispersion_minutes=tail.dispersion_minutes,

@@ -16,6 +16,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.robot import load_robot
 
 MASS, LENGTH, INERTIA, ROTOR = 6.0, 0.4, 0.05, 0.3
@@ -238,8 +239,8 @@ def test_samples_missing_within_every_run_of_n_blind_the_rule(friction: Friction
 
 def test_a_persistence_longer_than_the_log_judges_nothing(friction: FrictionFile) -> None:
     t, q, effort = swing()
-    found = audit(as_log(t, q, effort), config(detect={"persistence_ms": 1e6}), friction).result
-    assert found.verdict == "not_judged"
+    with pytest.raises(NotJudgedError, match="longer than the log"):
+        audit(as_log(t, q, effort), config(detect={"persistence_ms": 1e6}), friction)
 
 
 def test_time_lost_in_gaps_counts_against_coverage(friction: FrictionFile) -> None:

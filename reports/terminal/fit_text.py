@@ -70,6 +70,8 @@ def _parameters(fit: FrictionFit) -> str:
     for name, value in fit.parameters.items():
         bounds = fit.ci95.get(name)
         interval = "" if bounds is None else f" [{_bound(bounds[0])}, {_bound(bounds[1])}]"
+        if bounds is not None and bounds[0] is not None and bounds[0] == bounds[1]:
+            interval = " (held at its limit)"  # where the data ask for what friction cannot have
         parts.append(f"{name.partition('_')[0]} {value:.4g}{interval}")
     return "  ".join(parts)
 

@@ -177,6 +177,9 @@ def _each(trends: list[Trend], scale: float) -> str:
     cells = []
     for t in trends:
         low, high = (None if b is None else scale * b for b in t.ci95)
+        if low is not None and low == high:  # of friction that is itself held at a limit
+            cells.append("not determined")
+            continue
         text = f"{significant(scale * t.per_unit, 2)} [{interval(low, high, 2)}]"
         cells.append(text if t.shown else f"{text}, none shown")
     return "; ".join(cells) or NONE

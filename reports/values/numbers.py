@@ -122,7 +122,9 @@ def duration(seconds: float | None) -> str:
 
 
 def interval(low: float | None, high: float | None, digits: int = 3) -> str:
-    """An interval whose unknown sides are named open; its ends are rounded outwards."""
+    """An interval whose unknown sides are named open; its ends are rounded outwards; one without width is none."""
+    if low is not None and low == high:
+        return "none: held at its limit"
     if low is None and high is None:
         return "open on both sides"
     if low is None:

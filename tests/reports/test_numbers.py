@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from decimal import Decimal
 
 import pytest
-from hypothesis import given
+import samples
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.identification_result import FrictionVariation, Identification, Trend
+from collaudit.reports.terminal.fit_text import fit_text
+from collaudit.reports.values.identified import identification_tables
 from collaudit.reports.values.numbers import (
     BELOW_SUPPORT,
     UNKNOWN,
@@ -65,9 +71,23 @@ def test_only_all_is_100_percent_and_only_nothing_is_0(share: float) -> None:
 @given(st.floats(-1e8, 1e8, allow_subnormal=False), st.floats(0, 1e8, allow_subnormal=False))
 def test_interval_ends_are_rounded_outwards(low: float, width: float) -> None:
     high = low + width
+    assume(high > low)
     low_text, high_text = interval(low, high).split(" to ")
     assert Decimal(low_text) <= Decimal(repr(low))
     assert Decimal(high_text) >= Decimal(repr(high))
+
+
+def test_an_interval_without_width_is_none() -> None:
+    """A parameter that was held at its limit has no uncertainty to show, least of all none at all."""
+    assert interval(0.0, 0.0) == "none: held at its limit"
+    result = samples.failed(3000).result
+    fit = next(iter(result.friction.values()))
+    held = replace(fit, parameters={"D_nm_s_per_rad": 0.0}, ci95={"D_nm_s_per_rad": (0.0, 0.0)})
+    text = fit_text(FrictionFile("", {"j": held}, (), result.provenance))
+    assert "D 0 (held at its limit)" in text and "[0, 0]" not in text
+    trend = Trend("load", 0.0, (0.0, 0.0), 1.0, "a.bag")
+    (table,) = identification_tables(Identification(None, {}, {"j": FrictionVariation((trend,), (), ())}))
+    assert "not determined" in table.rows[0]
 
 
 @given(st.floats(-1e8, 1e8).filter(lambda v: abs(v) > 1e-6))

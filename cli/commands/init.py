@@ -20,7 +20,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="File to write; stdout when absent."
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="File to write; stdout when absent or -."
 )
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the configuration, its findings, what is missing.")
@@ -49,6 +49,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     from collaudit.core.robot.robot_description import describe_robot
     from collaudit.reports.files.run_files import atomic_write
 
+    if str(output) == "-":
+        output = None
     if output is not None and output.exists() and not force:
         raise ConfigError("this file exists", where=str(output), hint="--force replaces it")
     loaded = load_settings(replaced=output)

@@ -70,7 +70,7 @@ def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]
         if result.friction and all(fit.model is None for fit in result.friction.values()):
             out.append(
                 "friction, which this log is too short or too still to show: fit it on a run in which the joints move, "
-                "collaudit fit RUN -c FILE -o friction.json, and add --friction friction.json"
+                "collaudit fit LOG -c FILE -o friction.json, and add --friction friction.json"
             )
     elif result is not None and not any(each.judged_s > 0 for each in result.coverage.joints.values()):
         out.append("no joint could be judged")
@@ -96,7 +96,7 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
     else:
         why = "here no friction could be fitted, and only what a resting arm shows was judged"
     free = "with a run free of contact in which the joints move"
-    return f"next: collaudit fit RUN -c {file} -o friction.json, {free} ({why})"
+    return f"next: collaudit fit LOG -c {file} -o friction.json, {free} ({why})"
 
 
 def _named(joints: Sequence[str]) -> str:

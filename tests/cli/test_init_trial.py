@@ -36,8 +36,15 @@ def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
     assert outcome.code == 0, outcome.err
     assert "tried on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
     assert "- excluded: Friction was fitted on the log it judges" in outcome.err
-    assert "next: collaudit fit RUN -c" in outcome.err
+    assert "next: collaudit fit LOG -c" in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 0, "the file runs as it stands"
+
+
+def test_a_dash_is_stdout_and_no_file(arm, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", "-")
+    assert outcome.code == 0 and "[detect]" in outcome.out
+    assert not Path("-").exists()
 
 
 def test_thresholds_are_the_fits_and_never_a_guess(arm, collaudit, tmp_path: Path) -> None:
@@ -78,7 +85,7 @@ def test_a_log_too_still_for_friction_asks_for_another_run(arm, collaudit, tmp_p
     log.write_text("\n".join([header, *still]) + "\n")
     outcome = collaudit("init", log, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert outcome.code == 3
-    assert "collaudit fit RUN" in outcome.err
+    assert "collaudit fit LOG" in outcome.err
 
 
 def test_a_late_effort_is_measured_and_written(arm, collaudit, tmp_path: Path) -> None:

@@ -14,20 +14,29 @@ _FEW = 5
 _TIMES, _MOTIONS = 10.0, 4.0
 #: More samples of one stamp come from a clock that stood still or was not set.
 _MOST_ALIKE = 8
+#: A clock that is set back so often at most begins a course of its own each time; stamps out of order more often are
+#: those of one course.
+_MOST_SET_BACK = 20
 
 
 def contradictions(recorded: JointLog) -> list[Finding]:
     """An error where samples of one stamp give other positions or efforts than noise and motion explain.
 
     Stamps may be coarser than the samples: then a repeated stamp's sample lies on the way to the next one. One that
-    does not, while the signal goes on as if it were not there, belongs to another course.
+    does not, while the signal goes on as if it were not there, belongs to another course. Where the clock was set back,
+    stamps come again without a contradiction: samples before and behind are not compared.
 
     Args:
         recorded: stamps (n,) as recorded, signals (n, j).
     """
     finite = np.flatnonzero(np.isfinite(recorded.time_s))
-    order = finite[np.argsort(recorded.time_s[finite], kind="stable")]
-    fresh = np.concatenate(([True], np.diff(recorded.time_s[order]) > 0)) if order.size else np.zeros(0, np.bool_)
+    course = np.concatenate(([0], np.cumsum(np.diff(recorded.time_s[finite]) < 0))) if finite.size else finite
+    if course.size and course[-1] > _MOST_SET_BACK:
+        course = np.zeros_like(course)
+    sorting = np.lexsort((recorded.time_s[finite], course))
+    order, course = finite[sorting], course[sorting]
+    later = (np.diff(recorded.time_s[order]) > 0) | (np.diff(course) > 0)
+    fresh = np.concatenate(([True], later)) if order.size else np.zeros(0, np.bool_)
     if np.count_nonzero(~fresh) < _FEW or np.count_nonzero(fresh) < _FEW:
         return []
     for what, values in (("position", recorded.position_rad), ("effort", recorded.effort)):

@@ -110,7 +110,11 @@ def test_an_ended_audit_leaves_no_verdict_no_part_and_no_worker(number: int, cod
     (out / "summary.json").write_text('{"schema": "collaudit/summary/1", "verdict": "pass"}')
     (out / "1-hanging").mkdir()
     (out / "1-hanging" / "audit.json").write_text("{}")
-    process = subprocess.Popen([*command, "-j", "2"], stderr=subprocess.PIPE, text=True, start_new_session=True)
+    heard = {"stderr": subprocess.PIPE, "text": True, "start_new_session": True}
+    # A shell's background job ignores SIGINT, and so do its children: the audit is to hear it.
+    process = subprocess.Popen(
+        [*command, "-j", "2"], preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), **heard
+    )
     deadline = time.monotonic() + 60
     while not (out / "0-clean" / "report.html").exists() and time.monotonic() < deadline:
         time.sleep(0.1)

@@ -8,9 +8,10 @@ import statsmodels.api as sm
 from scipy.stats import t as student
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.friction.fit_quality import point_arrays, robust_weights
+from collaudit.core.friction.fit_quality import _reweighted, point_arrays, robust_weights
 from collaudit.core.friction.friction_variation import friction_slope, load_slope
 from collaudit.core.friction.motion_points import clustered_mean
+from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS
 
 
 def wander(rng: np.random.Generator, n: int, alike: int) -> np.ndarray:
@@ -75,7 +76,7 @@ def test_the_interval_of_time_and_temperature_is_a_cluster_jackknife() -> None:
 
 @pytest.mark.parametrize(("method", "norm"), [("huber", sm.robust.norms.HuberT()), ("bisquare", None)])
 def test_robust_weights_are_those_of_m_estimation(method: str, norm: sm.robust.norms.RobustNorm | None) -> None:
-    """Directions that differ are followed by the law of two lines alone, which is linear in all its parameters."""
+    """About the law of two lines, which is linear in all its parameters; the freer laws leave out the same outliers."""
     rng = np.random.default_rng(3)
     speed = np.repeat(np.linspace(0.1, 1.2, 20), 2)
     direction = np.tile([1.0, -1.0], 20)
@@ -86,7 +87,7 @@ def test_robust_weights_are_those_of_m_estimation(method: str, norm: sm.robust.n
         FrictionPoint(float(v), float(f), 0.1, 0.03, "model", int(d), False)
         for v, f, d in zip(speed, friction, direction, strict=True)
     ]
-    found = robust_weights(point_arrays(points), method)
+    found, _ = _reweighted(point_arrays(points), ASYMMETRIC_COULOMB_VISCOUS, method)
     ahead = direction > 0
     design = np.column_stack([ahead, ~ahead, ahead * speed, ~ahead * speed]).astype(float)
     model = sm.RLM(friction, design, M=norm or sm.robust.norms.TukeyBiweight(4.685))
@@ -94,3 +95,6 @@ def test_robust_weights_are_those_of_m_estimation(method: str, norm: sm.robust.n
     assert found == pytest.approx(other.weights, abs=5e-3)
     assert found[[5, 22]] == pytest.approx(0.0, abs=0.2)
     assert np.median(found) > 0.8
+    freest = robust_weights(point_arrays(points), method)
+    assert freest[[5, 22]] == pytest.approx(0.0, abs=0.2)
+    assert np.median(freest) > 0.8

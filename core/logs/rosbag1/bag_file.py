@@ -146,9 +146,12 @@ class BagFile(NotedFile):
                 self._connection(fields, self.file.read(data_at, min(data_size, _MAX_HEADER * 2)))
             elif op == BAG_HEADER:
                 self._encrypted = bool(fields.get(b"encryptor"))
-                self._indexed = bool(struct.unpack("<Q", fields[b"index_pos"])[0])
-                if not self._indexed:
+                (index,) = struct.unpack("<Q", fields[b"index_pos"])
+                self._indexed = 0 < index <= self.file.size
+                if index == 0:
                     self._note("it has no index: it was not closed, or is still being written")
+                elif not self._indexed:  # cut between two records, where no record is cut
+                    self._note(f"it ends at byte {self.file.size}, before its index at byte {index}")
             elif op == MSG:
                 self._note(f"the message at byte {pos} lies outside a chunk and was left out")
             elif op == CHUNK_INFO:

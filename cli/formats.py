@@ -29,7 +29,7 @@ def parse_formats(text: str, allowed: Collection[str] = tuple(FORMATS)) -> list[
 
 
 def report_paths(output: Path, formats: Sequence[str]) -> dict[str, Path]:
-    """A file for every format: the first keeps the name asked for, the others stand beside it.
+    """A file for every format: the first keeps the name asked for, the others take its name with their own suffix.
 
     Raises:
         ConfigError: two formats would go to one file.

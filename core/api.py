@@ -170,7 +170,7 @@ def fit(
         truth: for each log its known contacts, which are left out; without, the fit looks for contact.
 
     Returns:
-        By joint: law, parameters with 95 % intervals, what the data cannot tell.
+        By joint: law, parameters with 95 % intervals, what the data cannot determine.
 
     Raises:
         CollauditError: a log cannot be read or fitted at all.

@@ -47,7 +47,7 @@ def contradictions(recorded: JointLog) -> list[Finding]:
             if count >= _FEW:
                 text = (
                     f"{count} samples have the stamp of another one and give another {what} of joint '{joint}': two "
-                    "publishers, or two recordings in one. Which is true cannot be told, and nothing can be judged."
+                    "publishers, or two recordings in one. Nothing shows which are right, so nothing is judged."
                 )
                 return [Finding("log-publishers-conflict", "error", text, joint=joint)]
     return []

@@ -1,4 +1,4 @@
-"""Result types of one joint's friction: points, law, intervals, what the data cannot tell."""
+"""Result types of one joint's friction: points, law, intervals, what the data cannot determine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was identified besides friction, as it stands in friction.json."""
+"""Sensor delays, gains, inertials and trends, as friction.json records them."""
 
 from __future__ import annotations
 
@@ -243,7 +243,7 @@ class RippleFacts:
 
 @dataclass(frozen=True, slots=True)
 class FrictionVariation:
-    """Trends of one joint's friction; ``untold`` says what the data cannot tell, and why."""
+    """Trends of one joint's friction; ``untold`` lists what the data cannot determine, and why."""
 
     trends: tuple[Trend, ...]
     ripple: tuple[RippleFacts, ...]

@@ -203,7 +203,7 @@ def _missing(item: JointEvidence, left_out_s: float, share: float) -> tuple[str,
             "this gamma is too low (state it by --clean, --truth or --labels)"
         )
     if peaks.log_of_window.size and peaks.log_of_window.max() == 0:
-        missing.append("another log: how far logs differ from each other cannot be told from one")
+        missing.append("another log: one log does not show how much logs differ")
     if tail.drift is not None:
         missing.append(
             f"a steady residual: its level changed by a factor of {tail.drift:.2g} from the first to the last third of "

@@ -40,7 +40,7 @@ def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, 
 
 
 def _rates(gamma_nm: float, item: JointEvidence) -> tuple[float, float]:
-    """Expected and at most (95 %), 1/h: by the tail above its beginning, by count below."""
+    """Expected and at most (95 %), 1/h: extrapolated above the beginning of the tail, counted below it."""
     from scipy.special import gammaincinv
 
     assert item.tail is not None

@@ -1,4 +1,4 @@
-"""Identified friction for a terminal, and what was identified besides."""
+"""Friction, sensor delays, gains, inertials and trends for a terminal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collaudit.reports.values.joint_lines import joint_lines
 
 
 def fit_text(friction: FrictionFile, width: int | None = None) -> str:
-    """Friction of every joint, then what was identified besides.
+    """Friction of every joint, then sensor delays, gains, inertials and trends.
 
     Args:
         friction: the fit.
@@ -36,7 +36,7 @@ def _left_out_text(friction: FrictionFile) -> str:
 
 
 def _identification_text(friction: FrictionFile, width: int | None) -> str:
-    """What was identified besides friction, table by table; long tables stay in friction.json and the page."""
+    """Sensor delays, gains, inertials and trends, table by table; long tables stay in friction.json and the page."""
 
     found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled)
     parts = []

@@ -1,4 +1,4 @@
-"""Tables of what was identified besides friction: for the page and for the terminal, every value as text."""
+"""Tables of sensor delays, gains, inertials and trends: for the page and for the terminal, every value as text."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _coupled(axes: dict[str, CoupledFriction]) -> Table:
         for joint, axis in axes.items()
     ]
     head = ("Motor of", "Turns with", "Coulomb, N·m", "Viscous, N·m·s/rad", "Drive inertia, kg·m²")
-    note = "Taken off the effort of each of these joints; their own friction stands beside it."
+    note = "Taken off the effort of each of these joints; the table of friction lists their own."
     return Table("Friction of coupled axes", head, tuple(rows), (note,))
 
 

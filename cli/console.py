@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import sys
+import warnings
 from collections.abc import Sequence
 
 import click
@@ -18,6 +20,15 @@ _VERDICT = re.compile(r"^(PASS|FAIL|NOT JUDGED)(, WITH EXCLUSIONS)?(?=  )", re.M
 _WARNING = re.compile(r"^  (warning|error)(?= )", re.MULTILINE)
 _VERDICT_COLOR = {"PASS": "green", "FAIL": "red", "NOT JUDGED": "yellow"}
 _SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
+
+
+def silence_library_warnings() -> None:
+    """Keep warnings of libraries, which carry paths of source files, off stderr.
+
+    They are for developers: ``COLLAUDIT_DEBUG`` or ``python -W`` shows them. What a user must know is a finding.
+    """
+    if not sys.warnoptions and os.environ.get("COLLAUDIT_DEBUG", "") in ("", "0"):
+        warnings.simplefilter("ignore")
 
 
 def say(text: str, *, err: bool = False, nl: bool = True) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import click
 
-from collaudit.cli.console import note
+from collaudit.cli.console import note, silence_library_warnings
 from collaudit.cli.error_json import say_error_json, wants_json
 from collaudit.cli.group import CommandEntry, LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
@@ -78,6 +78,7 @@ def main(args: Sequence[str] | None = None) -> None:
     """Run the command line and exit with the contracted code."""
     one_thread_of_linear_algebra()
     keep_freed_memory()
+    silence_library_warnings()
     signal.signal(signal.SIGTERM, _terminate)
     arguments = list(sys.argv[1:] if args is None else args)
     sys.exit(run(arguments))

@@ -21,6 +21,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from collaudit.cli.batch.audit_one import Outcome, audit_one, remove_run
 from collaudit.cli.batch.log_jobs import Limits, LogJob
+from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
 from collaudit.core.errors import NotJudgedError
 
@@ -112,6 +113,7 @@ def _cause_of_death(exit_code: int, limits: Limits) -> str:
 
 def _begin_worker(parent: int, memory_gb: float | None) -> None:
     """Prepare a worker: one thread, its share of memory, and an end when the audit has ended."""
+    silence_library_warnings()
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # more threads would only fight with the other workers
     if memory_gb is not None:
         import resource

@@ -1,5 +1,6 @@
 """The command line answers quickly, and imports nothing heavy before a command needs it."""
 
+import os
 import subprocess
 import sys
 import time
@@ -46,3 +47,14 @@ def test_help_of_a_command_imports_nothing_that_computes(name: str) -> None:
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stderr.strip() == "[]"
     assert done.stdout.startswith("Examples:\n  collaudit ")
+
+
+@pytest.mark.parametrize(("debug", "shown"), [("", False), ("1", True)])
+def test_warnings_of_libraries_do_not_reach_users(debug: str, shown: bool) -> None:
+    code = (
+        "import sys, warnings\nfrom collaudit.cli import main as entry\n"
+        "entry.run = lambda args: warnings.warn('overflow encountered', RuntimeWarning)\nentry.main([])"
+    )
+    environment = os.environ | {"COLLAUDIT_DEBUG": debug}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert ("overflow encountered" in done.stderr) is shown

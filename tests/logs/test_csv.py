@@ -450,3 +450,29 @@ def test_the_column_of_time_may_be_a_position_too(tmp_path: Path) -> None:
     settings = {"csv": {"time": "q1", "position": "q1", "effort": "tau1"}, "units": {"effort": "Nm", "time": "s"}}
     log = read(write(tmp_path / "log.csv", f"q1,tau1\n{rows}\n"), settings)
     np.testing.assert_array_equal(log.position_rad[:, 0], np.arange(30.0))
+
+
+@pytest.mark.parametrize("suffix", ["", ".gz"])
+def test_no_thread_of_arrow_calls_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
+    """Arrow's threads go on after an error; one that calls Python then aborts a process that ends."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    calls: list[bool] = []
+    read_csv = csv.read_csv
+
+    def spy(source: Any, *, read_options: Any, parse_options: Any, convert_options: Any) -> Any:
+        calls.append(read_options.use_threads)
+        if read_options.use_threads:
+            assert isinstance(source, pa.OSFile)
+            assert parse_options.invalid_row_handler is None
+        return read_csv(source, read_options=read_options, parse_options=parse_options, convert_options=convert_options)
+
+    monkeypatch.setattr(csv, "read_csv", spy)
+    lines = table().splitlines(keepends=True)
+    text = "".join([*lines[:9], "# a comment\n", *lines[9:]])
+    path = tmp_path / f"run.csv{suffix}"
+    path.write_bytes(gzip.compress(text.encode()) if suffix else text.encode())
+    check(read(path, NM))
+    assert calls
+    assert any(calls) is not bool(suffix)

@@ -61,38 +61,71 @@ def parse(
         ArrowInvalid: a row or a cell is not as it should be.
         LogError: a compressed file cannot be read at all.
     """
-    from pyarrow import csv as arrow_csv
+    from pyarrow import ArrowInvalid, NativeFile, OSFile
 
     if mend is None and suits_pandas(dialect):
         table = read_plain(path, dialect, wanted, types)
         if table is not None:
             return table, None
-    names = [f"c{index}" for index in range(len(dialect.names))]
     try:
         source, skip, delimiter, encoding = _source(path, dialect, mend)
+        reading = _Reading(len(dialect.names), skip, delimiter, encoding, quotes, wanted, types, dialect.decimal)
         with source:
-            table = arrow_csv.read_csv(
-                source,
-                read_options=arrow_csv.ReadOptions(
-                    column_names=names,
-                    skip_rows=skip,
-                    block_size=_BLOCK,
-                    encoding=encoding,
-                ),
-                parse_options=arrow_csv.ParseOptions(
-                    delimiter=delimiter, quote_char='"' if quotes else False, invalid_row_handler=_comment_or_error
-                ),
-                convert_options=arrow_csv.ConvertOptions(
-                    include_columns=[f"c{index}" for index in wanted],
-                    column_types=dict(types),
-                    decimal_point=dialect.decimal,
-                    null_values=list(NULLS),
-                ),
-            )
+            if isinstance(source, NativeFile) and encoding == "utf-8":
+                try:
+                    with OSFile(str(path)) as own:
+                        return reading.table(own, threads=True), None
+                except ArrowInvalid:
+                    pass  # perhaps of a comment between the rows only
+            table = reading.table(source, threads=False)
             stream = getattr(source, "raw", None)
             return table, stream.damage if isinstance(stream, (BoundedStream, LineStream)) else None
     except decompression_errors() as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What Arrow is told about a table."""
+
+    width: int
+    skip: int
+    delimiter: str
+    encoding: str
+    quotes: bool
+    wanted: Sequence[int]
+    types: Mapping[str, Any]
+    decimal: str
+
+    def table(self, source: Any, *, threads: bool) -> Any:
+        """Read it, with several threads or with comments between the rows, but never with both.
+
+        After an error Arrow leaves its threads at work on the rest of the file. One that then calls Python (a
+        handler of rows, a source in Python) while the interpreter ends, aborts the process. In one thread none is left.
+        """
+        from pyarrow import csv as arrow_csv
+
+        return arrow_csv.read_csv(
+            source,
+            read_options=arrow_csv.ReadOptions(
+                column_names=[f"c{index}" for index in range(self.width)],
+                skip_rows=self.skip,
+                block_size=_BLOCK,
+                encoding=self.encoding,
+                use_threads=threads,
+            ),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=self.delimiter,
+                quote_char='"' if self.quotes else False,
+                invalid_row_handler=None if threads else _comment_or_error,
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                include_columns=[f"c{index}" for index in self.wanted],
+                column_types=dict(self.types),
+                decimal_point=self.decimal,
+                null_values=list(NULLS),
+            ),
+        )
 
 
 def _comment_or_error(row: Any) -> str:

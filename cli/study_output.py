@@ -16,20 +16,35 @@ if TYPE_CHECKING:
 _MOST = 2
 
 
-def with_study(loaded: LoadedConfig) -> LoadedConfig:
-    """The same settings, with a study of the rule."""
-    study = loaded.config.study.model_copy(update={"run": True})
+def with_study(loaded: LoadedConfig, per_hour: float, max_delay_ms: float | None) -> LoadedConfig:
+    """The same settings, with a study of the rule for what is asked.
+
+    Args:
+        loaded: settings.
+        per_hour: false alarms of the arm that are accepted.
+        max_delay_ms: longest delay, ms; None leaves it to the settings.
+    """
+    asked: dict[str, object] = {"run": True, "per_hour": per_hour}
+    if max_delay_ms is not None:
+        asked["max_delay_ms"] = max_delay_ms
+    study = loaded.config.study.model_copy(update=asked)
     return replace(loaded, config=loaded.config.model_copy(update={"study": study}))
 
 
-def say_studies(audits: Sequence[Audit], detail: bool = False) -> None:
-    """Print the studies of audits that have one; a note says how to get one for those that have none."""
+def say_studies(audits: Sequence[Audit], detail: bool = False, answer: bool = True) -> None:
+    """Print the studies of audits that have one; a note says how to get one for those that have none.
+
+    Args:
+        audits: judged logs.
+        detail: all tables.
+        answer: with the rule that each log alone recommends, and what it says of the rule that is set.
+    """
     from collaudit.reports.terminal.study_text import study_text
 
     studies = [audit.study for audit in audits if audit.study is not None]
     for study in studies[:_MOST]:
         title = f"\nWhat the rule notices in {study.log}" if len(audits) > 1 else "\nWhat the rule notices"
-        say(f"{title}\n\n{study_text(study, terminal_width(), detail)}", nl=False)
+        say(f"{title}\n\n{study_text(study, terminal_width(), detail, answer)}", nl=False)
     if len(studies) > _MOST:
         note(f"{len(studies) - _MOST} more studies are not printed; --json has all")
     if not studies:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,13 +13,15 @@ from collaudit.cli.console import note, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
-from collaudit.cli.settings import clean_option, config_option, load_settings, robot_options, rule_options
+from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.cli.study_output import say_studies
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.detection_result import DynamicThreshold
+    from collaudit.core.data.recommendation_result import PersistenceReason
+    from collaudit.core.data.rule_study_result import PersistenceChoice
     from collaudit.core.recommend.arm_evidence import Times
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
@@ -49,7 +51,8 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
 @click.option(
     "--max-delay-ms",
     type=click.FloatRange(min=0.0, min_open=True),
-    help="Longest delay from crossing gamma to the alarm; shortens the persistence where it must.",
+    help="Longest delay to the alarm: a persistence that takes longer, by filter and samples or with contacts added "
+    "to the logs, is not chosen.",
 )
 @click.option(
     "--snippet",
@@ -81,6 +84,10 @@ def command(
     beyond the usual, are left out and listed to be confirmed: --truth or --labels say what was contact, and --clean
     that nothing touched the arm.
 
+    The persistence is the one that notices the least force, of contacts added to the logs; --n or
+    --persistence-ms fix it. Runs have been studied where they were judged with `collaudit detect --study`; runs
+    without a study keep the persistence that they were judged with.
+
     Exit code 3 when nothing could be recommended for any joint.
     """
     from collaudit.core.api import recommend_arm
@@ -88,9 +95,11 @@ def command(
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste
     from collaudit.reports.terminal.recommendation_text import recommendation_text
 
-    audits, known = _audits(inputs, truth)
+    audits, known = _audits(inputs, truth, per_hour, max_delay_ms)
     with progress("recommending"):
-        found = recommend_arm(audits, _persistence_s(audits, max_delay_ms), known, per_hour)
+        persistence_s, why, compared = _persistence(audits, max_delay_ms)
+        found = recommend_arm(audits, persistence_s, known, per_hour)
+        found = replace(found, chosen_by=why, compared=compared)
         laws = _dynamic(audits)
     if as_json:
         say_json(_json(audits, found, laws))
@@ -100,33 +109,55 @@ def command(
         say(text_to_paste(snippet, found), nl=False)
     else:
         say(recommendation_text(found, terminal_width()), nl=False)
-        say_studies(audits)
+        say_studies(audits, answer=False)
     if found.to_confirm:
         count = len(found.to_confirm)
         note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
     return EXIT_PASS if any(rule.gamma_nm is not None for rule in found.joints.values()) else EXIT_NOT_JUDGED
 
 
-def _persistence_s(audits: Sequence[Audit], max_delay_ms: float | None) -> float | None:
-    """The persistence asked for, in whole samples of the slowest log; None leaves it to the runs.
+def _persistence(
+    audits: Sequence[Audit], max_delay_ms: float | None
+) -> tuple[float, PersistenceReason, tuple[PersistenceChoice, ...]]:
+    """The persistence, s, in whole samples of the slowest log; why; and those that were compared.
 
     Raises:
         ConfigError: no persistence reacts as soon as wanted.
     """
     from collaudit.core.detection.rule import persistence_samples
+    from collaudit.core.rule_study.persistence_choice import pooled_choices
 
+    flags, period_s = overrides(), max(audit.result.log.sample_period_s for audit in audits)
+    longest_s = None if max_delay_ms is None else _longest_s(audits, max_delay_ms, period_s)
     detect = load_settings().config.detect
-    period_s = max(audit.result.log.sample_period_s for audit in audits)
-    stated: float | None = None
-    if detect.n is not None:
-        stated = detect.n * period_s
-    elif detect.persistence_ms is not None:
-        stated = persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
-    if max_delay_ms is None:
-        return stated
+    rules = [audit.result.rule for audit in audits]
+    if "detect.n" in flags and detect.n is not None:
+        return _no_longer(detect.n * period_s, longest_s), "stated", ()
+    if "detect.persistence_ms" in flags and detect.persistence_ms is not None:
+        asked_s = persistence_samples(detect.persistence_ms / 1e3, period_s) * period_s
+        return _no_longer(asked_s, longest_s), "stated", ()
+    studied = [audit.study.choices for audit in audits if audit.study is not None]
+    delay_s = None if max_delay_ms is None else max_delay_ms / 1e3
+    compared = pooled_choices(studied, max(rule.n for rule in rules), delay_s, longest_s)
+    for choice in compared:
+        if choice.chosen:
+            return choice.persistence_s, "chosen", compared
+    return _no_longer(max(rule.persistence_s for rule in rules), longest_s), "set", compared
+
+
+def _no_longer(persistence_s: float, longest_s: float | None) -> float:
+    return persistence_s if longest_s is None else min(persistence_s, longest_s)
+
+
+def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) -> float:
+    """The longest persistence that alarms in time, by the filter's delay and one sample of jitter.
+
+    Raises:
+        ConfigError: none does.
+    """
     facts = [audit.result.detection for audit in audits]
     filter_s = max((known.delay.filter_s for known in facts if known is not None), default=0.0)
-    most = int((max_delay_ms / 1e3 - filter_s) / period_s + 1e-9) - 1  # one sample of jitter beside the persistence
+    most = int((max_delay_ms / 1e3 - filter_s) / period_s + 1e-9) - 1
     if most < 1:
         raise ConfigError(
             "no persistence reacts as soon as that",
@@ -134,12 +165,13 @@ def _persistence_s(audits: Sequence[Audit], max_delay_ms: float | None) -> float
             found=f"{max_delay_ms:g} ms",
             expected=f"at least {1e3 * (filter_s + 2 * period_s):.3g} ms: the filter's delay and two samples",
         )
-    wanted = stated if stated is not None else max(a.result.rule.persistence_s for a in audits)
-    return min(wanted, most * period_s)
+    return most * period_s
 
 
-def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], list[Times | None]]:
-    """Runs are read, everything else is judged as a log; and what is known of contact in each."""
+def _audits(
+    inputs: Sequence[str], truth: Sequence[Path], per_hour: float, max_delay_ms: float | None
+) -> tuple[list[Audit], list[Times | None]]:
+    """Runs are read, everything else is judged as a log and studied; and what is known of contact in each."""
     from collaudit.cli.log_arguments import audit_files
     from collaudit.cli.study_output import with_study
     from collaudit.core.api import find_logs, open_log
@@ -152,9 +184,10 @@ def _audits(inputs: Sequence[str], truth: Sequence[Path]) -> tuple[list[Audit], 
     found = find_logs(logs, loaded) if logs else []
     files_known = known_contact(truth, len(runs) + len(found))
     labelled: list[Times | None] = [None] * len(audits)
-    for files in found:
+    studied = with_study(loaded, per_hour, max_delay_ms)
+    for k, files in enumerate(found):
         with progress(f"judging {files[0].name}") as report:
-            audits.append(audit_files(files, with_study(loaded), report)[0])
+            audits.append(audit_files(files, studied, report, truth[len(runs) + k] if files_known else None)[0])
         wanted = loaded.config.detect.true_events
         labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
     if loaded.config.fit.contact == "none":
@@ -199,6 +232,8 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, 
         "schema": RECOMMEND_SCHEMA,
         "logs": [asdict(log) for log in found.logs],
         "persistence_s": found.persistence_s,
+        "persistence_by": found.chosen_by,
+        "persistences": [asdict(choice) for choice in found.compared],
         "arm": asdict(found.rate),
         "joints": {joint: asdict(rule) for joint, rule in found.joints.items()},
         "set": {joint: asdict(opinion) for joint, opinion in found.set_rules.items()},

@@ -246,6 +246,9 @@ class StudyConfig(ConfigTable):
     max_delay_ms: Positive | None = Field(
         None, description="A persistence at which a push or knock is noticed later than this is not chosen, ms."
     )
+    per_hour: Positive = Field(
+        0.001, description="False alarms of the whole arm per hour that the compared thresholds are for."
+    )
 
 
 class Config(ConfigTable):

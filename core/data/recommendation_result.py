@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Opinion = Literal["too tight", "too loose", "supported", "not judged"]
+PersistenceReason = Literal["stated", "chosen", "set"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,8 @@ class SetRule:
         unnoticed_nm: (recommended, set): external torques between these would alarm with the recommended threshold and
             do not with the set one; None unless too loose.
         text: in a sentence.
+        n: persistence that is set, samples: the opinion is on both together.
+        recommended_nm: what the evidence asks for at that persistence.
     """
 
     gamma_nm: float
@@ -80,6 +83,8 @@ class SetRule:
     false_alarms_per_hour_upper95: float | None
     unnoticed_nm: tuple[float, float] | None
     text: str
+    n: int = 0
+    recommended_nm: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from collaudit.core.data.recommendation_result import SetRule
+
 STUDY_SCHEMA = "collaudit/study/1"
 Motion = Literal["moving", "standing"]
 
@@ -311,6 +313,7 @@ class RuleStudy:
         dynamic: gain of a dynamic threshold, by joint.
         labelled: against known contacts; None where none are known.
         assumptions: what the numbers rest on, in words.
+        set_rules: what this log alone says of the configured thresholds, by joint: too tight, too loose or supported.
     """
 
     schema: str
@@ -325,3 +328,4 @@ class RuleStudy:
     dynamic: dict[str, DynamicGain] = field(default_factory=dict)
     labelled: LabelledCurve | None = None
     assumptions: tuple[str, ...] = ()
+    set_rules: dict[str, SetRule] = field(default_factory=dict)

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.data.audit_result import Audit, RecommendedRule
-from collaudit.core.data.recommendation_result import ArmRate, RangeOfEvidence, SetRule, StretchToConfirm
+from collaudit.core.data.recommendation_result import (
+    ArmRate,
+    PersistenceReason,
+    RangeOfEvidence,
+    SetRule,
+    StretchToConfirm,
+)
+from collaudit.core.data.rule_study_result import PersistenceChoice
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
@@ -17,13 +24,12 @@ from collaudit.core.recommend.joint_thresholds import (
     DEFAULT_PER_HOUR,
     LEAST_S,
     REACH,
-    JointEvidence,
     arm_rate,
     recommend_joints,
 )
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
 from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.recommend.set_rule import judge_set_rule
+from collaudit.core.recommend.set_rule import judge_set_rules
 from collaudit.core.recommend.sustained_levels import sustained_level
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
@@ -66,6 +72,9 @@ class ArmRecommendation:
         set_rules: what the evidence says of the thresholds that are set.
         logs: of the evidence; the same log twice counts once.
         assumptions: taken for granted.
+        chosen_by: why it is this persistence: stated by the user; chosen by what contacts the studies of the logs
+            notice; or as set, where no study tells.
+        compared: the persistences that were compared, over all logs that have a study.
     """
 
     persistence_s: float
@@ -78,6 +87,8 @@ class ArmRecommendation:
     set_rules: dict[str, SetRule]
     logs: tuple[LogUse, ...]
     assumptions: tuple[str, ...] = ASSUMPTIONS
+    chosen_by: PersistenceReason = "set"
+    compared: tuple[PersistenceChoice, ...] = ()
 
 
 def recommend_arm(
@@ -113,7 +124,7 @@ def recommend_arm(
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
         counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
         if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
-        set_rules=_set_rules(audits, joints, found, per_hour),
+        set_rules=_set_rules(audits, evidence, per_hour),
         logs=tuple(_use(log) for log in evidence.logs),
     )
 
@@ -174,16 +185,14 @@ def _if_clean(
     return out
 
 
-def _set_rules(
-    audits: Sequence[Audit],
-    joints: Mapping[str, RecommendedRule],
-    found: Mapping[str, JointEvidence],
-    per_hour: float,
-) -> dict[str, SetRule]:
-    """Opinions on the thresholds of the latest audit that has one for the joint."""
-    out = {}
-    for joint, rule in joints.items():
-        gammas = [gamma for a in audits if (gamma := a.result.rule.gamma_nm.get(joint)) is not None]
-        if gammas:
-            out[joint] = judge_set_rule(gammas[-1], rule, found[joint], per_hour / len(joints))
-    return out
+def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) -> dict[str, SetRule]:
+    """Opinions on the thresholds of the latest audit that has one for the joint, at its own persistence."""
+    latest: dict[float, dict[str, float]] = {}
+    for joint in evidence.joints:
+        rules = [a.result.rule for a in audits if joint in a.result.rule.gamma_nm]
+        if rules:
+            latest.setdefault(rules[-1].persistence_s, {})[joint] = rules[-1].gamma_nm[joint]
+    found: dict[str, SetRule] = {}
+    for persistence_s, gammas in latest.items():
+        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour)
+    return {joint: found[joint] for joint in evidence.joints if joint in found}

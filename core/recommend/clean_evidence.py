@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from collaudit.core.data.audit_result import Audit, RecommendedRule
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence, Times
 from collaudit.core.recommend.arm_recommendation import recommend_arm
-from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, joint_evidence, recommend_joints, threshold
+from collaudit.core.recommend.joint_thresholds import DEFAULT_PER_HOUR, recommend_joints
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
 
 
@@ -30,9 +30,8 @@ def recommended_of_log(
 def thresholds_of_log(
     log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> dict[str, float | None]:
-    """Gamma of each watched joint from one log alone, without a test of its tail's law: for many persistences."""
-    share = per_hour / max(1, len(log.watched))
-    return {
-        joint: threshold(joint_evidence([log.of_joint(joint)], persistence_s, tested=False).tail, share)
-        for joint in log.watched
-    }
+    """Gamma of each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
+    evidence = ArmEvidence((log,), log.watched)
+    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
+    rules, _ = recommend_joints(evidence, persistence_s, per_hour, others=False)
+    return {joint: rule.gamma_nm for joint, rule in rules.items()}

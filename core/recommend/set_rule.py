@@ -2,12 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import Opinion, SetRule
-from collaudit.core.recommend.joint_thresholds import JointEvidence
+from collaudit.core.recommend.arm_evidence import ArmEvidence
+from collaudit.core.recommend.joint_thresholds import JointEvidence, recommend_joints
 
 #: A threshold this many times the recommended one wastes sensitivity.
 LOOSE = 1.5
+
+
+def judge_set_rules(
+    evidence: ArmEvidence, gamma_nm: Mapping[str, float], persistence_s: float, per_hour: float
+) -> dict[str, SetRule]:
+    """The opinions on a rule that is set, at its own persistence.
+
+    Args:
+        evidence: of the arm, without what is left out.
+        gamma_nm: as set, of the joints that have one.
+        persistence_s: as set.
+        per_hour: false alarms of the arm that are accepted.
+    """
+    joints, found = recommend_joints(evidence, persistence_s, per_hour, others=False)
+    share = per_hour / max(1, len(joints))
+    return {
+        joint: judge_set_rule(gamma_nm[joint], rule, found[joint], share)
+        for joint, rule in joints.items()
+        if joint in gamma_nm
+    }
 
 
 def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, share_per_hour: float) -> SetRule:
@@ -21,22 +44,24 @@ def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, 
     """
     tail = item.tail
     if tail is None or rule.gamma_nm is None:
-        return SetRule(gamma_nm, "not judged", None, None, None, "Not judged: the evidence supports no threshold.")
+        text = "Not judged: the evidence supports no threshold."
+        return SetRule(gamma_nm, "not judged", None, None, None, text, item.n)
+    best = rule.gamma_nm
     expected, bound = _rates(gamma_nm, item)
-    if gamma_nm < rule.gamma_nm and bound > share_per_hour:
+    if gamma_nm < best and bound > share_per_hour:
         opinion: Opinion = "too tight"
         text = (
             f"Too tight: {_rate(expected)} false alarms expected, up to {_rate(bound)} (95 %), where "
             f"{_rate(share_per_hour)} are this joint's part."
         )
-        return SetRule(gamma_nm, opinion, expected, bound, None, text)
-    if gamma_nm > LOOSE * rule.gamma_nm:
+        return SetRule(gamma_nm, opinion, expected, bound, None, text, item.n, best)
+    if gamma_nm > LOOSE * best:
         text = (
-            f"Too loose: external torques of {rule.gamma_nm:.2g} to {gamma_nm:.3g} N·m go unnoticed that the evidence "
+            f"Too loose: external torques of {best:.2g} to {gamma_nm:.3g} N·m go unnoticed that the evidence "
             "would allow to be noticed."
         )
-        return SetRule(gamma_nm, "too loose", expected, bound, (rule.gamma_nm, gamma_nm), text)
-    return SetRule(gamma_nm, "supported", expected, bound, None, "Supported by the evidence.")
+        return SetRule(gamma_nm, "too loose", expected, bound, (best, gamma_nm), text, item.n, best)
+    return SetRule(gamma_nm, "supported", expected, bound, None, "Supported by the evidence.", item.n, best)
 
 
 def _rates(gamma_nm: float, item: JointEvidence) -> tuple[float, float]:

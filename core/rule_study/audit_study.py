@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.controller_alarms import is_named
@@ -11,8 +12,10 @@ from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.recommend.arm_evidence import Times, evidence_of
+from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
 from collaudit.core.recommend.clean_evidence import thresholds_of_log
+from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
+from collaudit.core.recommend.set_rule import judge_set_rules
 from collaudit.core.rule_study.rule_study import StudiedLog, study_rule
 from collaudit.core.scoring.known_events import contact_times, label_times
 from collaudit.core.scoring.truth_events import TruthFile
@@ -40,9 +43,14 @@ def audit_study(
     period = result.log.sample_period_s
 
     def gammas_at(n: int) -> Mapping[str, float | None]:
-        return thresholds_of_log(evidence, n * period)
+        return thresholds_of_log(evidence, n * period, config.study.per_hour)
 
-    return study_rule(StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at)
+    study = study_rule(StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at)
+    rule = result.rule
+    arm = ArmEvidence((evidence,), evidence.watched)
+    arm = without_outliers(arm, outlying_stretches(arm, rule.persistence_s))
+    gammas = {joint: gamma for joint, gamma in rule.gamma_nm.items() if joint in arm.joints}
+    return replace(study, set_rules=judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour))
 
 
 def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -> Times | None:

@@ -18,6 +18,8 @@ _WORTH = 0.97
 _DELAY_FORCES = 2.0
 #: Of the contacts every third: the comparison is between persistences, on the same contacts.
 _EVERY = 3
+#: Persistences closer than this are the same.
+_SAME_S = 1e-9
 
 
 def persistences(period_s: float, set_n: int) -> list[int]:
@@ -51,7 +53,47 @@ def compared_persistences(
         known = {joint: gamma for joint in joints if (gamma := gammas.get(joint)) is not None}
         if len(known) == len(joints):
             found.append(_noticed(added, known, n))
-    return _chosen(found, set_n, longest_delay_s)
+    return chosen_of(found, set_n, longest_delay_s)
+
+
+def pooled_choices(
+    logs: Sequence[Sequence[PersistenceChoice]],
+    set_n: int,
+    longest_delay_s: float | None = None,
+    longest_s: float | None = None,
+) -> tuple[PersistenceChoice, ...]:
+    """Persistences that several logs were studied at, with what they notice over all of them; one is chosen.
+
+    Forces are geometric means over the logs, delays the longest of any log. Thresholds are those of the last log: what
+    all logs together support is for the recommendation to say.
+
+    Args:
+        logs: choices of the study of each log; logs without any are left out.
+        set_n: the persistence that is set.
+        longest_delay_s: as of :func:`compared_persistences`.
+        longest_s: a longer persistence is not chosen, either.
+    """
+    by_length = [{round(choice.persistence_s, 5): choice for choice in log} for log in logs if log]
+    if not by_length:
+        return ()
+    common = [length for length in by_length[0] if all(length in log for log in by_length)]
+    found = [_pooled([log[length] for log in by_length]) for length in common]
+    return chosen_of(found, set_n, longest_delay_s, longest_s)
+
+
+def _pooled(logs: Sequence[PersistenceChoice]) -> PersistenceChoice:
+    """One persistence over several logs."""
+    if len(logs) == 1:
+        return replace(logs[0], chosen=False)
+    force: dict[str, float | None] = {}
+    delay: dict[str, float | None] = {}
+    for shape in logs[0].force_n:
+        forces = [log.force_n.get(shape) for log in logs]
+        known = [f for f in forces if f is not None]
+        force[shape] = float(f"{np.exp(np.mean(np.log(known))):.3g}") if len(known) == len(logs) else None
+        late = [d for log in logs if (d := log.delay_s.get(shape)) is not None]
+        delay[shape] = max(late, default=None)
+    return replace(logs[-1], force_n=force, delay_s=delay, cost=None, chosen=False)
 
 
 def _noticed(added: Sequence[AddedContacts], gamma_nm: dict[str, float], n: int) -> PersistenceChoice:
@@ -69,8 +111,8 @@ def _noticed(added: Sequence[AddedContacts], gamma_nm: dict[str, float], n: int)
     return PersistenceChoice(n, n * added[0].period_s, gamma_nm, force, delay, None, False)
 
 
-def _chosen(
-    found: Sequence[PersistenceChoice], set_n: int, longest_delay_s: float | None
+def chosen_of(
+    found: Sequence[PersistenceChoice], set_n: int, longest_delay_s: float | None, longest_s: float | None = None
 ) -> tuple[PersistenceChoice, ...]:
     """The same with their cost, and the best one marked; the one that is set where no other is better by much."""
     means = [_mean_force(choice) for choice in found]
@@ -83,6 +125,7 @@ def _chosen(
         for k, choice in enumerate(found)
         if costs[k] is not None
         and (longest_delay_s is None or all(d is None or d <= longest_delay_s for d in _quick(choice)))
+        and (longest_s is None or choice.persistence_s <= longest_s + _SAME_S)
     ]
     if not allowed:
         return tuple(replace(c, cost=cost) for c, cost in zip(found, costs, strict=True))

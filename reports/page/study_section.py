@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.reports.plots.plane_map import plane_map
+from collaudit.reports.values.set_rule_rows import SET_RULE_HEAD, set_rule_rows
 from collaudit.reports.values.study_rows import (
     NoticedRow,
     PlaneRow,
@@ -34,6 +35,7 @@ class StudySection:
         known: number of known contacts.
         labelled: rows of their table.
         assumptions: what the numbers rest on.
+        set_rules: rows of the verdict on what is set, under ``set_head``.
     """
 
     shapes: tuple[str, ...]
@@ -49,6 +51,8 @@ class StudySection:
     known: int
     labelled: tuple[tuple[str, ...], ...]
     assumptions: tuple[str, ...]
+    set_rules: tuple[tuple[str, ...], ...]
+    set_head: tuple[str, ...] = SET_RULE_HEAD
 
 
 def study_section(study: RuleStudy | None) -> StudySection | None:
@@ -64,7 +68,7 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
         points=tuple(plane_rows(study)),
         noticed=tuple(noticed_rows(study)),
         places=tuple(row for row in noticed_rows(study, places=True, motions=True) if row.where != "anywhere"),
-        choices=tuple(choice_rows(study)),
+        choices=tuple(choice_rows(study.choices)),
         parts=tuple(part_rows(study)),
         dynamic=tuple(dynamic_rows(study)),
         blind=tuple(blind_rows(study)),
@@ -72,4 +76,5 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
         known=0 if study.labelled is None else study.labelled.contacts,
         labelled=tuple(labelled_rows(study)),
         assumptions=study.assumptions,
+        set_rules=tuple(set_rule_rows(study.set_rules)),
     )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+from collaudit.reports.terminal.study_text import persistence_text, set_rule_text
 from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate
@@ -20,15 +21,21 @@ _HEAD = (
     "clean h",
     "largest clean N·m",
     "false alarms at most (95 %)",
-    "set N·m",
-    "set is",
 )
+_WHY = {
+    "stated": "as stated",
+    "chosen": "chosen: notices the least force of those compared",
+    "set": "as set; a study of the logs would compare others",
+}
 
 
 def recommendation_text(found: ArmRecommendation, width: int | None = None) -> str:
     """The answer, one line a joint, what to confirm, and what is missing; tables are cut to ``width``, None: any."""
-    lines = [*_answer(found), "", table(_HEAD, _rows(found), range(1, len(_HEAD) - 1), width).rstrip()]
+    lines = [*_answer(found), "", table(_HEAD, _rows(found), range(1, len(_HEAD)), width).rstrip()]
     lines.append("notices: an external torque of this size that lasts n samples alarms at 95 % of the moments judged")
+    for text in (set_rule_text(found.set_rules, width), persistence_text(found.compared, width)):
+        lines += ["", text.rstrip()] if text else []
+    lines += [""] if found.set_rules or found.compared else []
     lines += _confirm(found.to_confirm, "left out, to be confirmed (--clean if nothing touched the arm, else --truth)")
     if found.if_clean_nm:
         listed = ", ".join(f"{joint} {gamma:g}" for joint, gamma in found.if_clean_nm.items())
@@ -56,7 +63,7 @@ def _answer(found: ArmRecommendation) -> list[str]:
     asks = found.rate
     asked = (
         f"Asked: false alarms of the arm below {rate_words(asks.target_per_hour)}, "
-        f"persistence {1e3 * found.persistence_s:.3g} ms"
+        f"persistence {1e3 * found.persistence_s:.3g} ms ({_WHY[found.chosen_by]})"
     )
     if asks.bound_per_hour is None:
         return [asked, "Answer: refused; the evidence supports no threshold"]
@@ -85,7 +92,6 @@ def _alone(arm: ArmRate) -> str:
 def _rows(found: ArmRecommendation) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for joint, rule in found.joints.items():
-        opinion = found.set_rules.get(joint)
         rows.append(
             (
                 joint,
@@ -95,8 +101,6 @@ def _rows(found: ArmRecommendation) -> list[tuple[str, ...]]:
                 f"{rule.clean_hours:.2g}",
                 "" if rule.largest_clean_nm is None else f"{rule.largest_clean_nm:.2g}",
                 "" if rule.false_alarms_per_hour is None else rate(rule.false_alarms_per_hour, rule.clean_hours),
-                "" if opinion is None else f"{opinion.gamma_nm:.3g}",
-                "" if opinion is None else opinion.opinion,
             )
         )
     return rows

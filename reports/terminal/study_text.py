@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from collaudit.core.data.rule_study_result import RuleStudy
+from collaudit.core.data.recommendation_result import SetRule
+from collaudit.core.data.rule_study_result import PersistenceChoice, RuleStudy
 from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.values.set_rule_rows import SET_RULE_HEAD, set_rule_rows
 from collaudit.reports.values.study_rows import (
     blind_rows,
     choice_rows,
@@ -19,13 +21,15 @@ from collaudit.reports.values.study_rows import (
 from collaudit.reports.values.visible_text import visible
 
 
-def study_text(study: RuleStudy, width: int | None = None, detail: bool = False) -> str:
+def study_text(study: RuleStudy, width: int | None = None, detail: bool = False, answer: bool = True) -> str:
     """What the rule notices, which persistence would notice more, and what thresholds are made of.
 
     Args:
         study: of one log.
         width: columns of the terminal that tables are cut to; None: any.
         detail: by place and motion as well, and the planes' points.
+        answer: with the persistence that this log alone recommends, and its opinion on the rule that is set; False
+            where a recommendation gives both.
     """
     parts: list[str] = []
     head: tuple[str, ...]
@@ -34,14 +38,8 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
         head = ("rule", "contact", "where", "number", "half noticed at N", "90 % at N", "never", "delay ms")
         lines = [(r.rule, r.shape, r.where, r.contacts, r.half, r.most, r.blind, r.delay) for r in rows]
         parts.append(_titled("Contacts added to this log: force that is noticed (95 %)", head, lines, width, 3))
-    choices = list(choice_rows(study))
-    if choices:
-        head = ("n", "ms", *study.choices[0].force_n, "relative", "")
-        title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
-        parts.append(_titled(title, head, choices, width, 0))
-    flags = chosen_flags(study)
-    if flags is not None:
-        parts.append(f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}\n")
+    if answer:
+        parts += _answer(study, width)
     known = list(labelled_rows(study))
     if study.labelled is not None and known:
         head = ("thresholds times", "known", *(f"push {force} N" for force in study.labelled.injected))
@@ -62,6 +60,32 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False)
         if group:
             parts.append("".join(wrapped(text, width, "  ") + "\n" for text in group))
     return "\n".join(parts)
+
+
+def persistence_text(choices: Sequence[PersistenceChoice], width: int | None = None) -> str:
+    """The persistences that were compared, as a table with its title; empty without any."""
+    if not choices:
+        return ""
+    head = ("n", "ms", *choices[0].force_n, "relative", "")
+    title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
+    return _titled(title, head, list(choice_rows(choices)), width, 0)
+
+
+def set_rule_text(set_rules: Mapping[str, SetRule], width: int | None = None) -> str:
+    """The verdict on the thresholds that are set, as a table with its title; empty without any."""
+    if not set_rules:
+        return ""
+    title = "Verdict on what is set"
+    return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules)), width, 1)
+
+
+def _answer(study: RuleStudy, width: int | None) -> list[str]:
+    """What this log alone recommends, and its opinion on the rule that is set."""
+    out = [text for text in (persistence_text(study.choices, width), set_rule_text(study.set_rules, width)) if text]
+    flags = chosen_flags(study)
+    if flags is not None:
+        out.append(f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}\n")
+    return out
 
 
 def _titled(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from collaudit.core.data.rule_study_result import (
     ContactSensitivity,
     DynamicGain,
     ForceNoticed,
+    PersistenceChoice,
     PlanePoint,
     RuleSensitivity,
     RuleStudy,
@@ -120,9 +121,9 @@ def _plane(joint: str, name: str, point: PlanePoint) -> PlaneRow:
     )
 
 
-def choice_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
+def choice_rows(choices: Sequence[PersistenceChoice]) -> Iterator[tuple[str, ...]]:
     """Persistences that were compared: n, ms, forces by shape, cost, mark."""
-    for choice in study.choices:
+    for choice in choices:
         forces = tuple(NEVER if force is None else significant(force) for force in choice.force_n.values())
         cost = "" if choice.cost is None else f"{choice.cost:.2f}"
         mark = "recommended" if choice.chosen else ""

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from residual_audits import audit_of, coloured
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.rule_study_result import STUDY_SCHEMA, PersistenceChoice, RuleStudy
 from collaudit.reports.files.run_files import write_run
 
 
@@ -30,7 +32,7 @@ def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
     found = collaudit("recommend", run)
     lines = found.out.splitlines()
     assert found.code == 0 and len(lines) < 25
-    assert lines[0] == "Asked: false alarms of the arm below 1 per 1,000 h, persistence 26 ms"
+    assert lines[0].startswith("Asked: false alarms of the arm below 1 per 1,000 h, persistence 26 ms (as set; ")
     assert lines[1].startswith("Answer: NOT SUPPORTED: 9 min 59 s of clean time support 1.2 per hour; ")
     assert "199 h 50 min more would support 1 per 1,000 h" in lines[1]
     assert "too loose" in found.out and "too tight" in found.out
@@ -68,6 +70,44 @@ def test_rate_and_delay_are_asked_for(collaudit, run: Path) -> None:
     assert quick["joints"]["joint2"]["gamma_nm"] >= seldom["joints"]["joint2"]["gamma_nm"]
     never = collaudit("recommend", run, "--max-delay-ms", "2")
     assert never.code == 2 and "--max-delay-ms" in never.err
+
+
+def choice(n: int, force: float, delay_s: float) -> PersistenceChoice:
+    return PersistenceChoice(n, 0.002 * n, {"joint1": 9.0}, {"push": force}, {"push": delay_s}, None, False)
+
+
+@pytest.fixture(scope="module")
+def studied(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Two logs with studies: of the first alone 50 samples would be best, of both together 25."""
+    runs = []
+    for seed, forces in enumerate(((30.0, 10.0, 5.0), (30.0, 10.0, 25.0))):
+        made = audit_of(coloured(seed, 400.0), gamma_nm=100.0, name=f"{seed}.mcap")
+        choices = tuple(choice(n, f, 0.003 * n) for n, f in zip((13, 25, 50), forces, strict=True))
+        study = RuleStudy(STUDY_SCHEMA, made.result.log.name, made.result.log.sha256, 0.002, choices=choices)
+        runs.append(tmp_path_factory.mktemp("studied") / "run")
+        write_run(runs[-1], replace(made, study=study), None)
+    return runs
+
+
+def test_one_persistence_is_recommended_over_all_studies(collaudit, studied: list[Path]) -> None:
+    one = json.loads(collaudit("recommend", studied[0], "--json").out)
+    assert one["persistence_by"] == "chosen" and one["joints"]["joint1"]["n"] == 50
+    found = collaudit("recommend", *studied)
+    assert "persistence 50 ms (chosen: notices the least force of those compared)" in found.out.splitlines()[0]
+    assert found.out.count("recommended") == 1 and "from this log alone" not in found.out
+    both = json.loads(collaudit("recommend", *studied, "--json").out)
+    assert both["joints"]["joint1"]["n"] == 25
+    (known,) = [c for c in both["persistences"] if c["chosen"]]
+    assert known["n"] == 25 and known["force_n"]["push"] == 10.0
+    assert both["set"]["joint1"]["n"] == 13, "the verdict on what is set is at its own persistence"
+    assert both["set"]["joint1"]["opinion"] == "too loose"
+
+
+def test_the_delay_holds_for_the_compared_persistences(collaudit, studied: list[Path]) -> None:
+    quick = json.loads(collaudit("recommend", *studied, "--max-delay-ms", "60", "--json").out)
+    assert quick["joints"]["joint1"]["n"] == 13, "25 samples alarm after 75 ms with contacts added"
+    stated = json.loads(collaudit("recommend", *studied, "--n", "20", "--json").out)
+    assert stated["persistence_by"] == "stated" and stated["joints"]["joint1"]["n"] == 20
 
 
 def test_snippets(collaudit, run: Path) -> None:

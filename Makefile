@@ -54,10 +54,12 @@ types: $(RUN)/.dev
 bench: $(RUN)/.dev
 	cd tests && ../$(RUN)/bin/pytest -m bench -s -q bench
 
-# Damaged logs, ever new ones, so many of every format.
+# Damaged logs, ever new ones, so many of every kind. FUZZ_ARGS="--kinds csv,db3 --state build/fuzz.jsonl" chooses kinds,
+# and goes on where an earlier run with that file was ended.
 FUZZ_CASES ?= 10000
+FUZZ_ARGS ?=
 fuzz: $(RUN)/.dev
-	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_CASES)
+	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_CASES) $(FUZZ_ARGS)
 
 # Supply chain. bounds: selftest with the oldest and the newest dependencies allowed; lock: exact versions for CI and the
 # bill of materials; sbom: CycloneDX; vulnerabilities: pip-audit, which fails where it could not ask about a package.

@@ -1,7 +1,6 @@
 """Logs judged in worker processes: one that dies, hangs or runs out of memory costs its own log only.
 
-In: jobs and limits. Out: outcomes. Pebble keeps the pool: it alone of the well-kept ones says which task a dead worker
-had, replaces the worker, and ends a task at its time.
+In: jobs and limits. Out: outcomes.
 """
 
 from __future__ import annotations
@@ -11,16 +10,15 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, as_completed
+from contextlib import closing
+from functools import partial
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pebble import ProcessExpired, ProcessPool
-
 from collaudit.cli.batch.audit_one import Outcome, audit_one, remove_run
 from collaudit.cli.batch.log_jobs import Limits, LogJob
+from collaudit.cli.batch.worker_pool import Lost, results_of
 from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
 from collaudit.core.errors import NotJudgedError
@@ -54,48 +52,33 @@ def audit_in_processes(
         Outcomes in the order of ``jobs``.
     """
     outcomes: dict[int, Outcome] = {}
-    pool = ProcessPool(
-        min(limits.workers, len(jobs)),
-        context=get_context("spawn"),  # a forked copy of a process that has run numerical threads may hang
-        initializer=_begin_worker,
-        initargs=[os.getpid(), limits.memory_gb],
-    )
+    prepare = partial(_begin_worker, os.getpid(), limits.memory_gb)
+    items = [(*job, loaded, out, None) for job in jobs]
     try:
-        futures: dict[Future[Outcome], int] = {
-            pool.schedule(audit_one, args=[*job, loaded, out, None], timeout=limits.time_s): index
-            for index, job in enumerate(jobs)
-        }
-        for future in as_completed(futures):
-            index = futures[future]
-            outcomes[index] = _outcome(future, jobs[index], out, limits)
-            done(outcomes[index])
-            progress(len(outcomes), len(jobs))
-        pool.close()  # type: ignore[no-untyped-call]
+        with closing(results_of(audit_one, items, limits.workers, prepare, limits.time_s)) as results:
+            for index, result in results:
+                outcomes[index] = _not_judged(result, jobs[index], out, limits) if isinstance(result, Lost) else result
+                done(outcomes[index])
+                progress(len(outcomes), len(jobs))
     except BaseException:
-        pool.stop()  # type: ignore[no-untyped-call]
-        pool.join()
         for index, job in enumerate(jobs):
             if index not in outcomes:
                 remove_run(out / job.folder)
         raise
-    pool.join()
     return [outcomes[index] for index in range(len(jobs))]
 
 
-def _outcome(future: Future[Outcome], job: LogJob, out: Path, limits: Limits) -> Outcome:
+def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
     from collaudit.reports.values.entries import entry_of_error
 
-    try:
-        outcome = future.result()
-    except TimeoutError:
-        reason = f"it took longer than the {limits.time_s:g} s that --timeout allows"
-    except ProcessExpired as error:
-        reason = f"the process that judged it {_cause_of_death(error.exitcode, limits)}"
-    except Exception as error:  # noqa: BLE001 - the outcome could not be sent; the log's files cannot be relied on
-        reason = f"its result could not be received ({type(error).__name__}: {error})"
-    else:
-        return outcome
     remove_run(out / job.folder)
+    cause = lost.text or _cause_of_death(lost.exit_code or 0, limits)
+    reason = {
+        "late": f"it took longer than the {limits.time_s or 0:g} s that --timeout allows",
+        "died": f"the process that judged it {cause}",
+        "not started": f"no process could be started to judge it (the last one: {cause})",
+        "not sent": f"its result could not be received ({lost.text})",
+    }[lost.how]
     return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name)), None)
 
 

@@ -151,10 +151,11 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, Any]:
     return {"outcomes": outcomes, "complaints": complaints}
 
 
-def _overtime(*_: object) -> None:
+def on_overtime(*_: object) -> None:
+    """Handler of the alarm."""
     raise Overtime
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGALRM, _overtime)
+    signal.signal(signal.SIGALRM, on_overtime)
     print(json.dumps(run(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))))

@@ -1,0 +1,71 @@
+"""A worker process that dies at any moment costs at most the item it had, and none waits for it for ever."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from worker_deeds import LARGE, die_at_first, do, nothing, refuse
+
+from collaudit.cli.batch.worker_pool import Lost, results_of
+
+
+def _results(names: list[str], folder: Path, prepare: Any = nothing, timeout_s: float | None = None) -> dict[str, Any]:
+    items = [(name, folder) for name in names]
+    with closing(results_of(do, items, 2, prepare, timeout_s)) as results:
+        found = dict(results)
+    assert sorted(found) == list(range(len(names))), "each item has one result"
+    return {f"{number} {name}": found[number] for number, name in enumerate(names)}
+
+
+def test_each_way_to_be_lost_costs_one_item(tmp_path: Path) -> None:
+    names = ["does", "dies", "dies while it speaks", "does", "leaves", "cannot be sent", "dies after it", "does"]
+    found = _results(names, tmp_path)
+    assert found["1 dies"] == Lost("died", -signal.SIGKILL)
+    assert found["2 dies while it speaks"] == Lost("died", -signal.SIGKILL)
+    assert found["4 leaves"] == Lost("died", 3)
+    assert found["5 cannot be sent"].how == "not sent" and found["5 cannot be sent"].text
+    for name in ("0 does", "3 does", "6 dies after it", "7 does"):
+        assert found[name] == LARGE or (found[name] == Lost("died", -signal.SIGALRM) and name != "0 does"), name
+    assert len(list(tmp_path.glob("does-*"))) <= 3, "done once each"
+
+
+def test_a_late_one_is_ended_and_the_others_go_on(tmp_path: Path) -> None:
+    started = time.monotonic()
+    found = _results(["sleeps", "does", "does"], tmp_path, timeout_s=2.0)
+    assert found["0 sleeps"] == Lost("late")
+    assert found["1 does"] == found["2 does"] == LARGE
+    assert time.monotonic() - started < 30
+
+
+def test_processes_that_die_before_they_are_ready_cost_nothing(tmp_path: Path) -> None:
+    found = _results(["does", "does"], tmp_path, partial(die_at_first, tmp_path, 3))
+    assert set(found.values()) == {LARGE}
+
+
+def test_where_none_can_be_started_every_item_says_so(tmp_path: Path) -> None:
+    found = _results(["does"] * 3, tmp_path, refuse)
+    assert {result.how for result in found.values()} == {"not started"}
+    assert all(result.text == "MemoryError: no memory" for result in found.values())
+
+
+def test_all_are_gone_when_the_results_are_closed(tmp_path: Path) -> None:
+    results = results_of(do, [("does", tmp_path), ("sleeps", tmp_path)], 2, nothing)
+    assert next(results) == (0, LARGE)
+    (mine,) = [Path(f"/proc/{os.getpid()}/task")]
+    before = [child for task in mine.iterdir() for child in (task / "children").read_text().split()]
+    started = time.monotonic()
+    results.close()
+    after = [child for task in mine.iterdir() for child in (task / "children").read_text().split()]
+    assert len(before) > len(after) and time.monotonic() - started < 5
+
+
+@pytest.mark.parametrize("items", [[], ["does"]])
+def test_few_items(items: list[str], tmp_path: Path) -> None:
+    assert len(_results(items, tmp_path)) == len(items)

@@ -37,7 +37,8 @@ def classify(
     """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
 
     A phase outside contact decides, for there no force is commanded at all; a direction across the commanded force, and
-    a torque that the measured tool force leaves over, count twice.
+    a torque that the measured tool force leaves over, count twice. Where nothing states that a force was commanded, no
+    contact is called meant: a slow, smooth torque is also what a clamp or an error of the model looks like.
 
     Returns:
         accidental or meant with a lead of two votes, else undecided; and the evidence in words.
@@ -58,8 +59,12 @@ def classify(
     votes += _shape_votes(run.residual.torque_nm[:, j], a, b, series.period_s)
     if known and phase == "contact" and force is not None:
         votes += _direction_vote(prepared, force, a, config)
+    if not known:
+        votes.append((0, "no phases are known, so that nothing says whether a force was commanded"))
     score = sum(v for v, _ in votes)
-    kind: ContactKind = "accidental" if score >= _SAFE_SCORE else "meant" if score <= -_SAFE_SCORE else "undecided"
+    kind: ContactKind = (
+        "accidental" if score >= _SAFE_SCORE else "meant" if known and score <= -_SAFE_SCORE else "undecided"
+    )
     return kind, tuple(text for _, text in votes)
 
 

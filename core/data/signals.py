@@ -53,7 +53,7 @@ _TEXT = {
     State.FRICTION_INTERVAL: "at rest or just after a reversal: friction is known only as a range",
     State.TOO_FAST: "faster than friction was measured",
     State.NOT_WATCHED: "not watched: not named, or force-controlled in this phase",
-    State.EDGE: "next to a gap or an end of the log, where the filters have not settled",
+    State.EDGE: "filters settling at a gap or end of the log",
     State.NO_FRICTION: "no friction model",
     State.NO_MODEL: "no model torque, or effort not in N·m",
     State.SATURATED: "effort saturated",

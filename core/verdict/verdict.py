@@ -89,6 +89,12 @@ def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
         reasons.append(
             f"{_count(len(contacts), 'contact')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
         )
+        intended = sum(contact.kind == "meant" for contact in contacts)
+        if intended:
+            reasons.append(
+                f"{intended} of them {'looks' if intended == 1 else 'look'} intended. The policy counts every contact, "
+                "since what was intended is an estimate."
+            )
         doubtful = sorted({f.joint for f in evidence.findings if f.effect == "doubts-alarms" and f.joint in joints})
         if doubtful:
             reasons.append(

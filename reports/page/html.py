@@ -13,8 +13,10 @@ from collaudit.reports.page.sections.joint_figures import Detail
 from collaudit.reports.page.signal_block import signal_block
 from collaudit.reports.page.view import AuditView, Limits, StoredAudit, make_view
 
-_MOST_CARDS = 40
-_LEAST_CARDS = 4
+#: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
+_CARDS = 2
+_CARDS_OF_MANY = 1
+_MANY = 6
 #: Samples of each joint in the page, over all logs of it, and beside them around contacts and near misses.
 _POINTS = 900
 _LONG_POINTS = 3000
@@ -61,7 +63,7 @@ def _limits(audit: Audit | StoredAudit, logs: int) -> Limits:
     long = audit.result.log.duration_s >= _LONG_S
     points, around = (_LONG_POINTS, _LONG_AROUND_EVENTS) if long else (_POINTS, _AROUND_EVENTS)
     detail = Detail(max(300, points // logs), max(300, around // logs))
-    return Limits(max(_LEAST_CARDS, _MOST_CARDS // logs), detail)
+    return Limits(_CARDS if logs < _MANY else _CARDS_OF_MANY, detail)
 
 
 def _running_head(views: Sequence[AuditView]) -> str:

@@ -10,13 +10,11 @@ from collaudit.reports.page.view import AuditView
 
 
 def signal_block(view: AuditView) -> Markup | None:
-    """Curves of every joint, contacts and near misses of one audit; None where no joint has a residual."""
+    """Curves of every joint of one audit; None where no joint has a residual."""
     joints = [{"id": f"{view.key}-joint-{k}"} | dict(f.data) for k, f in enumerate(view.figures, 1) if f.data]
     if not joints:
         return None
-    events = [{"id": c.anchor, "kind": "contact", "window": c.window} for c in view.cards.cards]
-    events += [{"id": row.anchor, "kind": "near miss", "window": row.window} for row in view.ledger]
-    text = json.dumps({"end": view.end_s, "joints": joints, "events": events}, allow_nan=False, separators=(",", ":"))
+    text = json.dumps({"end": view.end_s, "joints": joints}, allow_nan=False, separators=(",", ":"))
     for char in "<>&\u2028\u2029":
         text = text.replace(char, f"\\u{ord(char):04x}")
     return Markup(text)

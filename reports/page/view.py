@@ -95,7 +95,7 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits) -> AuditView
     result = audit.result
     source = TracesInMemory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
     end = result.log.duration_s if source.end_s is None else source.end_s
-    contacts, note = drawn_contacts(result, limits.cards)
+    contacts = drawn_contacts(result, limits.cards)
     figures = joint_figures(source, result, contacts, key, limits.detail)
     return AuditView(
         key=key,
@@ -104,7 +104,7 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits) -> AuditView
         verdict=verdict_box(result),
         strip=log_strip(result, end, figures),
         judged=judged_time(result),
-        cards=contact_cards(result, contacts, note, figures, source.force_n() if contacts else None, key),
+        cards=contact_cards(result, contacts, figures, source.force_n() if contacts else None, key),
         ledger=near_miss_ledger(result, key),
         disturbances=disturbance_rows(result, key),
         recommended=tuple(rows.rule_row(joint, rule, result) for joint, rule in result.recommended.items()),

@@ -102,12 +102,12 @@ def draw_contact(
     """
     wide = _WIDTH - _LEFT - _RIGHT
     x = (float(min(w.torque_time_s[0] for w in windows)), float(max(w.torque_time_s[-1] for w in windows)))
-    panels = [_ratios(windows, contact, (_LEFT, 20, wide, 78), x)]
+    panels = [_ratios(windows, contact, (_LEFT, 20, wide, 70), x)]
     torque = next((w for w in windows if w.joint == worst), None)
     if torque is not None:
-        panels.append(_torques(torque, unit, (_LEFT, 120, wide, 50), x))
+        panels.append(_torques(torque, unit, (_LEFT, 112, wide, 46), x))
     if force is not None:
-        panels.append(_force(force, (_LEFT, 20 + 100 + 72 * (len(panels) - 1), wide, 28), x))
+        panels.append(_force(force, (_LEFT, 20 + 92 + 68 * (len(panels) - 1), wide, 28), x))
     panels[-1].x_axis("time, s")
     bottom = round(panels[-1].box[1] + panels[-1].box[3])
     return drawing(_WIDTH, bottom + 34, label, panels, name)

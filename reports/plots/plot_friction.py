@@ -12,7 +12,7 @@ from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.svg import Panel, drawing
 
-_WIDTH, _HEIGHT = 240, 150
+_WIDTH, _HEIGHT = 240, 126
 _SAMPLES = 48
 
 

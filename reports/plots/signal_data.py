@@ -17,6 +17,8 @@ from collaudit.reports.plots.plot_contact import model_range
 #: What a value that is not known reads as among the coarse ones.
 UNKNOWN = 65535
 _MOST_STEP = 60_000
+#: Samples that a window has at least, where it has so many.
+_LEAST_OF_WINDOW = 40
 
 
 def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float, float]], most: int) -> IntArray:
@@ -25,8 +27,9 @@ def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float
     Args:
         trace: of the joint.
         points: about how many, over the whole log.
-        windows_s: stretches of which every sample is kept, in this order, as long as there is room.
-        most: how many samples these windows may take together.
+        windows_s: stretches of which more is kept, in this order, as long as there is room: every sample of short
+            ones, extremes of those longer than their share of the room.
+        most: about how many samples these windows may take together.
     """
     n = len(trace.time_s)
     if n <= points:
@@ -37,16 +40,22 @@ def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float
     for mask, share in ((trace.judged, 0.5), (trace.standing, 0.15), (out, 0.1)):
         found.append(_extremes(np.where(mask, shown, np.float32(np.nan)), round(share * points)))
     found.append(_extremes(trace.measured_nm, round(0.25 * points)))
-    room = most
-    for start, stop in windows_s:
-        a, b = (int(k) for k in np.searchsorted(trace.time_s, [start, stop]))
-        step = max(1, (b - a) // 600)
-        if (b - a) // step > room:
-            break
-        found.append(np.arange(a, b, step))
-        room -= (b - a) // step
+    found += _in_windows(trace, windows_s, most)
     kept = np.unique(np.concatenate(found))
     return np.asarray(kept[(kept >= 0) & (kept < n)], dtype=np.int64)
+
+
+def _in_windows(trace: JointTrace, windows_s: Sequence[tuple[float, float]], most: int) -> list[IntArray]:
+    """Samples inside of windows; each has an even share of the room, and what shorter ones leave of theirs."""
+    found, room = [], most
+    for k, (start, stop) in enumerate(windows_s[: most // _LEAST_OF_WINDOW]):
+        share = max(_LEAST_OF_WINDOW, room // (min(len(windows_s), most // _LEAST_OF_WINDOW) - k))
+        a, b = (int(i) for i in np.searchsorted(trace.time_s, [start, stop]))
+        every = np.arange(a, b)
+        inside = every if b - a <= share else a + _extremes(np.ascontiguousarray(trace.residual_nm[a:b]), share)
+        found.append(inside)
+        room -= len(inside)
+    return found
 
 
 def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.plots.joint_trace import Series
+from collaudit.reports.plots.svg_path import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
 
 Box = tuple[float, float, float, float]
@@ -45,19 +46,15 @@ class Panel:
             xs, ys = self.px(x[a:b]), self.py(y[a:b])
             if b - a == 1:
                 xs, ys = np.array([xs[0] - 0.6, xs[0] + 0.6]), np.repeat(ys, 2)
-            points = [f"{u:.1f} {v:.1f}" for u, v in zip(xs.tolist(), ys.tolist(), strict=True)]
-            path.append("M" + "L".join(points))
+            path.append(polyline(xs, ys))
         self._path(path, kind)
 
     def area(self, x: Series, low: Series, high: Series, kind: str) -> None:
         """A band between two curves, interrupted where either is not finite."""
         path = []
         for a, b in _stretches(np.isfinite(low) & np.isfinite(high)):
-            xs = self.px(x[a:b]).tolist()
-            up, down = self.py(high[a:b]).tolist(), self.py(low[a:b]).tolist()
-            there = [f"{u:.1f} {v:.1f}" for u, v in zip(xs, up, strict=True)]
-            back = [f"{u:.1f} {v:.1f}" for u, v in zip(xs[::-1], down[::-1], strict=True)]
-            path.append("M" + "L".join(there + back) + "Z")
+            xs, up, down = self.px(x[a:b]), self.py(high[a:b]), self.py(low[a:b])
+            path.append(polyline(np.concatenate([xs, xs[::-1]]), np.concatenate([up, down[::-1]])) + "z")
         self._path(path, kind)
 
     def columns(self, x: Series, low: Series, high: Series, kind: str) -> None:
@@ -65,8 +62,7 @@ class Panel:
         known = np.isfinite(low) & np.isfinite(high)
         xs, down, up = self.px(x[known]), self.py(low[known]), self.py(high[known])
         up = np.minimum(up, down - 1.0)
-        strokes = zip(xs.tolist(), down.tolist(), up.tolist(), strict=True)
-        self._path([f"M{u:.1f} {v:.1f}V{w:.1f}" for u, v, w in strokes], kind)
+        self._path([strokes(xs, down, up)] if known.any() else [], kind)
 
     def shade(self, starts: Series, stops: Series, kind: str) -> None:
         """Full-height stretches of time."""

@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from origins import NOBODY
 
 from collaudit.core.api import prepare
@@ -16,12 +17,16 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.prepare.commanded_force import CommandedTorque
 
 
-def contacts(log: Path, friction: FrictionFile, blind: bool, **settings: object) -> tuple[Contact, ...]:
+def contacts(
+    log: Path, friction: FrictionFile, blind: bool, phases: bool = True, **settings: object
+) -> tuple[Contact, ...]:
     """Contacts of an audit; ``blind`` as without a wrist sensor: the commanded force then stays in the residual."""
     loaded = load_config(log.with_suffix(".toml"), {k.replace("__", "."): v for k, v in settings.items()})
     prepared = prepare((log,), loaded)
     if blind:
         prepared = replace(prepared, commanded=CommandedTorque(None, ()), series=replace(prepared.series, wrench=None))
+    if not phases:
+        prepared = replace(prepared, phases=np.zeros_like(prepared.phases))
     found = audit_log(prepared, loaded.config, friction, NOBODY).result.detection
     assert found is not None
     return found.incidents
@@ -52,3 +57,12 @@ def test_polishing_itself_is_commanded_and_never_accidental(polishing: Path, fri
     assert not any(i.kind == "accidental" for i in in_contact)
     assert not any(i.kind == "meant" for i in found if is_push(polishing, i))
     assert all(i.evidence for i in found)
+
+
+def test_nothing_is_called_commanded_where_no_phases_are_known(polishing: Path, friction: FrictionFile) -> None:
+    """Slow and smooth is also what a clamp, or an error of the model, looks like."""
+    joints = [f"joint{k}" for k in range(1, 7)]
+    found = contacts(polishing, friction, blind=True, phases=False, detect__watch=joints, detect__gamma_nm=2.0)
+    assert len(found) > 3
+    assert {contact.kind for contact in found} <= {"accidental", "undecided"}
+    assert all("no phases are known" in contact.evidence[-1] for contact in found)

@@ -24,9 +24,11 @@ from collaudit.core.data.audit_result import (
     ResidualStats,
     RuleFacts,
 )
+from collaudit.core.data.detection_result import Contact, ContactForce, ContactScene
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint, KnownCombination
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
+from collaudit.core.findings.finding_kinds import KINDS
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 HOSTILE = (
@@ -183,6 +185,69 @@ def many_events(count: int = 300) -> Audit:
         for k, t in enumerate(times)
     )
     return replace(audit, result=replace(audit.result, collisions=collisions))
+
+
+def busy(count: int = 30) -> Audit:
+    """A minute with many contacts of three joints each, as many near misses, and the findings of a poor model."""
+    audit = failed(30_000)
+    base, near = audit.result.collisions[0], audit.result.near_misses[0]
+    names, times = ("shoulder_lift", "elbow", "wrist_1"), np.linspace(1.0, 57.0, count)
+    points = (
+        (0.0, 0.0, 0.1),
+        (0.0, 0.0, 0.6),
+        (0.4, 0.1, 0.9),
+        (0.8, 0.2, 0.7),
+        (0.9, 0.2, 0.6),
+        (1.0, 0.2, 0.5),
+        (1.1, 0.2, 0.4),
+    )
+    collisions, contacts = [], []
+    for k, t in enumerate(times.tolist()):
+        collisions += [
+            replace(base, joint=j, onset_s=t + 0.03 * i, detected_s=t + 0.03 * i + 0.026, peak_nm=6.0 + 0.1 * k - i)
+            for i, j in enumerate(names)
+        ]
+        speeds = dict.fromkeys(JOINTS, 0.31)
+        scene = ContactScene(t + 0.05, points, "tool0", 0.52, speeds)
+        evidence = ("it rose from 10 to 90 % of its peak in 41 ms", "34 % of its variation lies above 5 Hz")
+        force = ContactForce("wrist_1_link", (20.0, 3.0, 1.0), (4.0, 5.0, None), 20.3, (11.0, 54.0), (), 0.2, ())
+        contacts.append(
+            Contact(
+                t,
+                t + 0.026,
+                t + 0.3,
+                names,
+                "wrist_1_link",
+                "or further out",
+                force,
+                "accidental",
+                evidence,
+                None,
+                scene,
+            )
+        )
+    codes = (
+        "effort-gain",
+        "friction-load",
+        "residual-position",
+        "friction-scatter",
+        "friction-level",
+        "hidden-at-rest",
+    )
+    text = "joint '{}' differs by 1.23 N·m (95 %: 1.1 to 1.4), more than a quarter of its threshold of 4 N·m"
+    findings = tuple(
+        Finding(code, next(s for s in ("warning", "info") if s in KINDS[code].effects), text.format(joint), joint=joint)
+        for code in codes
+        for joint in JOINTS
+    )
+    result = replace(
+        audit.result,
+        collisions=tuple(collisions),
+        contacts=tuple(contacts),
+        near_misses=tuple(replace(near, onset_s=t + 0.9, ratio=0.8 + 0.006 * k) for k, t in enumerate(times.tolist())),
+        findings=(*audit.result.findings, *findings),
+    )
+    return replace(audit, result=result)
 
 
 def _events(n: int) -> tuple[tuple[int, int, float, float], ...]:

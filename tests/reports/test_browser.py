@@ -152,24 +152,55 @@ def test_the_keyboard_comes_to_the_content_first(chromium: Any, report: Path) ->
     assert page.evaluate("location.hash") == "#content"
 
 
-def test_six_joints_fit_4000_pixels_and_a_minute_400_kilobytes(chromium: Any, report: Path) -> None:
-    page = Visit(chromium, report).page
+@pytest.fixture(scope="module")
+def busy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A minute with thirty contacts of three joints each, thirty near misses and the findings of a poor model."""
+    path = tmp_path_factory.mktemp("busy") / "busy.html"
+    write_html(path, [samples.busy()])
+    return path
+
+
+@pytest.mark.parametrize("made", ["report", "busy"])
+def test_six_joints_fit_4000_pixels_and_a_minute_400_kilobytes(
+    chromium: Any, made: str, request: pytest.FixtureRequest
+) -> None:
+    path = request.getfixturevalue(made)
+    page = Visit(chromium, path).page
     for top in range(0, 4000, 800):
         page.evaluate(f"scrollTo(0, {top})")
         page.wait_for_timeout(50)
     assert page.evaluate("document.documentElement.scrollHeight") <= 4000
-    assert report.stat().st_size <= 400_000
+    assert path.stat().st_size <= 400_000
 
 
-def test_it_prints_on_eight_pages_with_everything_unfolded(chromium: Any, report: Path, tmp_path: Path) -> None:
-    page = Visit(chromium, report).page
+@pytest.mark.parametrize("made", ["report", "busy"])
+def test_it_prints_on_eight_pages_with_everything_unfolded(
+    chromium: Any, made: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    path = request.getfixturevalue(made)
+    page = Visit(chromium, path).page
     page.emulate_media(media="print")
     assert page.locator("#log1-friction-tables table").first.is_visible()
     assert not page.locator("nav.toc").is_visible()
     printed = page.pdf(path=tmp_path / "page.pdf", prefer_css_page_size=True, print_background=True)
     assert len(re.findall(rb"/Type\s*/Page\b", printed)) <= 8
-    assert 'counter(page) " of " counter(pages)' in report.read_text()
-    assert '@top-left { content: "collaudit: polishing_2024-03-12.bag: FAIL"' in report.read_text()
+    assert 'counter(page) " of " counter(pages)' in path.read_text()
+    assert '@top-left { content: "collaudit: polishing_2024-03-12.bag: FAIL"' in path.read_text()
+
+
+def test_a_row_of_the_table_of_contacts_leads_to_the_signals_and_back(chromium: Any, busy: Path) -> None:
+    seen = Visit(chromium, busy, "#log1-contact-7")
+    page = seen.page
+    assert page.locator("#log1-contact-7").is_visible(), "a link into the folded table opens it"
+    page.wait_for_selector(".tools button")
+    page.get_by_role("link", name="show contact 7", exact=True).click()
+    page.wait_for_selector(".uplot")
+    start, end = (float(x) for x in re.findall(r"[\d.]+", page.locator(".tools [role=status]").inner_text())[:2])
+    onset = samples.busy().result.contacts[6].onset_s
+    assert start < onset < end < start + 2
+    page.get_by_role("button", name="Back to where you came from").click()
+    assert page.evaluate("document.activeElement.dataset.back") == "log1-contact-7"
+    assert (seen.console, seen.outside) == ([], [])
 
 
 def pages(tmp_path: Path) -> dict[str, Path]:

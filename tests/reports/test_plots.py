@@ -21,7 +21,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.files.run_files import open_run, read_run, write_run
 from collaudit.reports.page.html import html_text
-from collaudit.reports.page.selection import select
+from collaudit.reports.page.selection import furthest
 from collaudit.reports.plots.arm_pose import draw_pose
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.downsample import column_shares, thin
@@ -32,6 +32,7 @@ from collaudit.reports.plots.plot_friction import draw_friction
 from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
+from collaudit.reports.plots.svg_path import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
 from collaudit.reports.values.contact_rows import contacts_of
 
@@ -181,8 +182,28 @@ def test_a_one_sample_spike_is_drawn_and_kept_for_the_pages_own_plots() -> None:
     trace = only(audit, residual_nm=residual, state=state)
     svg, height, _ = draw_overview(trace, [], [], "x", "label")
     bottom = 84 * (1 + 6.25 / height) / 2
-    assert f" {bottom:.1f}V" in svg
+    ends = [y for path in re.findall(r'class="curve" d="([^"]*)"', svg) for y in stroke_ends(path)]
+    assert max(ends) == pytest.approx(bottom, abs=0.06)
     assert 70_007 in kept_samples(trace, 900, [], 0)
+
+
+def stroke_ends(path: str) -> list[float]:
+    """Where the vertical strokes of a path begin and end, by its relative steps."""
+    at, ends = 0.0, []
+    for move, length in re.findall(r"m-?[\d.]+?(?: |(?=-))(-?[\d.]+)v(-?[\d.]+)", path):
+        ends += [at + float(move), at + float(move) + float(length)]
+        at = ends[-1]
+    return ends
+
+
+def test_paths_are_steps_between_rounded_points() -> None:
+    """Errors of rounding do not add up, also over many small steps; a number is never read into the one before it."""
+    x, y = np.arange(2000) * 0.034, 40 - np.arange(2000) * 0.016
+    numbers = [float(text) for text in re.findall(r"-?\d*\.?\d+", polyline(x, y))]
+    ends = np.cumsum(np.array(numbers).reshape(-1, 2), axis=0)
+    assert np.abs(ends - np.stack([x, y], axis=1)).max() <= 0.0501
+    assert polyline(np.array([0.04, 10.0, 10.0]), np.array([-0.5, -0.5, 3.26])) == "M0-.5l10 0 0 3.8"
+    assert strokes(np.array([5.0, 6.5]), np.array([80.0, 70.0]), np.array([20.0, 69.0])) == "m5 80v-60m1.5 50v-1"
 
 
 def unpacked(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -266,13 +287,27 @@ def test_points_without_a_model_are_drawn() -> None:
     assert draw_friction(fit, "N·m", "rad/s", "x", "label").startswith("<svg")
 
 
-def test_the_worst_is_always_drawn() -> None:
-    heights = [abs(event.peak_nm) / event.gamma_nm for event in samples.many_events(300).result.collisions]
-    chosen = select(heights, 10)
-    assert len(chosen.drawn) == 10
-    assert {298, 299} <= chosen.drawn
-    assert set(range(8)) <= chosen.drawn
-    assert select(heights, 300).note is None
+def test_those_furthest_above_their_thresholds_have_cards_in_order_of_time() -> None:
+    assert furthest([1.5, 3.0, 1.1, 9.0], 2) == [1, 3]
+    assert furthest([3.0, 9.0, 3.0, 1.0], 2) == [0, 1], "of equals the earlier"
+    assert furthest([2.0], 2) == [0]
+    assert furthest([], 2) == []
+
+
+def test_every_contact_has_samples_of_its_own_and_its_peak_among_them() -> None:
+    audit = samples.failed(30_000)
+    residual, state = audit.signals.residual_nm.copy(), audit.signals.state.copy()
+    peaks = np.arange(1500, 28_500, 1500)
+    residual[peaks, 1], state[:, 1] = 3.9, State.JUDGED
+    residual[20_000:20_500, 1] = 30 * np.sin(np.arange(500))  # takes the extremes of its neighbourhood
+    trace = only(audit, residual_nm=residual, state=state)
+    windows = [(0.002 * k - 0.3, 0.002 * k + 0.3) for k in peaks]
+    kept = kept_samples(trace, 300, windows, 1200)
+    assert set(peaks) <= set(kept)
+    for start, stop in windows:
+        inside = (trace.time_s[kept] >= start) & (trace.time_s[kept] <= stop)
+        assert np.count_nonzero(inside) >= 40
+    assert len(kept) <= 300 + 1200 + len(windows)
 
 
 def test_pages_of_runs_read_back_are_the_same(tmp_path: Path) -> None:

@@ -5,11 +5,21 @@
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
+  async function inflate(text) {
+    const raw = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    return new Response(new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate")));
+  }
+
+  // uPlot stands in the page deflated; the content security policy lets it run by its hash.
+  async function library() {
+    const script = document.createElement("script");
+    script.textContent = await (await inflate(document.getElementById("plot-library").textContent)).text();
+    document.head.append(script);
+  }
+
   // One joint's block as arrays of numbers; null is what a curve is interrupted at.
   async function unpack(joint) {
-    const raw = Uint8Array.from(atob(joint.data), (c) => c.charCodeAt(0)), n = joint.kept;
-    const stream = new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const all = new DataView(await new Response(stream).arrayBuffer());
+    const n = joint.kept, all = new DataView(await (await inflate(joint.data)).arrayBuffer());
     const column = (k) => Array.from({ length: n }, (_, i) => all.getUint16(2 * (k * n + i), true));
     const scaled = (k, [from, step]) => column(k).map((v) => v === UNKNOWN ? null : from + v * step);
     let at = 0;
@@ -30,7 +40,7 @@
     const reach = mode === "residual" && joint.gamma !== null ? 1.15 * joint.gamma : 0;
     const range = (u, low, high) => low === null ? [-1, 1] : [Math.min(low, -reach), Math.max(high, reach)];
     return {
-      width, height: last ? 84 : 62, bands, legend: { show: false },
+      width, height: last ? 76 : 54, bands, legend: { show: false },
       cursor: { sync: { key: log.id, setSeries: false }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range: reach ? range : undefined } },
       axes: [{ ...axis, size: last ? 24 : 4, values: last ? undefined : () => [] }, { ...axis, size: 50, space: 22, font: "11px sans-serif" }],
@@ -190,10 +200,18 @@
   }
 
   const logs = new Map();
-  for (const section of document.querySelectorAll("section.signals")) {
-    const block = document.getElementById(section.dataset.log + "-data");
-    if (block && typeof uPlot !== "undefined" && typeof DecompressionStream !== "undefined") logs.set(section.dataset.log, new Log(section, JSON.parse(block.textContent)));
+  async function start() {
+    const found = [];
+    for (const section of document.querySelectorAll("section.signals")) {
+      const block = document.getElementById(section.dataset.log + "-data");
+      if (block) found.push([section, block]);
+    }
+    if (!found.length || typeof DecompressionStream === "undefined") return;
+    await library();
+    if (typeof uPlot === "undefined") return;
+    for (const [section, block] of found) logs.set(section.dataset.log, new Log(section, JSON.parse(block.textContent)));
   }
+  start();
 
   document.addEventListener("click", (event) => {
     const link = event.target.closest?.("a.jump"), log = link && logs.get(link.dataset.log);

@@ -1,4 +1,4 @@
-"""One card a contact: when, which joints, how far above γ, how fast, what force, what the controller said."""
+"""Contacts: cards of those furthest above their thresholds, and a row for each with what a card says but the plots."""
 
 from __future__ import annotations
 
@@ -12,16 +12,18 @@ from collaudit.core.data.audit_result import AuditResult, Collision
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.page.sections.joint_figures import JointFigures
-from collaudit.reports.page.selection import select
+from collaudit.reports.page.selection import furthest
 from collaudit.reports.plots.arm_pose import draw_pose
 from collaudit.reports.plots.plot_contact import contact_limits, draw_contact
-from collaudit.reports.values.contact_rows import ContactRow, alarms_of, contact_row, contact_rows, contacts_of
+from collaudit.reports.values.contact_rows import ContactRow, alarms_of, contact_row, contacts_of
 from collaudit.reports.values.controller_words import controller_text
 from collaudit.reports.values.numbers import against, apart, significant
 from collaudit.reports.values.rows import NONE, in_time
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import speed_unit, torque_unit
+
+_LINES = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,26 +56,45 @@ class ContactCard:
 
 
 @dataclass(frozen=True, slots=True)
+class ContactLine:
+    """One contact in the table of all: ``card`` says that it has a card, whose anchor this is then."""
+
+    anchor: str
+    number: int
+    row: ContactRow
+    clock: str
+    alarms: tuple[AlarmRow, ...]
+    tool_speed: str
+    controller: str
+    window: tuple[float, float]
+    card: bool
+
+
+@dataclass(frozen=True, slots=True)
 class ContactCards:
-    """The cards that are drawn, a row for each contact (with the anchor of its card), and a note on what is not."""
+    """The cards, and a line for each of the first contacts, both in order of time.
+
+    Attributes:
+        count: of all contacts.
+        carded: numbers of those with cards, as text.
+    """
 
     cards: tuple[ContactCard, ...]
-    rows: tuple[tuple[ContactRow, str | None], ...]
-    note: str | None
+    lines: tuple[ContactLine, ...]
+    count: int
+    carded: str
 
 
-def drawn_contacts(result: AuditResult, limit: int) -> tuple[dict[int, Contact], str | None]:
-    """The contacts that get a card, by their number from 1, and a note on the others."""
+def drawn_contacts(result: AuditResult, limit: int) -> dict[int, Contact]:
+    """The contacts that get a card, by their number from 1: those furthest above their thresholds."""
     contacts, alarms = contacts_of(result), in_time(result.collisions)
     heights = [max((abs(a.peak_nm) / a.gamma_nm for a in alarms_of(c, result, alarms)), default=0.0) for c in contacts]
-    chosen = select(heights, limit)
-    return {k + 1: contacts[k] for k in sorted(chosen.drawn)}, chosen.note
+    return {k + 1: contacts[k] for k in furthest(heights, limit)}
 
 
 def contact_cards(
     result: AuditResult,
     drawn: Mapping[int, Contact],
-    note: str | None,
     figures: Sequence[JointFigures],
     force: tuple[FloatArray, FloatArray] | None,
     key: str,
@@ -82,15 +103,39 @@ def contact_cards(
 
     Args:
         result: the audit.
-        drawn, note: of :func:`drawn_contacts`.
+        drawn: of :func:`drawn_contacts`.
         figures: of the joints.
         force: time and size (n,) of the force at the wrist sensor; None without one.
         key: prefix of anchors.
     """
     cards = tuple(_card(result, number, contact, figures, force, key) for number, contact in drawn.items())
-    anchors = {card.number: card.anchor for card in cards}
-    listed = tuple((row, anchors.get(k)) for k, row in enumerate(contact_rows(result), 1))
-    return ContactCards(cards, listed, note)
+    in_order, contacts = in_time(result.collisions), contacts_of(result)
+    lines = tuple(
+        _line(result, k, contact, in_order, key, k in drawn) for k, contact in enumerate(contacts[:_LINES], 1)
+    )
+    numbers = [str(card.number) for card in cards]
+    return ContactCards(cards, lines, len(contacts), " and ".join(numbers))
+
+
+def _line(
+    result: AuditResult, number: int, contact: Contact, in_order: Sequence[Collision], key: str, card: bool
+) -> ContactLine:
+    return ContactLine(
+        anchor=f"{key}-contact-{number}",
+        number=number,
+        row=contact_row(contact, result, in_order),
+        clock=clock_text(result.log.start, contact.onset_s),
+        alarms=tuple(_alarm(alarm, contact, result) for alarm in alarms_of(contact, result, in_order)),
+        tool_speed=_tool_speed(contact),
+        controller=controller_text(contact, result),
+        window=contact_limits(contact, result.log.sample_period_s),
+        card=card,
+    )
+
+
+def _tool_speed(contact: Contact) -> str:
+    speed = None if contact.scene is None else contact.scene.tool_speed_m_s
+    return NONE if speed is None else f"{significant(speed)} m/s"
 
 
 def _card(
@@ -109,15 +154,13 @@ def _card(
     plot = None
     if windows:
         plot = draw_contact(windows, contact, worst, torque_unit(result, worst), force, f"{anchor}-plot", label)
-    scene = contact.scene
-    speed = None if scene is None else scene.tool_speed_m_s
     return ContactCard(
         anchor=anchor,
         number=number,
         row=contact_row(contact, result),
         clock=clock_text(result.log.start, contact.onset_s),
         alarms=tuple(_alarm(alarm, contact, result) for alarm in alarms),
-        tool_speed=NONE if speed is None else f"{significant(speed)} m/s",
+        tool_speed=_tool_speed(contact),
         controller=controller_text(contact, result),
         pose=_pose(contact, result, f"{anchor}-pose"),
         plot=plot,

@@ -24,11 +24,17 @@ class JudgedRow:
 
 @dataclass(frozen=True, slots=True)
 class JudgedTime:
-    """Rows by joint and by place on the arm; ``spans`` counts the longer stretches that were not judged."""
+    """Rows by joint and by place on the arm.
+
+    Attributes:
+        spans: how many longer stretches were not judged.
+        common: reason and time not judged where they are the same for all watched joints; else empty.
+    """
 
     rows: tuple[JudgedRow, ...]
     forces: tuple[ForceRow, ...]
     spans: int
+    common: tuple[tuple[str, str], ...]
 
 
 def judged_time(result: AuditResult) -> JudgedTime:
@@ -37,4 +43,6 @@ def judged_time(result: AuditResult) -> JudgedTime:
         JudgedRow(sensitivity_row(joint, result), rows.coverage_row(joint, coverage, result))
         for joint, coverage in result.coverage.joints.items()
     )
-    return JudgedTime(made, tuple(force_rows(result)), sum(len(row.coverage.spans) for row in made))
+    told = {row.coverage.reasons for row in made if row.coverage.watched}
+    common = told.pop() if len(told) == 1 else ()
+    return JudgedTime(made, tuple(force_rows(result)), sum(len(row.coverage.spans) for row in made), common)

@@ -28,6 +28,7 @@ ROOMS = (
     "recommend",
     "verdict",
     "rule_study",
+    "policy",
     "provenance",
     "audit",
     "api",

@@ -74,7 +74,7 @@ from collaudit.core.verdict.coverage import measure_coverage
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
-from collaudit.core.verdict.verdict import Evidence, decide
+from collaudit.core.verdict.verdict import Evidence, decide, unjudged
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
 
@@ -149,6 +149,7 @@ def fit_logs(
         coupled=coupled,
         thresholds=thresholds,
         corrections=corrections,
+        recorded=_recorded(prepared),
     )
 
 
@@ -245,6 +246,7 @@ def audit_log(
         exclusions=exclusions(coverage, sensitivity.joints, findings),
         sensitivity=sensitivity,
         disturbances=disturbed,
+        unjudged=tuple(unjudged(config.policy, evidence)),
     )
     study = None
     if config.study.run:
@@ -260,6 +262,13 @@ def _hashes(prepared: Sequence[Prepared]) -> dict[str, str]:
         same = sum(name.partition(" (")[0] == source.name for name in out)
         out[f"{source.name} ({same + 1})" if source.name in out else source.name] = source.sha256
     return out
+
+
+def _recorded(prepared: Sequence[Prepared]) -> tuple[str, str] | None:
+    """When the first and the last log began; None where one does not tell."""
+    starts = [_log_facts(log.series).start for log in prepared]
+    known = sorted(start for start in starts if start is not None)
+    return (known[0], known[-1]) if known and len(known) == len(starts) else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -46,7 +46,12 @@ def audit_under_way(out: Path, folders: Sequence[str], force: bool) -> Iterator[
 
 
 def _summaries() -> list[str]:
-    return ["index.html", "summary.json", *(f"summary{FORMATS[name].suffix}" for name in formats_of_many())]
+    return [
+        "index.html",
+        "summary.json",
+        "policy.json",
+        *(f"summary{FORMATS[name].suffix}" for name in formats_of_many()),
+    ]
 
 
 def _remove(path: Path) -> None:

@@ -13,8 +13,8 @@ from collaudit.cli.batch.run_note import FINISHED, note_finished
 from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:
+    from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.core.api import LogFiles, Progress
-    from collaudit.core.config import LoadedConfig
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.reports.values.entries import IndexEntry
 
@@ -30,43 +30,36 @@ class Outcome:
     result: AuditResult | None
 
 
-def audit_one(
-    files: LogFiles, name: str, folder: str, loaded: LoadedConfig, out: Path, progress: Progress | None
-) -> Outcome:
-    """Judge one log and write its run and report into ``out / folder``.
+def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
+    """Judge one log and write its run and report into its folder in ``out``.
 
     Whatever happens to one log is that log's "not judged", with its one message: a bug that its content brings
     to light must not end a night's audit. With COLLAUDIT_DEBUG the traceback stands in ``traceback.txt``.
 
     Args:
-        files: of the log.
-        name: what the index calls it.
-        folder: its run folder.
-        loaded: effective configuration.
+        job: the log.
         out: folder of the whole audit.
         progress: of reading.
     """
     from collaudit.reports.values.entries import entry_of_error
 
-    run = out / folder
+    run, name = out / job.folder, job.name
     try:
-        return _judged(files, name, folder, loaded, out, progress)
+        return _judged(job, out, progress)
     except CollauditError as error:
         reason = error
     except MemoryError:
         reason = NotJudgedError("not enough memory for this log", where=name)
     except Exception as error:  # noqa: BLE001 - one log's bug is that log's, said as such
-        reason = _bug(error, files, name)
+        reason = _bug(error, job.files, name)
         remove_run(run)
         _keep_traceback(run)
-        return Outcome(entry_of_error(name, reason), None)
+        return Outcome(entry_of_error(name, reason, job.robot), None)
     remove_run(run)
-    return Outcome(entry_of_error(name, reason), None)
+    return Outcome(entry_of_error(name, reason, job.robot), None)
 
 
-def _judged(
-    files: LogFiles, name: str, folder: str, loaded: LoadedConfig, out: Path, progress: Progress | None
-) -> Outcome:
+def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     from dataclasses import replace
 
     from collaudit.cli.log_arguments import audit_files
@@ -74,15 +67,18 @@ def _judged(
     from collaudit.reports.page.html import write_html
     from collaudit.reports.values.entries import entry_of
 
-    run = out / folder
+    if job.problem is not None:
+        raise job.problem
+    run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
-    audit, friction = audit_files(files, loaded, progress)
+    audit, friction = audit_files(job.files, job.loaded, progress)
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
     write_html(run / "report.html", [audit])
-    note_finished(run, files, audit.result.log.sha256, loaded)
-    return Outcome(replace(entry_of(audit.result, f"{folder}/report.html"), name=name), audit.result)
+    note_finished(run, job.files, audit.result.log.sha256, job.loaded)
+    entry = entry_of(audit.result, f"{job.folder}/report.html")
+    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:

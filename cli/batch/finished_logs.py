@@ -17,12 +17,11 @@ from collaudit.core.errors import CollauditError
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.log_jobs import LogJob
-    from collaudit.core.config import LoadedConfig
 
 
-def finished_outcomes(jobs: Sequence[LogJob], loaded: LoadedConfig, out: Path) -> dict[int, Outcome]:
+def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
     """Outcomes of the logs in ``out`` that need not be judged again, by their place in ``jobs``."""
-    found = {index: _finished(job, loaded, out) for index, job in enumerate(jobs)}
+    found = {index: _finished(job, out) for index, job in enumerate(jobs)}
     return {index: outcome for index, outcome in found.items() if outcome is not None}
 
 
@@ -32,19 +31,20 @@ def merged(count: int, kept: Mapping[int, Outcome], judged: Sequence[Outcome]) -
     return [kept[index] if index in kept else next(rest) for index in range(count)]
 
 
-def _finished(job: LogJob, loaded: LoadedConfig, out: Path) -> Outcome | None:
+def _finished(job: LogJob, out: Path) -> Outcome | None:
     from collaudit.core.logs.log_hashing import sha256_of
     from collaudit.reports.files.run_files import read_run
     from collaudit.reports.values.entries import entry_of
 
     run = out / job.folder
     note = read_note(run)
-    if note is None or not (run / "report.html").is_file():
+    if job.problem is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
-        if note != rests_on(job.files, sha256_of(job.files), loaded):
+        if note != rests_on(job.files, sha256_of(job.files), job.loaded):
             return None
         result = read_run(run).result
     except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
         return None
-    return Outcome(replace(entry_of(result, f"{job.folder}/report.html"), name=job.name), result)
+    entry = entry_of(result, f"{job.folder}/report.html")
+    return Outcome(replace(entry, name=job.name, robot=job.robot), result)

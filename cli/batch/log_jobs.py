@@ -6,19 +6,35 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from collaudit.core.api import LogFiles, log_name
+
+if TYPE_CHECKING:
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.errors import CollauditError
 
 _LONGEST_NAME = 80
 
 
 class LogJob(NamedTuple):
-    """One log of an audit: its files, what the index calls it, and the name of its run folder."""
+    """One log of an audit.
+
+    Attributes:
+        files: of the log; none where it was not found.
+        name: what the index calls it.
+        folder: name of its run folder.
+        loaded: its effective configuration.
+        robot: whose log it is, None without a fleet.
+        problem: why it cannot be judged, where that is known beforehand.
+    """
 
     files: LogFiles
     name: str
     folder: str
+    loaded: LoadedConfig
+    robot: str | None = None
+    problem: CollauditError | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +46,9 @@ class Limits:
     memory_gb: float | None = None
 
 
-def log_jobs(logs: Sequence[LogFiles]) -> list[LogJob]:
-    """A job for every log."""
-    return [LogJob(*item) for item in zip(logs, log_names(logs), run_folders(logs), strict=True)]
+def log_jobs(logs: Sequence[LogFiles], loaded: LoadedConfig) -> list[LogJob]:
+    """A job for every log, all with the same configuration."""
+    return [LogJob(*item, loaded) for item in zip(logs, log_names(logs), run_folders(logs), strict=True)]
 
 
 def log_names(logs: Sequence[LogFiles]) -> list[str]:

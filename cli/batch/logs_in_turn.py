@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome, audit_one
 from collaudit.cli.batch.log_jobs import Limits, LogJob
 from collaudit.core.api import Progress
 
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-
 
 def audit_logs(
     jobs: Sequence[LogJob],
-    loaded: LoadedConfig,
     out: Path,
     limits: Limits,
     progress: Progress,
@@ -26,7 +21,6 @@ def audit_logs(
 
     Args:
         jobs: the logs.
-        loaded: effective configuration.
         out: folder that gets one run folder a log.
         limits: processes, time and memory.
         progress: called with (finished, total); of a single log judged here, with its reader's progress.
@@ -38,10 +32,10 @@ def audit_logs(
     if jobs and (limits.time_s or limits.memory_gb or min(limits.workers, len(jobs)) > 1):
         from collaudit.cli.batch.worker_processes import audit_in_processes
 
-        return audit_in_processes(jobs, loaded, out, limits, progress, done)
+        return audit_in_processes(jobs, out, limits, progress, done)
     outcomes = []
     for job in jobs:
-        outcomes.append(audit_one(*job, loaded, out, progress if len(jobs) == 1 else None))
+        outcomes.append(audit_one(job, out, progress if len(jobs) == 1 else None))
         done(outcomes[-1])
         if len(jobs) > 1:
             progress(len(outcomes), len(jobs))

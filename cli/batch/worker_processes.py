@@ -14,7 +14,6 @@ from contextlib import closing
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome, audit_one, remove_run
 from collaudit.cli.batch.log_jobs import Limits, LogJob
@@ -23,16 +22,12 @@ from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
 from collaudit.core.errors import NotJudgedError
 
-if TYPE_CHECKING:
-    from collaudit.core.config import LoadedConfig
-
 _PARENT_POLL_S = 1.0
 _NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
 
 
 def audit_in_processes(
     jobs: Sequence[LogJob],
-    loaded: LoadedConfig,
     out: Path,
     limits: Limits,
     progress: Progress,
@@ -42,7 +37,6 @@ def audit_in_processes(
 
     Args:
         jobs: the logs.
-        loaded: effective configuration.
         out: folder that gets one run folder a log.
         limits: processes, time and memory.
         progress: called with (finished, total).
@@ -53,7 +47,7 @@ def audit_in_processes(
     """
     outcomes: dict[int, Outcome] = {}
     prepare = partial(_begin_worker, os.getpid(), limits.memory_gb)
-    items = [(*job, loaded, out, None) for job in jobs]
+    items = [(job, out, None) for job in jobs]
     try:
         with closing(results_of(audit_one, items, limits.workers, prepare, limits.time_s)) as results:
             for index, result in results:
@@ -79,7 +73,7 @@ def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
         "not started": f"no process could be started to judge it (the last one: {cause})",
         "not sent": f"its result could not be received ({lost.text})",
     }[lost.how]
-    return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name)), None)
+    return Outcome(entry_of_error(job.name, NotJudgedError(f"not judged: {reason}", where=job.name), job.robot), None)
 
 
 def _cause_of_death(exit_code: int, limits: Limits) -> str:

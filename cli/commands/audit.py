@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from collaudit.cli.console import note, say_json, say_result, terminal_width
+from collaudit.cli.console import note, print_findings, say_json, say_result, terminal_width
 from collaudit.cli.detail import Detail, detail_options
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
-from collaudit.cli.settings import config_option, load_settings, robot_options, rule_options
+from collaudit.cli.settings import config_option, load_settings, overrides, robot_options, rule_options
 from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary_text
 
 #: Lines of a screen.
@@ -25,13 +27,21 @@ if TYPE_CHECKING:
     from collaudit.reports.values.entries import IndexEntry
 
 
+def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date | None:
+    try:
+        return None if text is None else date.fromisoformat(text)
+    except ValueError:
+        raise click.BadParameter(f"{text!r} is not a day such as 2026-12-31") from None
+
+
 @example_command(
     "audit",
     "collaudit audit run.mcap -c collaudit.toml -o out/",
     "collaudit audit nightly/ -c collaudit.toml --friction friction.json -o out/ -j 4",
+    "find nightly -name '*.mcap' | collaudit audit - -c fleet.toml -o out/",
     "collaudit audit 'logs/*.bag' --urdf arm.urdf --gamma 4 --n 13 -o out/ --format junit",
 )
-@click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB...")
+@click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB|-...")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="OUT", help="Folder for everything."
 )
@@ -56,6 +66,24 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Take over what an audit of OUT finished before it was ended, where log, settings and versions are the same.",
 )
+@click.option(
+    "--baseline",
+    type=click.Path(path_type=Path),
+    metavar="DIR|FILE",
+    help="An earlier audit: what it shows already, within its noise, does not fail.",
+)
+@click.option(
+    "--fail-on",
+    "fails",
+    multiple=True,
+    type=click.Choice(["warn", "not-judged"]),
+    help="Exit with 1 also for this; may be given twice.",
+)
+@click.option("--as-of", callback=_day, metavar="YYYY-MM-DD", help="Day for waivers' expiry; today (UTC) when absent.")
+@click.option("--fail-fast", is_flag=True, help="End the audit at the first log that breaks the policy.")
+@click.option(
+    "--keep-going", is_flag=True, help="An argument that names no log is not judged and listed, not an error."
+)
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @detail_options
@@ -70,11 +98,18 @@ def command(
     timeout: float | None,
     memory_limit: float | None,
     resume: bool,
+    baseline: Path | None,
+    fails: tuple[str, ...],
+    as_of: date | None,
+    fail_fast: bool,
+    keep_going: bool,
     force: bool,
     as_json: bool,
     detail: Detail,
 ) -> int:
     """Judge one log or thousands; write a run folder and a report for each, and an index page.
+
+    "-" reads a list of logs from stdin, one a line. With [fleet] each log is judged with the settings of its robot.
 
     OUT holds index.html, summary.json and, per log, audit.json, signals.parquet, friction.json and
     report.html. Without a friction file, friction is fitted on each log itself, and its result says so. A log
@@ -82,43 +117,55 @@ def command(
     process dies. Results of an earlier audit in OUT are removed first; until the new ones stand,
     AUDIT-UNDER-WAY.txt does. An audit that was ended goes on with --resume.
 
+    Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
+    audit.json of a log keeps the verdict on that log alone.
+
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch.audit_folder import audit_under_way
     from collaudit.cli.batch.finished_logs import finished_outcomes, merged
-    from collaudit.cli.batch.log_jobs import Limits, log_jobs
+    from collaudit.cli.batch.log_jobs import Limits
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.exit_codes import exit_code
+    from collaudit.cli.fleet.baseline_files import POLICY_NAME, read_baseline
+    from collaudit.cli.fleet.fail_fast import until_failure
+    from collaudit.cli.fleet.log_inputs import night_of
+    from collaudit.cli.fleet.night_policy import NightPolicy
     from collaudit.cli.formats import parse_formats
-    from collaudit.core.api import find_logs
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.page.index import summary_json, write_index
 
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
-    friction = loaded.friction_path
-    if friction is not None:
+    night = night_of(logs, loaded, overrides(), keep_going)
+    for friction in sorted({path for settings in night.settings if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
-    found = find_logs(logs, loaded)
-    work = log_jobs(found)
-    kept = finished_outcomes(work, loaded, output) if resume else {}
+    work = night.jobs
+    kept = finished_outcomes(work, output) if resume else {}
     left = [job for index, job in enumerate(work) if index not in kept]
+    policy = NightPolicy(loaded.config.policy, None if baseline is None else read_baseline(baseline), fails, as_of)
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished before and are taken over")
     with audit_under_way(output, [job.folder for job in left], force):
         with progress(f"auditing {len(left)} log{'s' if len(left) != 1 else ''}") as report:
-            judged = audit_logs(left, loaded, output, Limits(jobs, timeout, memory_limit), report, _say_error)
+            audit = partial(audit_logs, left, output, Limits(jobs, timeout, memory_limit), report)
+            judged = until_failure(left, policy.verdict_of, audit, _say_error) if fail_fast else audit(_say_error)
         outcomes = merged(len(work), kept, judged)
-        entries = [outcome.entry for outcome in outcomes]
+        decisions = policy.decide(work, outcomes)
+        entries = decisions.entries
         write_index(output, entries)
-        _write_extra(output, extra, outcomes)
+        atomic_write(output / POLICY_NAME, json_text(decisions.file))
+        _write_extra(output, extra, decisions.results, [outcome.entry for outcome in outcomes if not outcome.result])
+    print_findings(decisions.file.findings, err=True)
     if as_json:
         say_json(summary_json(entries))
     else:
-        _say(entries, [outcome.result for outcome in outcomes if outcome.result is not None], detail)
+        _say(entries, decisions.results, detail)
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
-    return exit_code([entry.verdict for entry in entries])
+    return exit_code(decisions.verdicts)
 
 
 def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:
@@ -150,10 +197,10 @@ def _say_error(outcome: Outcome) -> None:
         note(f"{outcome.entry.name}: not judged\n  " + error.replace("\n", "\n  "))
 
 
-def _write_extra(output: Path, formats: Sequence[str], outcomes: Sequence[Outcome]) -> None:
+def _write_extra(
+    output: Path, formats: Sequence[str], results: Sequence[AuditResult], unread: Sequence[IndexEntry]
+) -> None:
     from collaudit.reports.files.atomic import atomic_write
 
-    results = [outcome.result for outcome in outcomes if outcome.result is not None]
-    unread = [outcome.entry for outcome in outcomes if outcome.result is None]
     for name in formats:
         atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread))

@@ -12,8 +12,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from collaudit.core.config.problems import Places, schema_problems, syntax_problem
-from collaudit.core.config.relative_paths import located
+from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
+from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_lines import key_lines
 from collaudit.core.errors import ConfigError
 
@@ -93,12 +94,19 @@ def _placed(config: Config, base_dir: Path) -> Config:
         friction = friction.model_copy(update={"file": located(friction.file, base_dir)})
     if log.msg_path:
         log = log.model_copy(update={"msg_path": [located(folder, base_dir) for folder in log.msg_path]})
-    return config.model_copy(update={"friction": friction, "log": log})
+    placed = config.model_copy(update={"friction": friction, "log": log})
+    if "fleet" in config.model_fields_set:
+        placed = placed.model_copy(update={"fleet": located_fleet(config.fleet, base_dir)})
+    return placed
 
 
 def config_sha256(config: Config) -> str:
-    """Hash of a configuration that is the same wherever its files lie."""
-    canonical = json.dumps(_without_folders(config.model_dump(mode="python")), sort_keys=True, separators=(",", ":"))
+    """Hash of a configuration that is the same wherever its files lie.
+
+    Which robots there are besides, and what is decided over finished audits, is no part of it.
+    """
+    values = config.model_dump(mode="python", exclude={"fleet": True, "policy": set(OF_DECISION)})
+    canonical = json.dumps(_without_folders(values), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 

@@ -150,7 +150,7 @@ def _unknown_key(path: KeyPath, data: Mapping[str, object], where: str) -> Confi
     model = table.table if table else Config
     siblings = [key.path[-1] for key in keys_of(model)] if model else []
     close = difflib.get_close_matches(str(last), siblings, n=1, cutoff=0.6)
-    elsewhere = [key.dotted for key in all_keys() if key.path[-1] == last]
+    elsewhere = [key.dotted for key in all_keys() if key.path[-1] == last and not _repeats(key.path)]
     if close:
         hint = f"did you mean {close[0]}?"
     elif elsewhere:
@@ -163,6 +163,11 @@ def _unknown_key(path: KeyPath, data: Mapping[str, object], where: str) -> Confi
     return ConfigError(
         f"{place} has no key {str(last)!r}", where=where, found=found, expected=", ".join(siblings), hint=hint
     )
+
+
+def _repeats(path: tuple[str, ...]) -> bool:
+    """Whether a key says for some logs what another one says for all."""
+    return path[:1] == ("fleet",) or path[:2] in (("policy", "overrides"), ("policy", "waivers"))
 
 
 def _similar_choice(value: str, expected: str) -> str | None:

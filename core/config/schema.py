@@ -9,7 +9,9 @@ from pydantic import Field, model_validator
 
 from collaudit.core.config.config_table import ConfigTable, NonNegative, Positive, Vec3, Vec6
 from collaudit.core.config.schema_detect import DetectConfig, DynamicConfig, NearMissConfig, PhasesConfig
+from collaudit.core.config.schema_fleet import FleetConfig, FleetRobot
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
+from collaudit.core.config.schema_policy import PolicyConfig, PolicyOverride, Waiver
 from collaudit.core.friction_laws.law_registry import LawChoice
 
 __all__ = [
@@ -21,16 +23,20 @@ __all__ = [
     "DynamicConfig",
     "FieldsConfig",
     "FitConfig",
+    "FleetConfig",
+    "FleetRobot",
     "FrictionConfig",
     "LogConfig",
     "NearMissConfig",
     "PhasesConfig",
     "PolicyConfig",
+    "PolicyOverride",
     "RobotConfig",
     "SectionsConfig",
     "StudyConfig",
     "ToolConfig",
     "UnitsConfig",
+    "Waiver",
 ]
 
 
@@ -196,42 +202,6 @@ class FitConfig(ConfigTable):
     blocks: Annotated[int, Field(ge=2, le=20)] = Field(5, description="Blocks of time held out in turn.")
 
 
-class PolicyConfig(ConfigTable):
-    """What makes an audit fail, and what makes it unable to judge."""
-
-    max_collisions: Annotated[int, Field(ge=0)] = Field(
-        0, description="The audit fails if there are more contacts than this; alarms of several joints are one contact."
-    )
-    max_near_misses_per_hour: NonNegative | None = Field(
-        None, description="The audit fails if there are more near misses an hour than this."
-    )
-    max_disturbed_at_rest: Annotated[int, Field(ge=0)] = Field(
-        0,
-        description="Disturbances of standing joints, below what alarms, that a log may have; with more it is not "
-        "judged.",
-    )
-    observable_nm: Positive | dict[str, Positive] | None = Field(
-        None,
-        description="External torque that must be noticeable, N·m; one number, or by joint; for a joint that has "
-        "none its `gamma_nm` and breakaway friction together, at least 2 and at most 5 times `gamma_nm`.",
-    )
-    min_observable: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.5,
-        description="Least share of a watched joint's time in motion in which a torque of `observable_nm` would have "
-        "alarmed; with less the log is not judged.",
-    )
-    max_hidden_s: Positive = Field(
-        1800.0,
-        description="Longest stretch in which a watched joint may hide a torque of `observable_nm`, at rest too, s; "
-        "with a longer one the log is not judged.",
-    )
-    min_coverage: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.8,
-        description="Least share of a watched joint's time in motion, gaps included, that could be judged; "
-        "with less the log is not judged.",
-    )
-
-
 class StudyConfig(ConfigTable):
     """What is found out about threshold and persistence beside the verdict."""
 
@@ -267,3 +237,4 @@ class Config(ConfigTable):
     phases: PhasesConfig = Field(PhasesConfig(), description="When the tool was meant to do what.")
     policy: PolicyConfig = Field(PolicyConfig(), description="What makes an audit fail.")
     study: StudyConfig = Field(StudyConfig(), description="What is found out about threshold and persistence.")
+    fleet: FleetConfig = Field(FleetConfig(), description="Many robots: whose a log is, and with what it is judged.")

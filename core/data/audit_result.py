@@ -57,7 +57,8 @@ class FrictionFile:
     each log's channels; ``trends`` what moves in each joint's friction;
     ``coupled`` the friction of axes that turn with several joints, by the motor's own joint.
     ``thresholds`` those for ``gamma_nm = "auto"``; ``corrections`` what a joint's friction goes with besides speed;
-    ``left_out`` what the fit did without, by log.
+    ``left_out`` what the fit did without, by log; ``recorded`` when the first and the last of the logs began, ISO 8601
+    UTC, None where one does not tell.
     """
 
     schema: str
@@ -71,6 +72,7 @@ class FrictionFile:
     thresholds: FittedThresholds | None = None
     corrections: dict[str, FrictionCorrection] = field(default_factory=dict)
     left_out: dict[str, LeftOut] = field(default_factory=dict)
+    recorded: tuple[str, str] | None = None
 
     @property
     def usable(self) -> tuple[str, ...]:
@@ -267,6 +269,7 @@ class AuditResult:
         sensitivity: how small a torque or force would have alarmed, for how much of the time; None in files of
             earlier versions.
         disturbances: pushes on standing joints below what alarms, which friction hides but for their steps.
+        unjudged: why the log cannot pass, whatever happened in it; a log that fails may have such reasons, too.
     """
 
     schema: str
@@ -289,6 +292,7 @@ class AuditResult:
     exclusions: tuple[str, ...] = ()
     sensitivity: Sensitivity | None = None
     disturbances: tuple[RestDisturbance, ...] = ()
+    unjudged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

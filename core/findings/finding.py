@@ -7,8 +7,9 @@ type, not a finding to search for.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from collaudit.core.findings.finding_kinds import KINDS, Effect, Kind, Severity
 
@@ -94,3 +95,16 @@ def without_errors_of(findings: Iterable[Finding], joints: Collection[str]) -> t
         else finding
         for finding in findings
     )
+
+
+def findings_with_level(
+    findings: Iterable[Finding], levels: Mapping[str, Literal["off", "warn", "error"]]
+) -> list[tuple[Finding, Literal["warn", "error"]]]:
+    """The findings of codes that a user's policy gives a level to, but for those it switches off.
+
+    Args:
+        findings: of one log.
+        levels: by code, as the user states them.
+    """
+    named = ((finding, levels.get(finding.code, "off")) for finding in findings)
+    return [(finding, level) for finding, level in named if level != "off"]

@@ -10,6 +10,7 @@ from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.sensitivity_result import JointSensitivity
 from collaudit.core.findings import Finding
+from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import by_joint, seconds_text, state_text
 from collaudit.core.verdict.shortfalls import Shortfall
 
@@ -46,17 +47,17 @@ def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str
         The verdict, and its reasons in words.
     """
     broken = _broken(policy, evidence)
-    unjudged = _not_judged(policy, evidence)
+    untold = unjudged(policy, evidence)
     if broken:
-        return "fail", tuple(broken + unjudged)
-    if unjudged:
-        return "not_judged", tuple(unjudged)
+        return "fail", tuple(broken + untold)
+    if untold:
+        return "not_judged", tuple(untold)
     return "pass", (_found(evidence),)
 
 
 def _found(evidence: Evidence) -> str:
     """What a pass says: events, and what would have been noticed in the motion of each joint."""
-    events = f"{_count(len(evidence.contacts), 'contact')} and " + _count(
+    events = f"{counted(len(evidence.contacts), 'contact')} and " + counted(
         len(evidence.near_misses), "near miss", "near misses"
     )
     seen = {j: s for j, s in evidence.sensitivity.items() if s.motion.detectable_s > 0}
@@ -65,7 +66,7 @@ def _found(evidence: Evidence) -> str:
     asked = [s.observable_nm for s in seen.values()]
     share = [s.motion.detectable_s / s.motion.time_s for s in seen.values()]
     time = seconds_text(evidence.coverage.recorded_s)
-    joints = _count(len(seen), "moving joint")
+    joints = counted(len(seen), "moving joint")
     return (
         f"{events} in {time}, within the policy. On {joints} a torque of {_range(asked, '.3g')} N·m would have alarmed "
         f"in {_range([100 * x for x in share], '.0f')} % of the motion."
@@ -77,42 +78,16 @@ def _range(values: Sequence[float], form: str) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _count(number: int, one: str, many: str | None = None) -> str:
-    return f"{number} {one if number == 1 else many or one + 's'}"
-
-
 def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
-    reasons = []
-    contacts, near_misses, recorded_s = evidence.contacts, evidence.near_misses, evidence.coverage.recorded_s
-    if len(contacts) > policy.max_collisions:
-        joints = sorted({joint for contact in contacts for joint in contact.joints})
-        reasons.append(
-            f"{_count(len(contacts), 'contact')} (policy: at most {policy.max_collisions}), on {', '.join(joints)}."
-        )
-        intended = sum(contact.kind == "meant" for contact in contacts)
-        if intended:
-            reasons.append(
-                f"{intended} of them {'looks' if intended == 1 else 'look'} intended. The policy counts every contact, "
-                "since what was intended is an estimate."
-            )
-        doubtful = sorted({f.joint for f in evidence.findings if f.effect == "doubts-alarms" and f.joint in joints})
-        if doubtful:
-            reasons.append(
-                f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "
-                "be errors of the model (see the findings)."
-            )
-    if policy.max_near_misses_per_hour is not None and near_misses and recorded_s > 0:
-        rate = len(near_misses) / (recorded_s / 3600.0)
-        if rate > policy.max_near_misses_per_hour:
-            reasons.append(
-                f"{_count(len(near_misses), 'near miss', 'near misses')} in {seconds_text(recorded_s)} is "
-                f"{rate:.4g} an hour (policy: at most {policy.max_near_misses_per_hour:g})."
-            )
-    return reasons
+    near_misses, recorded_s = len(evidence.near_misses), evidence.coverage.recorded_s
+    return [
+        *contact_breach(evidence.contacts, policy.max_collisions, evidence.findings),
+        *near_miss_breach(near_misses, recorded_s, policy.max_near_misses_per_hour),
+    ]
 
 
-def _not_judged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
-    """Findings that forbid a pass, then what is missing for the policy."""
+def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
+    """Why the log cannot pass, whatever happened in it: findings that forbid it, then what the policy lacks."""
     coverage = evidence.coverage
     reasons = _texts([f for f in evidence.findings if f.forbids_pass])
     if coverage.gaps_s > (1.0 - policy.min_coverage) * (coverage.recorded_s + coverage.gaps_s):

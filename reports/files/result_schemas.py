@@ -18,11 +18,13 @@ from collaudit.core.data import (
     friction_result,
     identification_result,
     left_out,
+    policy_result,
     rule_study_result,
     sensitivity_result,
     threshold_result,
 )
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
+from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.findings import Finding
 from collaudit.reports.files.json_writer import json_text
@@ -59,6 +61,11 @@ def comparison_schema() -> dict[str, Any]:
     return _published(Comparison, COMPARISON_SCHEMA, "two collaudit runs compared (report --compare --json)")
 
 
+def policy_schema() -> dict[str, Any]:
+    """The JSON Schema of ``policy.json``."""
+    return _published(PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)")
+
+
 def schema_texts() -> dict[str, str]:
     """File name to JSON Schema, of every result file."""
     documents = {
@@ -67,6 +74,7 @@ def schema_texts() -> dict[str, str]:
         "study-1.schema.json": study_schema(),
         "summary-1.schema.json": summary_schema(),
         "comparison-1.schema.json": comparison_schema(),
+        "policy-1.schema.json": policy_schema(),
     }
     return {name: json_text(document) for name, document in documents.items()}
 
@@ -93,6 +101,7 @@ def _dataclass(name: str) -> type:
         friction_result,
         identification_result,
         left_out,
+        policy_result,
         rule_study_result,
         sensitivity_result,
         threshold_result,

@@ -32,6 +32,7 @@ class IndexEntry:
         exclusions: what the verdict does not cover.
         start: when the log was recorded, ISO 8601 UTC; None where it does not tell.
         level_nm: RMS of each watched joint's judged residual, N·m; None where nothing was judged.
+        robot: whose log it is; None without a fleet.
     """
 
     name: str
@@ -47,6 +48,7 @@ class IndexEntry:
     exclusions: tuple[str, ...] = ()
     start: str | None = None
     level_nm: dict[str, float | None] = field(default_factory=dict)
+    robot: str | None = None
 
     @property
     def word(self) -> str:
@@ -90,9 +92,9 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
     )
 
 
-def entry_of_error(name: str, error: CollauditError) -> IndexEntry:
-    """The line of a log that could not be audited."""
-    return IndexEntry(name, "not_judged", (error.message,), None, 0, 0, 0.0, error.render())
+def entry_of_error(name: str, error: CollauditError, robot: str | None = None) -> IndexEntry:
+    """The line of a log, and robot of a fleet, that could not be audited."""
+    return IndexEntry(name, "not_judged", (error.message,), None, 0, 0, 0.0, error.render(), robot=robot)
 
 
 def worst_first(entries: Iterable[IndexEntry]) -> list[IndexEntry]:

@@ -241,7 +241,7 @@ def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
 
     def kept(**settings: object) -> bool:
         loaded = load_config(arm.config, {"friction.file": str(friction), **settings})
-        return bool(finished_outcomes(log_jobs([(log,)]), loaded, out))
+        return bool(finished_outcomes(log_jobs([(log,)], loaded), out))
 
     assert kept()
     assert not kept(**{"detect.gamma_nm": 4.1})

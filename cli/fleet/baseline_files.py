@@ -1,0 +1,72 @@
+"""Reading a baseline: an earlier audit's folder, a run's folder, or one ``audit.json``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.core.data.audit_result import AUDIT_SCHEMA, AuditResult
+from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
+from collaudit.core.errors import ConfigError
+from collaudit.core.policy.baseline import Baseline, BaselineLog
+from collaudit.reports.files.json_reader import read_result
+from collaudit.reports.files.run_files import AUDIT_NAME
+from collaudit.reports.values.contact_rows import contacts_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: The decision over an audit, in its folder.
+POLICY_NAME = "policy.json"
+
+
+def read_baseline(path: Path) -> Baseline:
+    """What an audit is to be compared with.
+
+    Args:
+        path: folder of an audit, folder of a run, or an ``audit.json``.
+
+    Raises:
+        ConfigError: there is no audit. CollauditError: a file of it is damaged.
+    """
+    logs = tuple(_log(read_result(file, AuditResult, AUDIT_SCHEMA), robot) for file, robot in _files(path))
+    if not logs:
+        raise ConfigError(
+            "there is no audit to compare with",
+            where=str(path),
+            expected=f"the folder of an audit or a run, or an {AUDIT_NAME}",
+            hint="collaudit audit LOGS -c collaudit.toml -o BASELINE makes one",
+        )
+    return Baseline(path.name, logs)
+
+
+def _files(path: Path) -> Iterator[tuple[Path, str | None]]:
+    """Every ``audit.json``, and whose log it is about; run folders of the audit's policy.json, else all there are."""
+    if path.is_file():
+        yield path, None
+        return
+    if (path / AUDIT_NAME).is_file():
+        yield path / AUDIT_NAME, None
+        return
+    robots: dict[str, str | None] = {}
+    if (path / POLICY_NAME).is_file():
+        file = read_result(path / POLICY_NAME, PolicyFile, POLICY_SCHEMA)
+        robots = {log.folder: log.robot for log in file.logs}
+    for audit in sorted(path.glob(f"*/{AUDIT_NAME}")):
+        if not robots or audit.parent.name in robots:
+            yield audit, robots.get(audit.parent.name)
+
+
+def _log(result: AuditResult, robot: str | None) -> BaselineLog:
+    return BaselineLog(
+        robot=robot,
+        sha256=result.log.sha256,
+        start=result.log.start,
+        judged=result.verdict != "not_judged",
+        recorded_s=result.coverage.recorded_s,
+        near_misses=len(result.near_misses),
+        contacts=tuple((c.onset_s, c.end_s, c.joints) for c in contacts_of(result)),
+        rms_nm={joint: stats.rms_nm for joint, stats in result.residual.items() if stats.rms_nm is not None},
+        friction=result.friction,
+        findings=frozenset((finding.code, finding.joint) for finding in result.findings),
+    )

@@ -1,0 +1,122 @@
+"""The decision over the logs of an audit: policy, baseline and waivers, applied to what came out of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import date
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from collaudit.cli.fleet.name_patterns import matches
+from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
+from collaudit.core.findings import findings_with_level
+from collaudit.core.policy.decision import decide_log, decided
+from collaudit.core.policy.rule_outcomes import LogInQuestion
+from collaudit.core.policy.waiver_use import WaiverBook
+
+if TYPE_CHECKING:
+    from collaudit.cli.batch.audit_one import Outcome
+    from collaudit.cli.batch.log_jobs import LogJob
+    from collaudit.core.config.schema import PolicyConfig
+    from collaudit.core.data.audit_result import AuditResult, Verdict
+    from collaudit.core.policy.baseline import Baseline
+    from collaudit.reports.values.entries import IndexEntry
+
+#: What else than a broken rule of level "error" may fail an audit.
+FAIL_ON = ("warn", "not-judged")
+
+
+@dataclass(frozen=True, slots=True)
+class Decisions:
+    """What was decided over an audit.
+
+    Attributes:
+        entries: a line for every log, with its decided verdict.
+        results: of the logs that were audited, with their decided verdicts.
+        verdicts: what the exit code follows from.
+        file: ``policy.json``.
+    """
+
+    entries: tuple[IndexEntry, ...]
+    results: tuple[AuditResult, ...]
+    verdicts: tuple[Verdict, ...]
+    file: PolicyFile
+
+
+class NightPolicy:
+    """Policy, baseline and waivers of one audit."""
+
+    def __init__(
+        self, policy: PolicyConfig, baseline: Baseline | None, fail_on: Sequence[str] = (), as_of: date | None = None
+    ) -> None:
+        from datetime import UTC, datetime
+
+        self._policy = policy
+        self._baseline = baseline
+        self._fail_on = tuple(fail_on)
+        self._as_of = as_of or datetime.now(UTC).date()
+        self._waivers = self._fresh()
+
+    def verdict_of(self, job: LogJob, outcome: Outcome) -> Verdict:
+        """The decided verdict on one log."""
+        return self._decision(job, outcome).verdict
+
+    def decide(self, jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> Decisions:
+        """Decide on all logs.
+
+        Args:
+            jobs: the logs.
+            outcomes: in their order.
+        """
+        self._waivers = self._fresh()
+        decisions = [self._decision(job, outcome) for job, outcome in zip(jobs, outcomes, strict=True)]
+        pairs = list(zip(outcomes, decisions, strict=True))
+        findings = self._waivers.findings()
+        verdicts = [decision.verdict for decision in decisions]
+        fails = {"error", "warn"} if "warn" in self._fail_on else {"error"}
+        if any(level in fails for _, level in findings_with_level(findings, self._policy.findings)):
+            verdicts.append("fail")
+        if "not-judged" in self._fail_on and "not_judged" in verdicts:
+            verdicts.append("fail")
+        return Decisions(
+            entries=tuple(replace(o.entry, verdict=d.verdict, reasons=d.reasons) for o, d in pairs),
+            results=tuple(decided(o.result, d) for o, d in pairs if o.result is not None),
+            verdicts=tuple(verdicts),
+            file=PolicyFile(
+                schema=POLICY_SCHEMA,
+                as_of=self._as_of.isoformat(),
+                baseline=None if self._baseline is None else self._baseline.name,
+                fail_on=self._fail_on,
+                logs=tuple(decisions),
+                findings=tuple(findings),
+            ),
+        )
+
+    def _fresh(self) -> WaiverBook:
+        return WaiverBook(self._policy.waivers, self._as_of, matches)
+
+    def _decision(self, job: LogJob, outcome: Outcome) -> LogDecision:
+        entry, place = outcome.entry, job.files[0].as_posix() if job.files else job.name
+        if outcome.result is None:
+            return LogDecision(entry.name, job.robot, place, job.folder, "not_judged", entry.reasons, ())
+        path = job.loaded.friction_path
+        log = LogInQuestion(
+            outcome.result,
+            job.loaded.config.policy,
+            job.robot,
+            place,
+            job.folder,
+            None if path is None else _fitted_until(path),
+            path is None,
+        )
+        return replace(decide_log(log, self._waivers, self._baseline, self._fail_on), log=entry.name)
+
+
+@cache
+def _fitted_until(path: Path) -> str | None:
+    from collaudit.reports.files.run_files import read_friction
+
+    recorded = read_friction(path).recorded
+    return None if recorded is None else recorded[1]

@@ -1,0 +1,107 @@
+"""Which robot of a fleet a log belongs to: by its path, topics, joint names, or serial number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from collaudit.cli.fleet.name_patterns import matches
+from collaudit.cli.fleet.stated_serials import stated_serials
+from collaudit.core.errors import ConfigError, NotJudgedError
+
+if TYPE_CHECKING:
+    from collaudit.core.api import LogFiles
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.config.schema import FleetRobot
+    from collaudit.core.logs import LogSummary
+
+
+def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
+    """The robots of the configuration and of the fleet file that it names.
+
+    Raises:
+        ConfigError: the file cannot be used, holds something else, or names a robot that the configuration has.
+    """
+    from collaudit.core.config import load_config
+
+    fleet = loaded.config.fleet
+    if fleet.file is None:
+        return dict(fleet.robots)
+    there = load_config(fleet.file).config
+    strangers = there.model_fields_set - {"fleet", "friction", "log"}
+    strangers |= {name for name in ("friction", "log") if getattr(there, name).model_fields_set}
+    if strangers or there.fleet.file is not None:
+        raise ConfigError(
+            "a fleet file holds [fleet.robots.NAME] tables and nothing else",
+            where=str(fleet.file),
+            found=", ".join(f"[{name}]" for name in sorted(strangers)) or "fleet.file",
+            hint="put what holds for all robots into the configuration that names the fleet file",
+        )
+    twice = set(there.fleet.robots) & set(fleet.robots)
+    if twice:
+        raise ConfigError("a robot is described twice", where=str(fleet.file), found=", ".join(sorted(twice)))
+    return {**fleet.robots, **there.fleet.robots}
+
+
+class LogTraits:
+    """What rules look at; the log is opened only when a rule asks for its content."""
+
+    def __init__(self, place: str, files: Callable[[], LogFiles], loaded: LoadedConfig) -> None:
+        self.place = place
+        self._files = files
+        self._loaded = loaded
+
+    @cached_property
+    def _summary(self) -> LogSummary:
+        from collaudit.core.api import describe
+
+        return describe(list(self._files()), self._loaded)
+
+    @property
+    def topics(self) -> set[str]:
+        """Names of the log's topics."""
+        return {topic.name for topic in self._summary.topics}
+
+    @property
+    def joints(self) -> set[str]:
+        """Names of all joints in it."""
+        return {joint for topic in self._summary.topics for joint in topic.joints}
+
+    @cached_property
+    def serials(self) -> set[str]:
+        """Values that may be serial numbers."""
+        return stated_serials(self._files())
+
+
+def robot_of(traits: LogTraits, robots: Mapping[str, FleetRobot]) -> str:
+    """Name of the one robot whose rules all hold.
+
+    Raises:
+        NotJudgedError: there is none, or more than one. LogError: the log cannot be looked into.
+    """
+    found = [name for name, robot in robots.items() if _is_of(traits, robot)]
+    if len(found) == 1:
+        return found[0]
+    raise NotJudgedError(
+        "no robot of the fleet is this log's" if not found else "the log may be of several robots of the fleet",
+        where=traits.place,
+        found=", ".join(found) or None,
+        expected="exactly one robot whose paths, topics, joints and serials match",
+        hint="add or narrow a rule in [fleet.robots.NAME]",
+    )
+
+
+def _is_of(traits: LogTraits, robot: FleetRobot) -> bool:
+    """Paths first, which cost nothing."""
+    if robot.paths and not matches(traits.place, robot.paths):
+        return False
+    if robot.serials and not _shared(robot.serials, traits.serials):
+        return False
+    if robot.topics and not _shared(robot.topics, traits.topics):
+        return False
+    return not robot.joints or set(robot.joints) <= traits.joints
+
+
+def _shared(asked: Collection[str], there: Collection[str]) -> bool:
+    return not set(asked).isdisjoint(there)

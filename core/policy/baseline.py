@@ -1,0 +1,116 @@
+"""An earlier state that a night is compared with: what of a breach was there before, within its noise.
+
+A baseline excuses only what it shows itself: a limit that it broke, too, and a value that is not beyond what its own
+logs scatter. Where it cannot tell, the breach stands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from collaudit.core.data.friction_result import FrictionFit
+
+#: Two contacts of one log are the same where they overlap with so much room, and share a joint.
+_ROOM_S = 0.1
+_CONFIDENCE = 0.95
+#: So many logs tell how much a level scatters from log to log.
+_LEAST_LOGS = 3
+
+ContactSpan = tuple[float, float, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class BaselineLog:
+    """What is kept of one log of a baseline.
+
+    Attributes:
+        robot: whose it is; None without a fleet.
+        sha256: hash of the log.
+        start: when it was recorded, ISO 8601 UTC, or None.
+        judged: False where the log was not judged: it is evidence of nothing then.
+        recorded_s: seconds recorded.
+        near_misses: their count.
+        contacts: onset and end (s) and joints of each.
+        rms_nm: RMS of the judged residual by joint, N·m.
+        friction: fits by joint.
+        findings: codes and joints of its findings.
+    """
+
+    robot: str | None
+    sha256: str
+    start: str | None
+    judged: bool
+    recorded_s: float
+    near_misses: int
+    contacts: tuple[ContactSpan, ...] = ()
+    rms_nm: dict[str, float] = field(default_factory=dict)
+    friction: dict[str, FrictionFit] = field(default_factory=dict)
+    findings: frozenset[tuple[str, str | None]] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """The logs of a baseline, and what it is called."""
+
+    name: str
+    logs: tuple[BaselineLog, ...]
+
+    def of(self, robot: str | None) -> tuple[BaselineLog, ...]:
+        """The judged logs of one robot."""
+        return tuple(log for log in self.logs if log.robot == robot and log.judged)
+
+
+def new_contacts(contacts: Sequence[ContactSpan], sha256: str, logs: Sequence[BaselineLog]) -> int | None:
+    """How many contacts the baseline's audit of the very same log does not have; None where it did not judge that log.
+
+    Contacts of other logs are other events, however alike.
+    """
+    known = [contact for log in logs if log.sha256 == sha256 for contact in log.contacts]
+    if not any(log.sha256 == sha256 for log in logs):
+        return None
+    return sum(not any(_same(contact, other) for other in known) for contact in contacts)
+
+
+def _same(a: ContactSpan, b: ContactSpan) -> bool:
+    return a[0] <= b[1] + _ROOM_S and b[0] <= a[1] + _ROOM_S and not set(a[2]).isdisjoint(b[2])
+
+
+def known_rate(count: int, hours: float, limit_per_hour: float, logs: Sequence[BaselineLog]) -> str | None:
+    """What the baseline says for a rate beyond its limit: the words that excuse it, or None.
+
+    It is excused where the baseline's rate exceeds the limit, too, and the count is not beyond Poisson noise: given
+    both counts together, the newer one is binomial (the exact conditional test; Przyborowski and Wilenski 1940).
+    """
+    before, before_h = sum(log.near_misses for log in logs), sum(log.recorded_s for log in logs) / 3600.0
+    if before_h <= 0 or before / before_h <= limit_per_hour:
+        return None
+    from scipy.stats import binom
+
+    chance = float(binom.sf(count - 1, count + before, hours / (hours + before_h)))
+    if chance < 1.0 - _CONFIDENCE:
+        return None
+    return f"baseline: {before / before_h:.3g} an hour in {before_h:.3g} h; tonight is not beyond its Poisson noise"
+
+
+def known_level(value: float, limit: float, joint: str, sha256: str, logs: Sequence[BaselineLog]) -> str | None:
+    """What the baseline says for a residual level beyond its limit: the words that excuse it, or None.
+
+    It is excused where the baseline's level of the very same log is as high; or where its mean level over several logs
+    exceeds the limit, and the level is below the 97.5 % prediction bound of the next log (levels are log-normal).
+    """
+    same = [log.rms_nm[joint] for log in logs if log.sha256 == sha256 and joint in log.rms_nm]
+    if any(value <= one * (1.0 + 1e-9) for one in same):
+        return "baseline: as high in the same log"
+    levels = [math.log(log.rms_nm[joint]) for log in logs if log.rms_nm.get(joint, 0.0) > 0]
+    if len(levels) < _LEAST_LOGS:
+        return None
+    from scipy.stats import t
+
+    count, mean = len(levels), sum(levels) / len(levels)
+    spread = math.sqrt(sum((level - mean) ** 2 for level in levels) / (count - 1))
+    bound = math.exp(mean + float(t.ppf(0.5 + _CONFIDENCE / 2, count - 1)) * spread * math.sqrt(1 + 1 / count))
+    if math.exp(mean) <= limit or value > bound:
+        return None
+    return f"baseline: {math.exp(mean):.3g} N·m over {count} logs, the next one up to {bound:.3g} N·m"

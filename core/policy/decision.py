@@ -1,0 +1,77 @@
+"""From what each rule says to the decision on a log: a breach wins, then what is not known, only then a pass."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from collaudit.core.data.audit_result import AuditResult, Verdict
+from collaudit.core.data.policy_result import LogDecision, RuleOutcome
+from collaudit.core.policy.baseline import Baseline
+from collaudit.core.policy.rule_outcomes import LogInQuestion, RuleBook
+from collaudit.core.policy.waiver_use import WaiverBook
+
+
+def decide_log(
+    log: LogInQuestion, waivers: WaiverBook, baseline: Baseline | None, fail_on: Collection[str] = ()
+) -> LogDecision:
+    """Decide on one finished audit.
+
+    Args:
+        log: its result, and the policy for it.
+        waivers: of the whole audit.
+        baseline: what it is compared with, if anything.
+        fail_on: ``warn`` makes warnings break the policy.
+    """
+    rules = [waivers.applied(one, log.place, log.robot) for one in RuleBook(log, baseline).outcomes()]
+    fails = {"error", "warn"} if "warn" in fail_on else {"error"}
+    broken = [one for one in rules if one.state == "broken" and one.level in fails]
+    untold = [one for one in rules if one.state == "not_judged" and one.level in fails]
+    verdict: Verdict = "pass"
+    if broken:
+        verdict = "fail"
+    elif untold or log.result.unjudged or _untold_before(log.result):
+        verdict = "not_judged"
+    notes = [_sentence(one) for one in rules if one not in broken and one not in untold and one.state != "kept"]
+    return LogDecision(
+        log=log.result.log.name,
+        robot=log.robot,
+        place=log.place,
+        folder=log.folder,
+        verdict=verdict,
+        reasons=_reasons(log.result, verdict, broken, untold, notes),
+        rules=tuple(rules),
+    )
+
+
+def decided(result: AuditResult, decision: LogDecision) -> AuditResult:
+    """The result as summaries show it: with the decision's verdict and reasons."""
+    return replace(result, verdict=decision.verdict, reasons=decision.reasons)
+
+
+def _untold_before(result: AuditResult) -> bool:
+    """A log that was not judged on its own is not judged, whatever its file says of the reasons."""
+    return result.verdict == "not_judged"
+
+
+def _reasons(
+    result: AuditResult, verdict: Verdict, broken: list[RuleOutcome], untold: list[RuleOutcome], notes: list[str]
+) -> tuple[str, ...]:
+    if not notes and not untold and verdict == result.verdict and all(_in_core(one) for one in broken):
+        return result.reasons
+    own = result.unjudged or (result.reasons if result.verdict == "not_judged" else ())
+    if verdict == "pass":
+        own = result.reasons if result.verdict == "pass" else ("Nothing else breaks the policy.",)
+    return (*(_sentence(one) for one in broken), *(one.text for one in untold), *own, *notes)
+
+
+def _in_core(one: RuleOutcome) -> bool:
+    """Rules that a log's own verdict has judged already, in the same words."""
+    return one.rule in ("contacts", "near_misses") and one.note is None
+
+
+def _sentence(one: RuleOutcome) -> str:
+    head = {"known": "Known: ", "waived": "Waived: ", "broken": "", "not_judged": "Not judged: ", "kept": ""}[one.state]
+    if one.level == "warn":
+        head = f"Warning: {head}"
+    return f"{head}{one.text}" + (f" ({one.note})" if one.note else "")

@@ -1,0 +1,200 @@
+"""What each rule of the policy says of one finished audit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+from collaudit.core.config.schema import PolicyConfig
+from collaudit.core.config.schema_policy import RuleName
+from collaudit.core.data.audit_result import AuditResult
+from collaudit.core.data.policy_result import RuleOutcome, RuleState
+from collaudit.core.findings import findings_with_level
+from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts
+from collaudit.core.policy.friction_change import friction_change
+from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
+from collaudit.core.verdict.exclusions import seconds_text
+
+_DAY_S = 86400.0
+
+
+@dataclass(frozen=True, slots=True)
+class LogInQuestion:
+    """A finished audit, and what its policy needs to know besides.
+
+    Attributes:
+        result: of the log alone.
+        policy: that holds for it.
+        robot: whose it is; None without a fleet.
+        place: its path or URL.
+        folder: of its run.
+        fitted_until: start of the newest log that its friction was fitted on, ISO 8601 UTC; None where unknown.
+        own_fit: friction was fitted on the log itself.
+    """
+
+    result: AuditResult
+    policy: PolicyConfig
+    robot: str | None
+    place: str
+    folder: str
+    fitted_until: str | None
+    own_fit: bool
+
+
+class RuleBook:
+    """The rules, applied to one log."""
+
+    def __init__(self, log: LogInQuestion, baseline: Baseline | None) -> None:
+        self._log, self._result, self._policy = log, log.result, log.policy
+        self._baseline = baseline
+        self._before: tuple[BaselineLog, ...] = baseline.of(log.robot) if baseline else ()
+
+    def outcomes(self) -> list[RuleOutcome]:
+        """What every rule says that has a limit, and is not switched off."""
+        return [
+            *self._contacts(),
+            *self._near_misses(),
+            *self._residual(),
+            *self._friction(),
+            *self._observable(),
+            *self._age(),
+            *self._findings(),
+        ]
+
+    def _level(self, rule: RuleName) -> Literal["warn", "error"] | None:
+        level = self._policy.levels.get(rule, "error")
+        return None if level == "off" else level
+
+    def _contacts(self) -> Iterator[RuleOutcome]:
+        result, level, most = self._result, self._level("contacts"), self._policy.max_collisions
+        if level is None:
+            return
+        found = result.contacts
+        text = contact_breach(found, most, result.findings)
+        state: RuleState = "broken" if text else "kept"
+        note, value = None, len(found)
+        if text and self._baseline is not None:
+            spans = [(c.onset_s, c.end_s, c.joints) for c in found]
+            new = new_contacts(spans, result.log.sha256, self._before)
+            if new is not None:
+                state, value = ("broken" if new > most else "known"), new
+                note = f"baseline: {len(found) - new} of {len(found)} were in its audit of the same log"
+        joints = tuple(sorted({joint for contact in found for joint in contact.joints}))
+        words = " ".join(text) or f"{counted(len(found), 'contact')} (policy: at most {most})."
+        yield RuleOutcome("contacts", level, state, words, joints, value, most, note)
+
+    def _near_misses(self) -> Iterator[RuleOutcome]:
+        level, limit = self._level("near_misses"), self._policy.max_near_misses_per_hour
+        if level is None or limit is None:
+            return
+        count, hours = len(self._result.near_misses), self._result.coverage.recorded_s / 3600.0
+        joints = tuple(sorted({near.joint for near in self._result.near_misses}))
+        if hours <= 0:
+            yield RuleOutcome("near_misses", level, "not_judged", "Nothing was recorded to count near misses in.")
+            return
+        text = near_miss_breach(count, hours * 3600.0, limit)
+        note = known_rate(count, hours, limit, self._before) if text else None
+        state: RuleState = "kept" if not text else "known" if note else "broken"
+        words = " ".join(text) or f"{count / hours:.4g} near misses an hour (policy: at most {limit:g})."
+        yield RuleOutcome("near_misses", level, state, words, joints, count / hours, limit, note)
+
+    def _residual(self) -> Iterator[RuleOutcome]:
+        level, limits = self._level("residual"), self._policy.max_residual_rms_nm
+        if level is None or limits is None:
+            return
+        for joint in self._result.rule.watch:
+            limit = limits.get(joint) if isinstance(limits, dict) else limits
+            if limit is None:
+                continue
+            stats = self._result.residual.get(joint)
+            value = None if stats is None else stats.rms_nm
+            if value is None:
+                text = f"Joint '{joint}' has no judged residual to compare with {limit:g} N·m."
+                yield RuleOutcome("residual", level, "not_judged", text, (joint,), None, limit)
+                continue
+            text = f"Residual of joint '{joint}': {value:.3g} N·m RMS (policy: at most {limit:g})."
+            broken = value > limit
+            note = known_level(value, limit, joint, self._result.log.sha256, self._before) if broken else None
+            state: RuleState = "kept" if not broken else "known" if note else "broken"
+            yield RuleOutcome("residual", level, state, text, (joint,), value, limit, note)
+
+    def _friction(self) -> Iterator[RuleOutcome]:
+        level, limit = self._level("friction_change"), self._policy.max_friction_change
+        if level is None or limit is None:
+            return
+        for joint in self._result.rule.watch:
+            yield self._change_of(joint, level, limit)
+
+    def _change_of(self, joint: str, level: Literal["warn", "error"], limit: float) -> RuleOutcome:
+        """A change beyond the limit with all of its interval is a breach; one within is none; else nobody can tell."""
+        fits = [(log.start or "", log.friction[joint]) for log in self._before if joint in log.friction]
+        now = self._result.friction.get(joint)
+        why = "there is no baseline (--baseline)" if self._baseline is None else "the baseline has no fit of it"
+        change = friction_change(max(fits, key=lambda item: item[0])[1], now) if fits and now is not None else why
+        if isinstance(change, str):
+            text = f"Change of friction of joint '{joint}' is not known: {change}."
+            return RuleOutcome("friction_change", level, "not_judged", text, (joint,), None, limit)
+        low, high = change.low, change.high
+        smallest = 0.0 if low <= 0.0 <= high else min(abs(low), abs(high))
+        state: RuleState = "not_judged"
+        if smallest > limit:
+            state = "broken"
+        elif max(abs(low), abs(high)) <= limit:
+            state = "kept"
+        text = (
+            f"Friction of joint '{joint}' changed by {100 * change.share:+.3g} % against the baseline, 95 % interval "
+            f"{100 * low:+.3g} to {100 * high:+.3g} % (policy: at most {100 * limit:g} %)."
+        )
+        if state == "not_judged":
+            text += " The interval reaches over the limit: whether it is kept cannot be told."
+        return RuleOutcome("friction_change", level, state, text, (joint,), abs(change.share), limit)
+
+    def _observable(self) -> Iterator[RuleOutcome]:
+        level, limit = self._level("observable_time"), self._policy.min_observable_s
+        if level is None or limit is None:
+            return
+        known = {} if self._result.sensitivity is None else self._result.sensitivity.joints
+        for joint in self._result.rule.watch:
+            time_s = known[joint].all.detectable_s if joint in known else 0.0
+            text = (
+                f"A contact of the torque asked for was detectable on joint '{joint}' for {seconds_text(time_s)} "
+                f"(policy: at least {seconds_text(limit)})."
+            )
+            state: RuleState = "kept" if time_s >= limit else "not_judged"
+            yield RuleOutcome("observable_time", level, state, text, (joint,), time_s, limit)
+
+    def _age(self) -> Iterator[RuleOutcome]:
+        level, limit = self._level("fit_age"), self._policy.max_fit_age_days
+        if level is None or limit is None:
+            return
+        if self._log.own_fit:
+            yield RuleOutcome("fit_age", level, "kept", "Friction was fitted on the log itself.", (), 0.0, limit)
+            return
+        log, fit = _moment(self._result.log.start), _moment(self._log.fitted_until)
+        if log is None or fit is None:
+            lacking = "The log does" if log is None else "The logs that friction was fitted on do"
+            text = f"Age of the friction fit is not known: {lacking} not say when it was recorded."
+            yield RuleOutcome("fit_age", level, "not_judged", text, (), None, limit)
+            return
+        days = (log - fit).total_seconds() / _DAY_S
+        text = f"Friction was fitted on logs recorded {days:.3g} days before this one (policy: at most {limit:g})."
+        yield RuleOutcome("fit_age", level, "broken" if days > limit else "kept", text, (), days, limit)
+
+    def _findings(self) -> Iterator[RuleOutcome]:
+        known = {one for log in self._before for one in log.findings}
+        for finding, level in findings_with_level(self._result.findings, self._policy.findings):
+            before = (finding.code, finding.joint) in known
+            joints = () if finding.joint is None else (finding.joint,)
+            note = "baseline: it has this finding, too" if before else None
+            text = f"Finding {finding.code}: {finding.text}"
+            yield RuleOutcome(finding.code, level, "known" if before else "broken", text, joints, note=note)
+
+
+def _moment(text: str | None) -> datetime | None:
+    """An ISO 8601 time; fractions of a microsecond are cut."""
+    if text is None:
+        return None
+    head, dot, rest = text.partition(".")
+    return datetime.fromisoformat(f"{head}.{rest.rstrip('Z')[:6]}+00:00" if dot else head.replace("Z", "+00:00"))

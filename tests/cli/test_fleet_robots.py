@@ -1,0 +1,147 @@
+"""Each log of a fleet is judged with the settings of its own robot; a log of no robot is not judged."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from collaudit.cli.fleet.log_settings import policy_of
+from collaudit.cli.fleet.name_patterns import matches
+from collaudit.cli.fleet.stated_serials import stated_serials
+from collaudit.core.config import parse_config
+
+FLEET = """
+[fleet.robots.left]
+paths = ["left/*"]
+friction = "{friction}"
+gamma_nm = 4.0
+[fleet.robots.right]
+paths = ["right/*"]
+friction = "{friction}"
+gamma_nm = {{ joint1 = 25.0, joint2 = 4.0 }}
+"""
+
+
+def _fleet(folder: Path, arm, text: str = FLEET) -> Path:
+    """A fleet of two arms; each pushed by 12 N·m in one log, which 25 N·m allows."""
+    for side in ("left", "right"):
+        (folder / "logs" / side).mkdir(parents=True)
+        shutil.copyfile(arm.pushed, folder / "logs" / side / "night.csv")
+    config = folder / "collaudit.toml"
+    config.write_text(f'{arm.config.read_text()}\n[fleet]\nfile = "robots.toml"\n', encoding="utf-8")
+    (folder / "robots.toml").write_text(text.format(friction=arm.friction), encoding="utf-8")
+    return config
+
+
+def _logs(out: Path) -> dict[str, dict[str, object]]:
+    return {entry["name"]: entry for entry in json.loads((out / "summary.json").read_text())["logs"]}
+
+
+def test_each_robot_has_its_own_threshold(arm, collaudit, tmp_path: Path) -> None:
+    config = _fleet(tmp_path, arm)
+    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out")
+    assert run.code == 1, run.err
+    logs = {entry["robot"]: entry for entry in _logs(tmp_path / "out").values()}
+    assert logs["left"]["verdict"] == "fail" and logs["left"]["contacts"] == 1
+    assert logs["right"]["contacts"] == 0
+    rules = [json.loads(path.read_text())["rule"]["gamma_nm"] for path in sorted(tmp_path.glob("out/*/audit.json"))]
+    assert {rule["joint1"] for rule in rules} == {4.0, 25.0}
+
+
+def test_flags_win_over_a_robots_own_settings(arm, collaudit, tmp_path: Path) -> None:
+    config = _fleet(tmp_path, arm)
+    assert collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--gamma", 4).code == 1
+    assert {entry["contacts"] for entry in _logs(tmp_path / "out").values()} == {1}
+
+
+def test_a_log_of_no_robot_or_of_two_is_not_judged(arm, collaudit, tmp_path: Path) -> None:
+    config = _fleet(tmp_path, arm, FLEET + '[fleet.robots.both]\njoints = ["joint1", "joint2"]\npaths = ["right/*"]\n')
+    shutil.copyfile(arm.clean, tmp_path / "logs" / "stray.csv")
+    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--gamma", 30)
+    assert run.code == 3, run.err
+    assert "no robot of the fleet" in run.err and "both, right" in run.err.replace("right, both", "both, right")
+    verdicts = {name.rpartition("logs/")[2]: entry["verdict"] for name, entry in _logs(tmp_path / "out").items()}
+    assert verdicts["stray.csv"] == verdicts["right/night.csv"] == "not_judged" != verdicts["left/night.csv"]
+
+
+def test_joints_and_serials_tell_robots_apart(arm, collaudit, tmp_path: Path) -> None:
+    text = '[fleet.robots.a]\nserials = ["SN-1"]\n[fleet.robots.b]\nserials = ["SN-2"]\njoints = ["joint2"]\n'
+    config = _fleet(tmp_path, arm, text)
+    for side, number in (("left", 1), ("right", 2)):
+        log = tmp_path / "logs" / side / "night.csv"
+        log.write_text(f"# controller: X1, serial: SN-{number}\n{log.read_text()}")
+    collaudit("audit", tmp_path / "logs", "-c", config, "--friction", arm.friction, "-o", tmp_path / "out")
+    robots = {name.rpartition("logs/")[2]: entry["robot"] for name, entry in _logs(tmp_path / "out").items()}
+    assert robots == {"left/night.csv": "a", "right/night.csv": "b"}
+
+
+def test_serials_of_mcap_and_bag_folder(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    with (tmp_path / "log.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata("robot", {"model": "X1", "serial": "SN-7"})
+        writer.finish()
+    assert stated_serials((tmp_path / "log.mcap",)) == {"X1", "SN-7"}
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    (bag / "metadata.yaml").write_text("info:\n  custom_data:\n    serial: 'SN-8'\n  version: 9\n")
+    assert stated_serials((bag,)) == {"SN-8"}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[fleet.robots.a]\nurdf = 'x'\n", "no rule tells which logs"),
+        ("[detect]\nn = 3\n[fleet.robots.a]\npaths = ['x']\n", "[detect]"),
+        ("[fleet.robots.a]\npaths = ['x']\nconfig = 'own.toml'\n", "common to the fleet"),
+        ("[fleet.robots.a]\npath = ['x']\n", "did you mean paths?"),
+    ],
+)
+def test_a_fleet_file_that_cannot_be_meant(text: str, said: str, arm, collaudit, tmp_path: Path) -> None:
+    config = _fleet(tmp_path, arm, text)
+    (tmp_path / "own.toml").write_text("[policy]\nmax_collisions = 100\n")
+    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out")
+    assert run.code == 2 and said in run.err, run.err
+
+
+def test_a_list_on_stdin(arm, collaudit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = ("-c", arm.config, "--friction", arm.friction)
+    monkeypatch.setattr("sys.stdin", io.StringIO(f"{arm.clean}\n\n{arm.pushed}\n"))
+    assert collaudit("audit", "-", *settings, "-o", tmp_path / "out").code == 1
+    assert set(_logs(tmp_path / "out")) == {"clean.csv", "pushed.csv"}
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
+    run = collaudit("audit", "-", *settings, "-o", tmp_path / "none")
+    assert run.code == 2 and "nothing would be judged" in run.err
+
+
+def test_what_is_not_there_is_an_error_or_with_keep_going_not_judged(arm, collaudit, tmp_path: Path) -> None:
+    command = ("audit", arm.clean, tmp_path / "gone.mcap", "-c", arm.config, "--friction", arm.friction)
+    assert collaudit(*command, "-o", tmp_path / "stopped").code == 2
+    run = collaudit(*command, "-o", tmp_path / "out", "--keep-going")
+    assert run.code == 3
+    verdicts = {Path(name).name: entry["verdict"] for name, entry in _logs(tmp_path / "out").items()}
+    assert verdicts == {"clean.csv": "pass", "gone.mcap": "not_judged"}
+
+
+def test_patterns_begin_at_a_folder() -> None:
+    assert matches("logs/cell1/a/b.mcap", ["cell1/*"]) and matches("s3://bucket/cell1/a.mcap", ["s3://bucket/*"])
+    assert not matches("logs/xcell1/a.mcap", ["cell1/*"]) and not matches("cell1/a.mcap", [])
+
+
+def test_overrides_change_the_policy_of_their_logs_only() -> None:
+    text = (
+        "[policy]\nmax_collisions = 0\nlevels = { residual = 'warn' }\n"
+        "[[policy.overrides]]\nrobots = ['lab*']\nmax_collisions = 3\n"
+        "[[policy.overrides]]\nlogs = ['night/*']\nlevels = { near_misses = 'off' }\n"
+    )
+    policy = parse_config(text, None).config.policy
+    assert policy_of(policy, "day/a.csv", "lab1").max_collisions == 3
+    assert policy_of(policy, "day/a.csv", "hall1").max_collisions == 0
+    assert policy_of(policy, "day/a.csv", None).max_collisions == 0
+    assert policy_of(policy, "night/a.csv", "lab1").levels == {"residual": "warn", "near_misses": "off"}

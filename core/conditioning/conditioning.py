@@ -10,7 +10,6 @@ import numpy as np
 
 from collaudit.core.conditioning.effort_signal import effort_signal_findings, saturation
 from collaudit.core.conditioning.lost_samples import filled, picked_rows
-from collaudit.core.conditioning.same_stamps import contradictions
 from collaudit.core.conditioning.stalled_logger import without_stalls
 from collaudit.core.conditioning.stuck_signals import without_stuck
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
@@ -21,6 +20,7 @@ from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.filters import default_bandwidth_hz
 
@@ -62,7 +62,8 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     effort = None if log.effort is None else _to_grid(log.effort, base)
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
     saturated = np.zeros(position.shape, dtype=bool, order="F") if effort is None else saturation(effort, period)
-    findings = [*log.findings, *contradictions(recorded), *angles.findings, *base.findings, *motion.findings]
+    conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
+    findings = [*log.findings, *conflicts, *angles.findings, *base.findings, *motion.findings]
     findings += _missing_findings(recorded, base)
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None

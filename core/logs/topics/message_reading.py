@@ -17,6 +17,7 @@ from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_fin
 from collaudit.core.logs.signals.impossible_values import garbage_finding
 from collaudit.core.logs.signals.joint_naming import NameMap, listed, map_names
 from collaudit.core.logs.signals.sample_clock import Clock, choose_clock, start_of, steadiness
+from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
@@ -124,6 +125,10 @@ def read_message_log(
     unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
     if "position" not in columns:
         raise LogError("the joint states hold no positions", where=where)
+    if clock != "header" and base.stamp_ns is not None:  # where two publishers stamp alike, theirs is not the clock
+        origin_ns = int(base.stamp_ns[0])
+        position, effort = columns["position"], columns.get("effort")
+        conflicts += contradictions(seconds_since(base.stamp_ns, origin_ns), names.model, position, effort)
     findings += conflicts or alternation(columns, names.model, joints.name)
     if "effort" not in columns:
         text = "The joint states hold no efforts."

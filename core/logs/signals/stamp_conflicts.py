@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
@@ -19,7 +20,9 @@ _MOST_ALIKE = 8
 _MOST_SET_BACK = 20
 
 
-def contradictions(recorded: JointLog) -> list[Finding]:
+def contradictions(
+    time_s: FloatArray, joints: Sequence[str], position: FloatArray | None, effort: FloatArray | None
+) -> list[Finding]:
     """An error where samples of one stamp give other positions or efforts than noise and motion explain.
 
     Stamps may be coarser than the samples: then a repeated stamp's sample lies on the way to the next one. One that
@@ -27,22 +30,25 @@ def contradictions(recorded: JointLog) -> list[Finding]:
     stamps come again without a contradiction: samples before and behind are not compared.
 
     Args:
-        recorded: stamps (n,) as recorded, signals (n, j).
+        time_s: (n,) stamps as recorded, s.
+        joints: names of the j joints.
+        position: (n, j), rad or m.
+        effort: (n, j), in any unit.
     """
-    finite = np.flatnonzero(np.isfinite(recorded.time_s))
-    course = np.concatenate(([0], np.cumsum(np.diff(recorded.time_s[finite]) < 0))) if finite.size else finite
+    finite = np.flatnonzero(np.isfinite(time_s))
+    course = np.concatenate(([0], np.cumsum(np.diff(time_s[finite]) < 0))) if finite.size else finite
     if course.size and course[-1] > _MOST_SET_BACK:
         course = np.zeros_like(course)
-    sorting = np.lexsort((recorded.time_s[finite], course))
+    sorting = np.lexsort((time_s[finite], course))
     order, course = finite[sorting], course[sorting]
-    later = (np.diff(recorded.time_s[order]) > 0) | (np.diff(course) > 0)
+    later = (np.diff(time_s[order]) > 0) | (np.diff(course) > 0)
     fresh = np.concatenate(([True], later)) if order.size else np.zeros(0, np.bool_)
     if np.count_nonzero(~fresh) < _FEW or np.count_nonzero(fresh) < _FEW:
         return []
-    for what, values in (("position", recorded.position_rad), ("effort", recorded.effort)):
+    for what, values in (("position", position), ("effort", effort)):
         if values is None:
             continue
-        for j, joint in enumerate(recorded.joint_names):
+        for j, joint in enumerate(joints):
             count = int(np.count_nonzero(_apart(values[order, j], fresh)))
             if count >= _FEW:
                 text = (

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
-from collaudit.core.conditioning.same_stamps import contradictions
+from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.stamp_conflicts import contradictions
 
 
-def log(stamps: np.ndarray, effort: np.ndarray) -> Any:
-    return SimpleNamespace(
-        time_s=stamps, joint_names=("joint1",), effort=effort[:, None], position_rad=np.zeros((stamps.size, 1))
-    )
+def found(stamps: np.ndarray, effort: np.ndarray) -> list[Finding]:
+    return contradictions(stamps, ("joint1",), np.zeros((stamps.size, 1)), effort[:, None])
 
 
 def course(count: int = 2000) -> np.ndarray:
@@ -27,8 +23,8 @@ def test_two_publishers_with_and_without_a_push(calm_first: bool) -> None:
     pushed = calm.copy()
     pushed[900:950] += 12.0
     pair = (calm, pushed) if calm_first else (pushed, calm)
-    (found,) = contradictions(log(np.repeat(0.002 * np.arange(2000), 2), np.stack(pair, axis=1).ravel()))
-    assert (found.code, found.effect, found.joint) == ("log-publishers-conflict", "not-judged-log", "joint1")
+    (one,) = found(np.repeat(0.002 * np.arange(2000), 2), np.stack(pair, axis=1).ravel())
+    assert (one.code, one.effect, one.joint) == ("log-publishers-conflict", "not-judged-log", "joint1")
 
 
 @pytest.mark.parametrize("step", [0.01, 0.1])
@@ -36,5 +32,5 @@ def test_coarse_stamps_and_rows_written_twice_are_no_contradiction(step: float) 
     effort = course()
     effort[900:950] += 12.0
     time_s = 0.002 * np.arange(2000)
-    assert not contradictions(log(np.floor(time_s / step) * step, effort))
-    assert not contradictions(log(np.repeat(time_s, 2), np.repeat(effort, 2)))
+    assert not found(np.floor(time_s / step) * step, effort)
+    assert not found(np.repeat(time_s, 2), np.repeat(effort, 2))

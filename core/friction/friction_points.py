@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import FrictionConfig
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -19,6 +20,7 @@ _MIN_BLOCKS = 3
 #: half of one early in all that it logs, one that averages or waits as much late. Standard deviation in samples, early,
 #: on time and late being alike likely. What gravity changes in that time has the sign of the motion, as friction has.
 _SIMULTANEOUS = 6.0**-0.5
+_PLACES = 400  # at which the mean of ripple over a stroke is taken
 _BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error
 
 
@@ -41,7 +43,8 @@ def friction_points(
 
     Sections of equal speed, opposite direction, the same positions and the same pose of the other joints
     give ``(tau+ - tau-)/2`` (eq. 15): gravity cancels and no model is needed. What stays without a partner
-    gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``.
+    gives ``sgn(v)·(tau - tau_model)`` where a model torque is at hand, marked ``model``. Ripple of the gear that the
+    sections show together is taken off first, and its error goes into each point's.
 
     Args:
         series: the log on its uniform time base.
@@ -58,18 +61,33 @@ def friction_points(
     pairs = _match(series, sections, j, config)
     points = []
     used: set[int] = set()
+    ripple = section_ripple(series, sections, j)
+    series = _without_ripple(series, sections, j, ripple)
     for pair in pairs:
-        point = _pair_point(series, pair, j)
+        point = _pair_point(series, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
     if model_torque is not None:
         for section in sections:
             if id(section) not in used:
-                point = _model_point(series, section, model_torque, j)
+                point = _model_point(series, section, model_torque, j, ripple)
                 if point is not None:
                     points.append(point)
     return tuple(sorted(points, key=lambda p: p.speed_rad_s))
+
+
+def _without_ripple(
+    series: UniformSeries, sections: Sequence[Section], j: int, ripple: SectionRipple | None
+) -> UniformSeries:
+    """The log without the waves in the effort of joint j, in its sections."""
+    if ripple is None or series.effort is None:
+        return series
+    effort = series.effort.copy(order="K")
+    for section in sections:
+        rows = section.span.slice
+        effort[rows, j] -= ripple.torque(series.position_rad[rows, j], section.velocity_rad_s)
+    return replace(series, effort=effort)
 
 
 def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
@@ -111,7 +129,7 @@ def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, con
     return _Pair(plus, minus, low, high, cost)
 
 
-def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint | None:
+def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRipple | None) -> FrictionPoint | None:
     """Half the difference of both directions, block by block of position; None where too few blocks are common.
 
     Slow sampling leaves few samples a section: blocks are then fewer, so that each holds some of both.
@@ -126,12 +144,17 @@ def _pair_point(series: UniformSeries, pair: _Pair, j: int) -> FrictionPoint | N
     if friction.size < _MIN_BLOCKS:
         return None
     speed = 0.5 * (speed_plus + speed_minus)
-    slope = _slope((0.5 * (edges[1:] + edges[:-1]))[known], gravity[known])
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    slope = _slope(middles[known], gravity[known])
+    waves = 0.0
+    if ripple is not None:
+        places = np.linspace(pair.low_rad, pair.high_rad, _PLACES)
+        waves = ripple.sd(0.5 * (ripple.gradient(places, 1.0) - ripple.gradient(places, -1.0)))
     return FrictionPoint(
         speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(friction),
-        se_nm=_sd(friction) / float(np.sqrt(friction.size)),
+        se_nm=float(np.hypot(_sd(friction) / np.sqrt(friction.size), waves)),
         source="pair",
         direction=0,
         others_moving=False,
@@ -160,7 +183,9 @@ def _by_position(series: UniformSeries, section: Section, j: int, edges: FloatAr
     return means, float(np.mean(np.abs(series.velocity_rad_s[s, j][inside]))) if inside.any() else 0.0
 
 
-def _model_point(series: UniformSeries, section: Section, model_torque: FloatArray, j: int) -> FrictionPoint | None:
+def _model_point(
+    series: UniformSeries, section: Section, model_torque: FloatArray, j: int, ripple: SectionRipple | None
+) -> FrictionPoint | None:
     assert series.effort is not None
     s = section.span.slice
     sign = 1 if section.velocity_rad_s > 0 else -1
@@ -169,13 +194,16 @@ def _model_point(series: UniformSeries, section: Section, model_torque: FloatArr
         return None
     speed = abs(section.velocity_rad_s)
     slope = _slope(series.position_rad[s, j], model_torque[s, j])
+    waves = 0.0
+    if ripple is not None:
+        waves = ripple.sd(ripple.gradient(np.linspace(*section.position_rad, _PLACES), section.velocity_rad_s))
     edges = np.linspace(0, friction.size, min(_BLOCKS, friction.size) + 1).astype(np.int64)
     blocks = np.add.reduceat(friction, edges[:-1]) / np.diff(edges)
     return FrictionPoint(
         speed_rad_s=speed,
         friction_nm=float(np.mean(friction)),
         sd_nm=_sd(blocks),
-        se_nm=_sd(blocks) / float(np.sqrt(blocks.size)),
+        se_nm=float(np.hypot(_sd(blocks) / np.sqrt(blocks.size), waves)),
         source="model",
         direction=sign,
         others_moving=bool(section.others_moving),

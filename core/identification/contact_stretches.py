@@ -17,6 +17,7 @@ import numpy as np
 from collaudit.core.data.left_out import LeftOut, LeftOutBy, LeftOutSpan
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.identification.lasting_contact import lasting_contact
+from collaudit.core.identification.lone_speeds import untold_beside
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
@@ -102,8 +103,11 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
         settled = bool(np.count_nonzero(fresh ^ out) <= 0.001 * np.count_nonzero(moving))
         out = fresh
     if not lasting.any() and not any(ratio.max(initial=0.0, where=out) >= _CLEAR for _, ratio, _ in seen):
-        out = np.zeros(n, dtype=bool)
-    wide = widened(out, ceil(_MARGIN_S / period))
+        out, seen = np.zeros(n, dtype=bool), []
+    beside = np.zeros(n, dtype=bool)
+    for joint, (_, _, core) in zip(joints, seen, strict=False):
+        beside |= untold_beside(joint.rows, joint.conditions[:, 0], core, period, 0.5 * _UNTOLD_S)
+    wide = widened(out | beside, ceil(_MARGIN_S / period))
     spans = _spans(wide, [(name, ratio) for name, ratio, _ in seen], series.time_s)
     facts = _facts("stated" if stated_free else "found", wide, out, moving, period, spans, rounds, settled)
     return (np.zeros(n, dtype=bool) if stated_free else wide), facts

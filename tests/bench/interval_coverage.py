@@ -4,7 +4,8 @@
 was read off each seed's log, so that fitting again is cheap. SEEDS (200) is their number for each arm. DOCS ("-": none)
 is the page whose tables between ``<!-- name -->`` marks are replaced: ``coverage-friction`` with the law each joint
 obeys, ``coverage-auto`` with the law that ``auto`` chooses. With WITH, imperfections (``springs,elastic,…``, of those
-that leave the truth of friction as it is), it is ``coverage-imperfect`` instead, one imperfection after the other.
+that leave the truth of friction as it is), it is ``coverage-imperfect`` instead: one joint of each arm, a run of a
+minute and a half. SEEDS 0 makes the table of the seeds that are there.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from coverage_logs import logged, motion, streams
+from identified_coverage import described
 from tables import put
 
 from collaudit.core.config.schema import Config
@@ -25,7 +27,11 @@ from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.parameter_units import FrictionUnits, parameter_symbol
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.fixtures.experiments import FRICTION_SPEEDS
+from collaudit.fixtures.experiments import friction as friction_run
+from collaudit.fixtures.imperfections.arm_imperfections import OF_THE_ARM
+from collaudit.fixtures.imperfections.gear_imperfections import geared
 from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import plan
@@ -36,26 +42,51 @@ UNITS = FrictionUnits.of("revolute", "Nm")
 SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}
 
 
-def points_of(
-    cache: Path, robot: str, seeds: int, imperfections: tuple[str, ...] = ()
-) -> Iterator[dict[str, list[FrictionPoint]]]:
+def points_of(cache: Path, robot: str, seeds: int) -> Iterator[dict[str, list[FrictionPoint]]]:
     """Friction points of each joint, seed after seed."""
     arm = robot_named(robot)
     model = arm.model()
-    trace, name = None, "-".join((robot, "friction", *imperfections))
+    trace = None
     for seed in range(1, seeds + 1):
-        kept = cache / f"{name}-{seed}.json"
+        kept = cache / f"{robot}-friction-{seed}.json"
         if not kept.exists():
             rngs = streams("friction", seed)
             if trace is None:
-                planned = plan("friction", arm, model, rngs[0])
-                trace = motion(planned, arm, model, cache / f"{name}.npz", imperfections)
-            prepared = prepare(logged(trace, arm, model, rngs[2], imperfections=imperfections), model, Config())
-            fits = fit_joints([prepared], Config())
-            found = {joint: [asdict(p) for p in fit.points] for joint, fit in fits.items()}
-            kept.write_text(dumps(found), encoding="utf-8")
-        stored = loads(kept.read_text(encoding="utf-8"))
-        yield {joint: [FrictionPoint(**p) for p in its] for joint, its in stored.items()}
+                trace = motion(plan("friction", arm, model, rngs[0]), arm, model, cache / f"{robot}-friction.npz")
+            prepared = prepare(logged(trace, arm, model, rngs[2]), model, Config())
+            keep_points(kept, prepared)
+        yield kept_points(kept)
+
+
+def keep_points(kept: Path, prepared: Prepared) -> None:
+    """Fit all joints of a log, and keep their points."""
+    fits = fit_joints([prepared], Config())
+    found = {joint: [asdict(p) for p in fit.points] for joint, fit in fits.items()}
+    kept.write_text(dumps(found), encoding="utf-8")
+
+
+def kept_points(kept: Path) -> dict[str, list[FrictionPoint]]:
+    """What :func:`keep_points` kept."""
+    stored = loads(kept.read_text(encoding="utf-8"))
+    return {joint: [FrictionPoint(**p) for p in its] for joint, its in stored.items()}
+
+
+def spoilt_points(cache: Path, robot: str, name: str, seed: int) -> list[FrictionPoint]:
+    """Points of the second joint, the one of the run that moves, with one imperfection; gears turn with the seed."""
+    arm = robot_named(robot)
+    model, names = arm.model(), (name,) if name != "none" else ()
+    kept = cache / f"{robot}-second-{name}-{seed}.json"
+    if not kept.exists():
+        rngs = streams("friction", seed)
+        planned = friction_run(arm, (1,), FRICTION_SPEEDS)
+        loads = names if name in OF_THE_ARM else ()
+        trace = motion(planned, arm, model, cache / f"{robot}-second-{'-'.join(loads)}.npz", loads)
+        rng = np.random.default_rng(seed)
+        trace = geared(trace, names, arm, model, rng.uniform(0.0, 2.0 * np.pi, len(arm.joints)))
+        file = described(arm, rng, 0.1, tool=True) if name == "wrong-cad" else model
+        log = logged(trace, arm, model, rngs[2], imperfections=names)
+        keep_points(kept, prepare(log, file, Config()))
+    return kept_points(kept).get(arm.joints[1], [])
 
 
 def truth(joint: LuGre) -> tuple[str, dict[str, float]]:
@@ -96,6 +127,17 @@ class Tally:
         """Share of the closed intervals that held the truth."""
         return self.held / self.closed if self.closed else float("nan")
 
+    def share(self) -> str:
+        """How many of the closed intervals held the truth; binomial 95 % bounds of that share."""
+        from scipy.stats import beta
+
+        if not self.closed:
+            return f"– (0 of {self.asked} closed)"
+        low = 0.0 if self.held == 0 else float(beta.ppf(0.025, self.held, self.closed - self.held + 1))
+        high = 1.0 if self.held == self.closed else float(beta.ppf(0.975, self.held + 1, self.closed - self.held))
+        still = "" if self.closed == self.asked else f", {self.asked - self.closed} open"
+        return f"{self.held} of {self.closed} ({100 * low:.0f} to {100 * high:.0f} %){still}"
+
     def row(self) -> str:
         """Coverage, how many intervals were closed, median half width, root mean square error."""
         if not self.closed:
@@ -131,29 +173,37 @@ def friction(cache: Path, seeds: int, automatic: bool) -> Iterator[str]:
         yield f"| all | | {symbol} | | {100 * tally.coverage:.1f} % | {100 * tally.closed / tally.asked:.0f} % | | |"
 
 
-def imperfect(cache: Path, seeds: int, names: list[str]) -> Iterator[str]:
-    """All joints together by imperfection and parameter, each joint's own law fitted."""
-    yield "| imperfection | parameter | held the truth | intervals closed |"
-    yield "|---|---|---|---|"
-    for name in ["", *names]:
+def measure(cache: Path, seeds: int, names: list[str]) -> None:
+    """Make the logs of all imperfections, seed by seed, so that what is there at any time is of equally many seeds."""
+    for seed in range(1, seeds + 1):
+        for name in ["none", *names]:
+            for robot in ROBOTS:
+                spoilt_points(cache, robot, name, seed)
+
+
+def imperfect(cache: Path, names: list[str]) -> Iterator[str]:
+    """The second joint of both arms by imperfection and parameter, its own law fitted, for all seeds that are made."""
+    yield "| imperfection | seeds | A or Fc | B or Fs | C or vs | D or sigma2 |"
+    yield "|---|---|---|---|---|---|"
+    for name in ["none", *names]:
         total: dict[str, Tally] = defaultdict(Tally)
+        made = [{p.stem.rsplit("-", 1)[1] for p in cache.glob(f"{robot}-second-{name}-*.json")} for robot in ROBOTS]
+        seeds = sorted(int(seed) for seed in set.intersection(*made))
         for robot in ROBOTS:
-            arm = robot_named(robot)
-            for points in points_of(cache, robot, seeds, (name,) if name else ()):
-                for joint, dynamics in zip(arm.joints, arm.friction, strict=True):
-                    own, values = truth(dynamics)
-                    fit = fit_friction(points.get(joint, []), UNITS, own)
-                    for symbol, value in values.items():
-                        total[symbol].add(fit, symbol, value)
-        for symbol, tally in total.items():
-            yield f"| {name or 'none'} | {symbol} | {100 * tally.coverage:.0f} % | {tally.closed} of {tally.asked} |"
+            own, values = truth(robot_named(robot).friction[1])
+            for seed in seeds:
+                fit = fit_friction(spoilt_points(cache, robot, name, seed), UNITS, own)
+                for (symbol, value), column in zip(values.items(), "ABCD", strict=True):
+                    total[column].add(fit, symbol, value)
+        yield f"| {name} | {len(seeds)} | " + " | ".join(total[column].share() for column in "ABCD") + " |"
 
 
 def main(cache: Path, seeds: int, docs: Path | None, names: list[str]) -> None:
     """Print the tables; put them into the page when one is given."""
     cache.mkdir(parents=True, exist_ok=True)
     if names:
-        lines = list(imperfect(cache, seeds, names))
+        measure(cache, seeds, names)
+        lines = list(imperfect(cache, names))
         print("\n".join(lines), flush=True)
         if docs is not None:
             put(docs, "coverage-imperfect", lines)

@@ -94,6 +94,9 @@ def physical(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw]
         return replace(found, refusal="Coulomb friction would be negative")
     if known and law.breakaway and rise < 0:
         return replace(found, refusal="breakaway friction would be below Coulomb friction")
+    below = [p.symbol for p in law.parameters if p.kind == "friction" and found.values[p.symbol] < 0]
+    if known and not law.breakaway and below:
+        return replace(found, refusal=f"{below[0]} would be negative")
     if _dissipates(found, speed):
         return found
     return _bounded_line(found, speed, refit) if law is LINE else replace(found, refusal=drives)

@@ -14,6 +14,7 @@ from collaudit.core.errors import CollauditError
 from collaudit.core.friction_laws.directional_stribeck import ASYMMETRIC_LUGRE, ASYMMETRIC_STRIBECK_GAUSS
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Role, SeparableLaw
 from collaudit.core.friction_laws.gaussian_bumps import RBF
+from collaudit.core.friction_laws.saturating_viscous import SATURATING_VISCOUS
 from collaudit.core.friction_laws.smooth_coulomb import SMOOTH_COULOMB_VISCOUS
 from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS, COULOMB_VISCOUS, DAMPING_COULOMB
 from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS, STRIBECK_TUSTIN
@@ -33,6 +34,7 @@ LAWS: dict[str, FrictionLaw] = {
         STATIC_LUGRE,
         STRIBECK_TUSTIN,
         STRIBECK_GAUSS,
+        SATURATING_VISCOUS,
         ASYMMETRIC_LUGRE,
         ASYMMETRIC_STRIBECK_GAUSS,
         RBF,

@@ -25,6 +25,7 @@ TRUTH = {
     "static-lugre": {"A": 7.0, "B": 2.5, "C": 12.0, "D": 3.0},
     "stribeck-tustin": {"Fc": 7.0, "Fs": 9.5, "vs": 0.08, "sigma2": 3.0},
     "stribeck-gauss": {"Fc": 7.0, "Fs": 9.5, "vs": 0.12, "sigma2": 3.0},
+    "saturating-viscous": {"A": 5.0, "R": 3.0, "C": 6.0, "D": 2.0},
     "asymmetric-lugre": {"Ap": 7.5, "Am": 6.5, "Bp": 2.7, "Bm": 2.3, "Dp": 3.2, "Dm": 2.8, "C": 12.0},
     "asymmetric-stribeck-gauss": {"Ap": 7.5, "Am": 6.5, "Bp": 2.7, "Bm": 2.3, "Dp": 3.2, "Dm": 2.8, "C": 8.0},
 }
@@ -98,6 +99,7 @@ def test_intervals_of_every_law_cover_the_truth_as_stated(model: str) -> None:
         ("static-lugre", {"static-lugre"}),
         ("stribeck-gauss", {"stribeck-gauss"}),
         ("smooth-coulomb-viscous", {"smooth-coulomb-viscous"}),
+        ("saturating-viscous", {"saturating-viscous"}),
         ("asymmetric-coulomb-viscous", {"asymmetric-coulomb-viscous"}),
         ("asymmetric-lugre", {"asymmetric-lugre"}),
     ],

@@ -25,6 +25,8 @@ _COMMANDS = (
     CommandEntry("recommend", "Recommend thresholds with their evidence."),
     CommandEntry("report", "Write the report of finished runs."),
     CommandEntry("audit", "Everything above, for one log or thousands."),
+    CommandEntry("trend", "What changed over the nights of a store of results."),
+    CommandEntry("query", "Ask a store of results in SQL."),
     CommandEntry("simulate", "Make a log whose truth is known."),
     CommandEntry("selftest", "Prove this installation on logs whose truth is known."),
     CommandEntry("demo", "The whole chain on simulated runs; ends with a report."),

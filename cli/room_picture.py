@@ -28,6 +28,7 @@ ROOMS = (
     "recommend",
     "verdict",
     "rule_study",
+    "history",
     "policy",
     "provenance",
     "audit",

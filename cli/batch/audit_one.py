@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.core.api import LogFiles, Progress
     from collaudit.core.data.audit_result import AuditResult
+    from collaudit.core.history.log_record import LogRecord
     from collaudit.reports.values.entries import IndexEntry
 
 _RUN_FILES = (FINISHED, "audit.json", "signals.parquet", "friction.json", "report.html")
@@ -24,10 +25,11 @@ _TRACEBACK = "traceback.txt"
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one log: its line in the index, and its result unless it could not be judged."""
+    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted."""
 
     entry: IndexEntry
     result: AuditResult | None
+    record: LogRecord | None = None
 
 
 def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
@@ -78,7 +80,8 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     write_html(run / "report.html", [audit])
     note_finished(run, job.files, audit.result.log.sha256, job.loaded)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
-    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result)
+    record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
+    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result, record)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:

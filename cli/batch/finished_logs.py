@@ -43,8 +43,9 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
     try:
         if note != rests_on(job.files, sha256_of(job.files), job.loaded):
             return None
-        result = read_run(run).result
+        audit = read_run(run)
     except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
         return None
-    entry = entry_of(result, f"{job.folder}/report.html")
-    return Outcome(replace(entry, name=job.name, robot=job.robot), result)
+    entry = entry_of(audit.result, f"{job.folder}/report.html")
+    record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
+    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result, record)

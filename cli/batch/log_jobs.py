@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from collaudit.core.api import LogFiles, log_name
 
 if TYPE_CHECKING:
+    from collaudit.cli.batch.night_records import RecordWanted
     from collaudit.core.config import LoadedConfig
     from collaudit.core.errors import CollauditError
 
@@ -27,6 +28,7 @@ class LogJob(NamedTuple):
         loaded: its effective configuration.
         robot: whose log it is, None without a fleet.
         problem: why it cannot be judged, where that is known beforehand.
+        wanted: what is to be recorded of it for a store, if anything.
     """
 
     files: LogFiles
@@ -35,6 +37,7 @@ class LogJob(NamedTuple):
     loaded: LoadedConfig
     robot: str | None = None
     problem: CollauditError | None = None
+    wanted: RecordWanted | None = None
 
 
 @dataclass(frozen=True, slots=True)

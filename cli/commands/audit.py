@@ -84,6 +84,11 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
 @click.option(
     "--keep-going", is_flag=True, help="An argument that names no log is not judged and listed, not an error."
 )
+@click.option("--store", metavar="STORE", help="Append the results to a store over nights: a folder or URL.")
+@click.option("--robot", metavar="NAME", help="Whose logs these are, for --store; {folder} is the folder of each log.")
+@click.option(
+    "--night", "day", metavar="DATE", help="Night that the logs count to in --store; default: their own dates."
+)
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
 @detail_options
@@ -103,6 +108,9 @@ def command(
     as_of: date | None,
     fail_fast: bool,
     keep_going: bool,
+    store: str | None,
+    robot: str | None,
+    day: str | None,
     force: bool,
     as_json: bool,
     detail: Detail,
@@ -120,12 +128,15 @@ def command(
     Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
     audit.json of a log keeps the verdict on that log alone.
 
+    With --store, what was found of every log is appended to a store, which collaudit trend and query read.
+
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch.audit_folder import audit_under_way
     from collaudit.cli.batch.finished_logs import finished_outcomes, merged
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.cli.batch.logs_in_turn import audit_logs
+    from collaudit.cli.batch.store_append import append_night, with_records
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, read_baseline
     from collaudit.cli.fleet.fail_fast import until_failure
@@ -142,7 +153,7 @@ def command(
     night = night_of(logs, loaded, overrides(), keep_going)
     for friction in sorted({path for settings in night.settings if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
-    work = night.jobs
+    work = with_records(night.jobs, store, robot, day)
     kept = finished_outcomes(work, output) if resume else {}
     left = [job for index, job in enumerate(work) if index not in kept]
     policy = NightPolicy(loaded.config.policy, None if baseline is None else read_baseline(baseline), fails, as_of)
@@ -158,6 +169,8 @@ def command(
         write_index(output, entries)
         atomic_write(output / POLICY_NAME, json_text(decisions.file))
         _write_extra(output, extra, decisions.results, [outcome.entry for outcome in outcomes if not outcome.result])
+        if store is not None:
+            note(f"{append_night(store, work, outcomes)} logs added to the store {store}")
     print_findings(decisions.file.findings, err=True)
     if as_json:
         say_json(summary_json(entries))

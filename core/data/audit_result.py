@@ -120,6 +120,7 @@ class ResidualStats:
         judged_s: seconds judged.
         clean_mean_abs_nm: mean over the judged samples half a second and more away from collisions.
         clean_s: their seconds.
+        temperature_c: mean temperature of the joint, °C; None where the log has none.
     """
 
     mean_abs_nm: float | None
@@ -129,6 +130,7 @@ class ResidualStats:
     judged_s: float
     clean_mean_abs_nm: float | None = None
     clean_s: float = 0.0
+    temperature_c: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
@@ -71,3 +73,11 @@ class UniformSeries:
     def column(self, joint: str) -> int:
         """Index of a joint's column."""
         return self.joint_names.index(joint)
+
+    def mean_temperature_c(self, joint: str) -> float | None:
+        """Mean temperature of a joint, °C; None where the log has none."""
+        if self.temperature_c is None:
+            return None
+        own = self.temperature_c[:, self.column(joint)]
+        known = own[np.isfinite(own)]
+        return float(known.mean()) if known.size else None

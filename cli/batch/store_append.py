@@ -1,0 +1,84 @@
+"""Audits with a store: what is to be recorded of each log, and all records appended as one batch at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, date, datetime
+
+from collaudit.cli.batch.audit_one import Outcome
+from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.batch.night_records import RecordWanted
+from collaudit.core.errors import ConfigError
+
+#: In ``--robot``: the name of the folder that a log lies in.
+FOLDER = "{folder}"
+
+
+def with_records(jobs: Sequence[LogJob], store: str | None, robot: str | None, night: str | None) -> Sequence[LogJob]:
+    """The jobs, told what to record of each log; unchanged without a store.
+
+    Args:
+        jobs: the logs.
+        store: folder or URL, made where it is new.
+        robot: whose logs they are, with :data:`FOLDER` for a log's folder; None: as a fleet's configuration says.
+        night: ISO date that they count to, None: their own.
+
+    Raises:
+        ConfigError: a log's robot is not known, or the night is no date. CollauditError: the store cannot be used.
+    """
+    if store is None:
+        return jobs
+    from collaudit.reports.store.result_store import ResultStore
+
+    stated = None if night is None else _date(night)
+    today = datetime.now(UTC).date().isoformat()
+    made = []
+    for job in jobs:
+        name = _robot(job, robot)
+        made.append(job if name is None else job._replace(wanted=RecordWanted(name, stated, today)))
+    ResultStore(store).check()
+    return made
+
+
+def append_night(store: str, jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> int:
+    """Append the records of all logs as one batch.
+
+    Args:
+        store: folder or URL.
+        jobs, outcomes: of the audit, in one order.
+
+    Returns:
+        How many records were added.
+    """
+    from collaudit.reports.store.result_store import ResultStore
+
+    made = []
+    for job, one in zip(jobs, outcomes, strict=True):
+        if one.record is not None:
+            made.append(one.record)
+        elif job.wanted is not None:
+            made.append(job.wanted.of_unread(job.files, one.entry.name, one.entry.error or ""))
+    ResultStore(store).append(made)
+    return len(made)
+
+
+def _robot(job: LogJob, stated: str | None) -> str | None:
+    """Whose log it is; None for one that cannot be judged because no robot is known for it."""
+    name = stated or job.robot
+    if not name and job.problem is not None:
+        return None
+    if not name:
+        raise ConfigError(
+            "a store must know whose logs these are",
+            where=f"--store, {job.name}",
+            expected="a [fleet] in the configuration that this log belongs to, --robot NAME, or --robot '{folder}' "
+            "where each robot's logs lie in a folder of its name",
+        )
+    return name.replace(FOLDER, job.files[0].absolute().parent.name if job.files else job.name)
+
+
+def _date(text: str) -> str:
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise ConfigError("this is no date", where="--night", found=text, expected="such as 2026-11-22") from None

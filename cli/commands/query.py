@@ -1,0 +1,49 @@
+"""``collaudit query``: SQL over a store of results."""
+
+from __future__ import annotations
+
+import click
+
+from collaudit.cli.console import say, say_json, terminal_width
+from collaudit.cli.group import example_command
+from collaudit.core.errors import EXIT_PASS
+
+QUERY_SCHEMA = "collaudit/query/1"
+
+
+@example_command(
+    "query",
+    "collaudit query store/ \"SELECT robot, count(*) FROM logs WHERE verdict = 'fail' GROUP BY robot\"",
+    'collaudit query store/ "SELECT night, joint, friction_excess FROM joints ORDER BY night" --json',
+    'collaudit query s3://bucket/store "DESCRIBE joints"',
+)
+@click.argument("store", metavar="STORE")
+@click.argument("sql", metavar="SQL")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: columns, and rows as lists.")
+def command(store: str, sql: str, as_json: bool) -> int:
+    """Answer a question in SQL from a store that collaudit audit --store keeps.
+
+    Tables: logs (one row for each log of each robot, as it was last judged), joints, friction (parameters), contacts,
+    near_misses, findings, and records (every row that was ever appended). docs/history.md lists their columns and
+    answers ten questions. Nothing can be changed, and no other file be read.
+
+    Needs DuckDB: python -m pip install 'collaudit[fleet]'.
+    """
+    from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.store.result_store import ResultStore
+    from collaudit.reports.store.store_query import query_store
+    from collaudit.reports.terminal.text_table import table
+
+    found = query_store(ResultStore(store), sql)
+    if as_json:
+        say_json(json_text({"schema": QUERY_SCHEMA, "columns": found.columns, "rows": found.rows}))
+        return EXIT_PASS
+    lines = [[_shown(value) for value in row] for row in found.rows]
+    say(table(found.columns, lines, found.numeric, terminal_width()), nl=False)
+    return EXIT_PASS
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,120 @@
+"""The page of a fleet's trends: what changed first, then every robot with its joints' series as drawings.
+
+All drawings are inline SVG without a script: a page of 10,000 joints carries no plot library at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from collaudit.core.history.joint_series import NightSeries, Quantity
+from collaudit.core.history.robot_trend import RobotTrend
+from collaudit.core.history.series_changes import Change
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.reports.files.atomic import atomic_write
+from collaudit.reports.page.environment import environment
+from collaudit.reports.plots.svg import Panel, drawing
+from collaudit.reports.values.numbers import significant
+from collaudit.reports.values.trend_values import CAUSE_WORDS, QUANTITY_WORDS, change_text, rate_text
+from collaudit.reports.values.visible_text import visible
+
+_WIDTH, _HEIGHT = 260, 84
+#: Drawn of every joint; the others only where they changed.
+_ALWAYS: tuple[Quantity, ...] = ("friction", "residual", "margin")
+#: Robots without a change whose joints are drawn; further ones stand in the table.
+_MOST_QUIET = 20
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesFigure:
+    """One series: its name, first and last value, and the drawing."""
+
+    joint: str
+    name: str
+    text: str
+    svg: Markup
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSection:
+    """One robot on the page: events as (cause, sentences, lines), and figures; none where it is only in the table."""
+
+    trend: RobotTrend
+    near_misses: str
+    contacts: str
+    events: tuple[tuple[str, str, tuple[str, ...]], ...]
+    figures: tuple[SeriesFigure, ...]
+
+
+def write_trend_page(path: Path, trends: Sequence[RobotTrend]) -> None:
+    """Write the page; the same trends give the same bytes.
+
+    Args:
+        path: the file to make.
+        trends: of the robots.
+
+    Raises:
+        CollauditError: the file cannot be written.
+    """
+    atomic_write(path, trend_page(trends))
+
+
+def trend_page(trends: Sequence[RobotTrend]) -> str:
+    """The page as text; robots with changes first, those with most of them leading."""
+    ordered = sorted(trends, key=lambda trend: (-len(trend.events), trend.robot))
+    quiet = 0
+    sections = []
+    for number, trend in enumerate(ordered, 1):
+        quiet += not trend.events
+        sections.append(_section(trend, number, drawn=bool(trend.events) or quiet <= _MOST_QUIET))
+    nights = sorted({night for trend in trends for night in trend.nights})
+    untold = list(dict.fromkeys(words for trend in ordered for words in trend.untold))
+    return (
+        environment()
+        .get_template("trend.html.j2")
+        .render(
+            sections=sections,
+            nights=nights,
+            changed=sum(bool(trend.events) for trend in trends),
+            untold=[(words, [t.robot for t in ordered if words in t.untold]) for words in untold],
+        )
+    )
+
+
+def _section(trend: RobotTrend, number: int, drawn: bool) -> RobotSection:
+    events = tuple(
+        (CAUSE_WORDS[event.cause], event.text, tuple(change_text(change) for change in event.changes))
+        for event in trend.events
+    )
+    changes = [change for event in trend.events for change in event.changes]
+    figures: list[SeriesFigure] = []
+    for joint, own in trend.series.items():
+        for quantity, series in own.items():
+            found = [change for change in changes if change.joint == joint and change.quantity == quantity]
+            if drawn and series.nights and (found or quantity in _ALWAYS):
+                figures.append(_figure(joint, series, found, f"r{number}-{len(figures)}"))
+    return RobotSection(trend, rate_text(trend.near_misses), rate_text(trend.contacts), events, tuple(figures))
+
+
+def _figure(joint: str, series: NightSeries, changes: Sequence[Change], key: str) -> SeriesFigure:
+    name, unit = QUANTITY_WORDS[series.quantity]
+    scale = 100.0 if series.quantity == "load" else 1.0
+    t, y = series.days, scale * series.value
+    half = STANDARD_ERRORS_95 * scale * series.se
+    low, high = float(np.min(y - half)), float(np.max(y + half))
+    room = 0.1 * (high - low) or 0.05 * abs(high) or 1.0
+    panel = Panel((44, 14, _WIDTH - 52, _HEIGHT - 22), (0.0, float(t[-1])), (low - room, high + room))
+    panel.y_axis(unit, 3)
+    panel.area(t, y - half, y + half, "band")
+    panel.line(t, y, "curve")
+    for change in changes:
+        panel.moment(float(t[series.nights.index(change.night)]), "onset")
+    words = f"{name} of {joint}, {series.nights[0]} to {series.nights[-1]}: {significant(float(y[0]))} to "
+    label = visible(f"{words}{significant(float(y[-1]))} {unit}".strip())
+    text = f"{significant(float(y[0]))} → {significant(float(y[-1]))} {unit}".strip()
+    return SeriesFigure(joint, name, text, drawing(_WIDTH, _HEIGHT, label, [panel], key))

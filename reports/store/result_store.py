@@ -1,0 +1,220 @@
+"""A folder of batches, here or wherever fsspec leads: one Parquet file for each audit, added and never changed.
+
+A batch appears whole under a name of its own: locally by a rename, elsewhere by the one request that makes an object.
+Writers therefore never meet, and a reader sees a batch or not. Which record of a log counts, when it was judged more
+than once, is decided on reading: the latest batch.
+"""
+
+from __future__ import annotations
+
+import io
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from collaudit.core.errors import CollauditError, LogError
+from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+_FOLDER = f"v{STORE_SCHEMA}"
+_NAME = "store.json"
+
+
+@dataclass(frozen=True, slots=True)
+class ResultStore:
+    """A store by its folder or URL."""
+
+    place: str
+
+    @property
+    def is_remote(self) -> bool:
+        """Whether it is reached by fsspec."""
+        return "://" in self.place
+
+    def append(self, records: Sequence[LogRecord]) -> str | None:
+        """Add records as one batch.
+
+        Returns:
+            Its name; None where there was nothing to add.
+
+        Raises:
+            CollauditError: the store cannot be written, or is of another version.
+        """
+        import pyarrow.parquet as pq
+
+        from collaudit.reports.store.record_table import record_table
+
+        if not records:
+            return None
+        self.check()
+        buffer = io.BytesIO()
+        pq.write_table(record_table(records), buffer, compression="zstd", compression_level=9)
+        month = max(record.night for record in records)[:7]
+        name = f"{_FOLDER}/{month}/{datetime.now(UTC):%Y%m%dT%H%M%S.%f}-{secrets.token_hex(6)}.parquet"
+        self._write(name, buffer.getvalue())
+        return name
+
+    def batches(self) -> list[str]:
+        """Names of all batches, oldest first by the time they were added.
+
+        Raises:
+            CollauditError: it is no store, or of a later version.
+        """
+        self.check(must_exist=True)
+        return sorted(self._list(), key=lambda name: name.rpartition("/")[2])
+
+    def table(self, columns: Sequence[str] | None = None) -> pa.Table:
+        """All records, oldest batch first, with the batch and the row in it as further columns.
+
+        Args:
+            columns: to be read; None for all.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        from collaudit.reports.store.record_table import SCHEMA
+
+        parts = []
+        for name in self.batches():
+            try:
+                part = pq.ParquetFile(io.BytesIO(self._read(name))).read(columns and list(columns))
+            except (pa.ArrowInvalid, OSError) as error:
+                raise LogError(
+                    "a batch of the store cannot be read",
+                    where=f"{self.place}/{name}",
+                    found=str(error),
+                    hint="move the file out of the store; the audit it came from can append again",
+                ) from error
+            part = part.append_column("batch", pa.array([name] * part.num_rows, pa.string()))
+            parts.append(part.append_column("batch_row", pa.array(range(part.num_rows), pa.int64())))
+        empty = pa.schema([*SCHEMA, ("batch", pa.string()), ("batch_row", pa.int64())]).empty_table()
+        return pa.concat_tables(parts) if parts else empty
+
+    def records(self, evidence: bool = False) -> list[LogRecord]:
+        """The record that counts of every log: the latest of each robot's log, in the order of robot and night.
+
+        Args:
+            evidence: with the peaks of the residual; without, they and the findings are not read.
+        """
+        from collaudit.reports.store.record_table import LIGHT_COLUMNS, records_of
+
+        rows = self.table(None if evidence else LIGHT_COLUMNS).to_pylist()
+        latest = {record.identity: record for record in records_of(rows)}
+        return sorted(latest.values(), key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
+
+    def check(self, must_exist: bool = False) -> None:
+        """Make a new store, or see that this is one that can be read.
+
+        Raises:
+            CollauditError: it is not.
+        """
+        import json
+
+        content = self._read_if_there(_NAME)
+        if content is None and not must_exist and not self._holds_other():
+            text = {
+                "schema": f"collaudit/store/{STORE_SCHEMA}",
+                "note": "Results of collaudit audit --store. Append only.",
+            }
+            self._write(_NAME, (json.dumps(text, indent=1) + "\n").encode())
+            return
+        try:
+            schema = str(json.loads(content or b"{}").get("schema", ""))
+        except (ValueError, AttributeError):
+            schema = ""
+        number = schema.removeprefix("collaudit/store/")
+        if schema == number or not number.isdigit():
+            raise CollauditError(
+                "this is no store of results",
+                where=self.place,
+                expected=f"a folder or URL that collaudit audit --store made, with {_NAME}",
+                hint=None if must_exist else "name a new or empty folder",
+            )
+        if int(number) > STORE_SCHEMA:
+            raise CollauditError(
+                "this store was begun by a later version of collaudit",
+                where=self.place,
+                found=f"schema {number}",
+                expected=f"schema {STORE_SCHEMA} or older",
+                hint="update collaudit",
+            )
+
+    def _holds_other(self) -> bool:
+        """Whether something lies there that is not of a store, such as another writer may be making at this moment."""
+        if self.is_remote:
+            fs, root = self._remote()
+            names = (
+                [str(path).rstrip("/").rpartition("/")[2] for path in fs.ls(root, detail=False)]
+                if fs.exists(root)
+                else []
+            )
+        else:
+            folder = Path(self.place)
+            names = [path.name for path in folder.iterdir()] if folder.is_dir() else [folder.name] * folder.exists()
+        own = (_FOLDER, _NAME)
+        return any(name not in own and not name.startswith(f".{_NAME}.") for name in names)
+
+    def _write(self, name: str, content: bytes) -> None:
+        if not self.is_remote:
+            from collaudit.reports.files.atomic import atomic_write
+
+            atomic_write(Path(self.place) / name, content)
+            return
+        fs, root = self._remote()
+        try:
+            fs.makedirs(f"{root}/{name}".rpartition("/")[0], exist_ok=True)
+            fs.pipe_file(f"{root}/{name}", content)
+        except Exception as error:
+            raise CollauditError("the store cannot be written", where=self.place, found=str(error)) from error
+
+    def _read(self, name: str) -> bytes:
+        content = self._read_if_there(name)
+        if content is None:
+            raise CollauditError("a file of the store is gone", where=f"{self.place}/{name}")
+        return content
+
+    def _read_if_there(self, name: str) -> bytes | None:
+        if not self.is_remote:
+            try:
+                return (Path(self.place) / name).read_bytes()
+            except (FileNotFoundError, NotADirectoryError):
+                return None
+            except OSError as error:
+                raise CollauditError(
+                    "the store cannot be read", where=self.place, found=error.strerror or str(error)
+                ) from error
+        fs, root = self._remote()
+        try:
+            return bytes(fs.cat_file(f"{root}/{name}"))
+        except FileNotFoundError:
+            return None
+        except Exception as error:
+            raise CollauditError("the store cannot be read", where=self.place, found=str(error)) from error
+
+    def _list(self) -> list[str]:
+        if not self.is_remote:
+            root = Path(self.place)
+            return [path.relative_to(root).as_posix() for path in root.glob("v*/*/[!.]*.parquet")]
+        fs, root_name = self._remote()
+        found = fs.glob(f"{root_name}/v*/*/*.parquet")
+        return [str(name)[len(root_name) :].lstrip("/") for name in found]
+
+    def _remote(self) -> tuple[Any, str]:
+        try:
+            import fsspec
+        except ModuleNotFoundError as error:
+            raise CollauditError(
+                "stores at a URL need fsspec", where=self.place, hint="python -m pip install 'collaudit[fleet]'"
+            ) from error
+        try:
+            fs, root = fsspec.core.url_to_fs(self.place)
+        except (ImportError, ValueError) as error:
+            raise CollauditError(
+                "there is no way to this URL", where=self.place, found=str(error), hint="install what the message names"
+            ) from error
+        return fs, str(root).rstrip("/")

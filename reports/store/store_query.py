@@ -1,0 +1,98 @@
+"""Questions to a store in SQL, answered by DuckDB over Arrow tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from collaudit.core.errors import CollauditError, ConfigError
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from collaudit.reports.store.result_store import ResultStore
+
+#: Tables that a question may name, by what makes them. ``logs`` holds the latest record of every log of every robot.
+VIEWS = {
+    "logs": """
+        SELECT * EXCLUDE (place) FROM (
+            SELECT *, row_number() OVER (
+                PARTITION BY robot, coalesce(log_sha256, night || ' ' || log)
+                ORDER BY string_split(batch, '/')[-1] DESC, batch_row DESC) AS place
+            FROM records) WHERE place = 1""",
+    "joints": "SELECT robot, night, log, verdict, unnest(j) FROM (SELECT *, unnest(joints) AS j FROM logs)",
+    "friction": "SELECT robot, night, log, friction_sha256, unnest(f) FROM (SELECT *, unnest(friction) AS f FROM logs)",
+    "contacts": "SELECT robot, night, log, start, unnest(c) FROM (SELECT *, unnest(contacts) AS c FROM logs)",
+    "near_misses": "SELECT robot, night, log, start, unnest(m) FROM (SELECT *, unnest(near_misses) AS m FROM logs)",
+    "findings": "SELECT robot, night, log, unnest(f) FROM (SELECT *, unnest(findings) AS f FROM logs)",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A table: names of its columns, which of them hold numbers, and rows of values that JSON has words for."""
+
+    columns: tuple[str, ...]
+    numeric: tuple[int, ...]
+    rows: tuple[tuple[object, ...], ...]
+
+    @property
+    def records(self) -> list[dict[str, Any]]:
+        """Rows by column name."""
+        return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
+
+
+def query_store(store: ResultStore, sql: str) -> Answer:
+    """Answer a question.
+
+    Args:
+        store: what it is asked of.
+        sql: over the tables in ``VIEWS``, and ``records``, every record that was ever appended.
+
+    Raises:
+        ConfigError: the SQL cannot be answered. CollauditError: DuckDB is missing, or the store cannot be read.
+    """
+    try:
+        import duckdb
+    except ModuleNotFoundError as error:
+        raise CollauditError(
+            "questions in SQL need DuckDB", where="collaudit query", hint="python -m pip install 'collaudit[fleet]'"
+        ) from error
+    connection: Any = duckdb.connect(":memory:", config={"enable_external_access": "false", "threads": "2"})
+    connection.register("records", store.table())
+    for name, view in VIEWS.items():
+        connection.execute(f"CREATE VIEW {name} AS {view}")
+    try:
+        found = connection.sql(sql)
+        if found is None:
+            raise ConfigError("the SQL asks for nothing", where="collaudit query", found=sql, expected="a SELECT")
+        return _answer(found.to_arrow_table())
+    except duckdb.Error as error:
+        raise ConfigError(
+            "the SQL cannot be answered",
+            where="collaudit query",
+            found=str(error).strip(),
+            hint=f"tables: {', '.join([*VIEWS, 'records'])}; DESCRIBE joints lists the columns of one",
+        ) from error
+    finally:
+        connection.close()
+
+
+def _answer(found: pa.Table) -> Answer:
+    import pyarrow as pa
+
+    kinds = pa.types
+    numeric = [kinds.is_floating(t) or kinds.is_integer(t) or kinds.is_decimal(t) for t in found.schema.types]
+    columns = [[_plain(value) for value in column.to_pylist()] for column in found.columns]
+    rows = tuple(zip(*columns, strict=True))
+    return Answer(tuple(found.column_names), tuple(k for k, number in enumerate(numeric) if number), rows)
+
+
+def _plain(value: object) -> object:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    return str(value)  # dates, decimals

@@ -59,6 +59,7 @@ from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothin
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
+from collaudit.core.prepare.guided_stretches import without_guiding
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.arm_evidence import evidence_of
@@ -192,6 +193,8 @@ def audit_log(
     series = prepared.judged_series
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
+    prepared = without_guiding(prepared, {joint: law.torque for joint, law in applied.laws.items()}, config)
+    series = prepared.judged_series
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     auto = config.detect.gamma_nm == "auto"
     on_file = None if friction is None else friction.thresholds

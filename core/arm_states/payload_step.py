@@ -13,7 +13,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import SD_PER_MAD
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -22,6 +22,8 @@ _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
 _LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
 #: Speed at which Coulomb friction is at its full size, rad/s.
 _SLIDING_RAD_S = 0.01
+#: A joint that moves for less than this share of a log counts at rest, too.
+_MOSTLY = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +72,20 @@ def payload_step(series: UniformSeries, robot: RobotModel, model_nm: FloatArray)
     if np.count_nonzero(known) < 0.5 * known.size:
         return None
     velocity = series.velocity_rad_s[rows][known]
-    return _step(beside[known], per_kg[known], velocity, block[known], series.time_s[rows][known])
+    told = _sliding(velocity)
+    return _step(
+        np.where(told, beside[known], 0.0),
+        np.where(told, per_kg[known], 0.0),
+        np.where(told, velocity, 0.0),
+        block[known],
+        series.time_s[rows][known],
+    )
+
+
+def _sliding(velocity: FloatArray) -> BoolArray:
+    """(n, j) samples that tell a weight: of joints that move enough those in motion, as friction at rest is unknown."""
+    moves = np.abs(velocity) > _SLIDING_RAD_S
+    return np.asarray(moves | (np.mean(moves, axis=0) < _MOSTLY))
 
 
 def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:

@@ -1,4 +1,7 @@
-"""An effort that changes its unit or its sign in the middle of a log: gravity's torque then has two gains, not one."""
+"""An effort that changes its unit or its sign in the middle of a log: the model's torque then has two gains, not one.
+
+Friction is fitted beside the gain, each part with its own: it turns, and grows, with the effort.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +9,25 @@ from collections.abc import Collection
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 #: Samples that are enough to see it.
 _MOST_SAMPLES = 4000
+#: Ways to cut that are looked at first; speed at which Coulomb friction is at its full size, rad/s.
+_COARSE, _SLIDING_RAD_S = 150, 0.01
 #: Either part is at least this long, s, and at least this share of the log.
 _LEAST_S, _LEAST_SHARE = 2.0, 0.05
 #: Load of either part, root mean square, as a share of the whole log's: less tells no gain.
 _LOADED = 0.3
 #: Share of either part's effort that its own gain explains; share of the rest that one gain for both leaves.
 _EXPLAINED, _LEFT = 0.6, 0.4
-#: Gains that differ by more than this factor are no change of friction or load; with a turned sign they are alike
-#: within this one.
-_FACTOR, _ALIKE = 15.0, 2.0
+#: Sizes that differ by more than this factor are no change of friction or load; joints are
+#: alike within the next one; gains with a turned sign within the last one.
+_FACTOR, _LIKE, _ALIKE = 15.0, 3.0, 2.0
+#: Samples in motion, of those looked at, that tell a joint's size.
+_LEAST_MOVING = 50
 
 
 def switched_efforts(
@@ -35,65 +42,125 @@ def switched_efforts(
     """
     if series.effort is None or model_nm is None:
         return ()
-    findings, scaled = [], []
-    for joint in judged:
-        j = series.column(joint)
-        found = _switch(series.time_s, series.effort[:, j], model_nm[:, j])
+    columns = [series.column(joint) for joint in judged]
+    scaled = _rescaled(series, series.effort[:, columns], model_nm[:, columns], series.velocity_rad_s[:, columns])
+    if scaled is not None:  # a unit is one for all joints, also for those that move too little to tell it
+        at, times = scaled
+        listed = ", ".join(f"{joint} {share:.3g} times" for joint, share in zip(judged, times, strict=True) if share)
+        text = (
+            f"From {at:.4g} s on, efforts are many times larger or smaller than before in motion alike ({listed}): "
+            "their unit was switched while recording. Nothing can be judged."
+        )
+        return (Finding("effort-switched", "error", text, start_s=at),)
+    findings = []
+    for joint, j in zip(judged, columns, strict=True):
+        found = _turn(series.time_s, series.effort[:, j], model_nm[:, j], series.velocity_rad_s[:, j])
         if found is None:
             continue
         at, before, after = found
-        if before * after > 0:
-            scaled.append((at, joint, after / before))
-            continue
         text = (
             f"The sign of the effort of joint '{joint}' turns at {at:.4g} s (gain against the model's torque "
             f"{before:.3g}, then {after:.3g}): nothing of this joint can be judged."
         )
         findings.append(Finding("effort-switched", "error", text, joint=joint, start_s=at))
-    if scaled:  # a unit is one for all joints, also for those that bear too little to tell it
-        at = scaled[0][0]
-        listed = ", ".join(f"{joint} {share:.3g} times" for _, joint, share in scaled)
-        text = (
-            f"From {at:.4g} s on, efforts are many times larger or smaller against the model's torque ({listed}): "
-            "their unit was switched while recording. Nothing can be judged."
-        )
-        findings.append(Finding("effort-switched", "error", text, start_s=at))
     return tuple(findings)
 
 
-def _switch(time_s: FloatArray, effort: FloatArray, model: FloatArray) -> tuple[float, float, float] | None:
-    """Time of the switch and the gains before and after it; None without one."""
-    known = np.flatnonzero(np.isfinite(effort) & np.isfinite(model))
+def _rescaled(
+    series: UniformSeries, effort: FloatArray, model: FloatArray, velocity: FloatArray
+) -> tuple[float, list[float]] | None:
+    """Time from which the moving joints' efforts all are larger, or smaller, by like factors; None without one.
+
+    With the factors; 0 of joints that do not move enough before or after.
+    """
+    rows = np.flatnonzero((np.isfinite(effort) & (effort != 0.0)).any(axis=1))
+    rows = rows[:: max(1, rows.size // _MOST_SAMPLES)]
+    if rows.size < 50:
+        return None
+    t, moving = series.time_s[rows], (np.abs(velocity[rows]) >= MOVING_RAD_S) & np.isfinite(effort[rows])
+    length = max(_LEAST_S, _LEAST_SHARE * float(t[-1] - t[0]))
+    cuts = np.flatnonzero((t - t[0] >= length) & (t[-1] - t >= length))
+    parts = (moving.astype(float), np.where(moving, effort[rows] ** 2, 0.0), np.where(moving, model[rows] ** 2, 0.0))
+    counts, sizes, loads = (np.cumsum(np.nan_to_num(part), axis=0) for part in parts)
+    first, second = counts[cuts], counts[-1] - counts[cuts]
+    told = np.minimum(first, second) >= _LEAST_MOVING
+    with np.errstate(invalid="ignore", divide="ignore"):
+        before, after = sizes[cuts] / first, (sizes[-1] - sizes[cuts]) / second
+        times = np.where(told, np.sqrt(after / before), np.nan)
+        load = np.sqrt((loads[-1] - loads[cuts]) / second / (loads[cuts] / first))
+        more, less = times / np.fmax(load, 1.0), times / np.fmin(load, 1.0)  # beyond what the load explains
+        low, high = np.nanmin(np.where(told, times, np.inf), axis=1), np.nanmax(np.where(told, times, 0.0), axis=1)
+        beyond = (~told | (more > _FACTOR)).all(axis=1) | (~told | (less < 1.0 / _FACTOR)).all(axis=1)
+        beyond &= (high < _LIKE * low) & (low > 0.0)
+        good = beyond & (np.count_nonzero(told, axis=1) >= min(2, effort.shape[1]))
+        whole = counts[-1] * np.log(sizes[-1] / counts[-1])  # of a joint that does not tell a cut
+        unlikely = np.nansum(np.where(told, first * np.log(before) + second * np.log(after), whole), axis=1)
+    if not good.any():
+        return None
+    best = int(np.argmin(np.where(good, unlikely, np.inf)))
+    return float(t[cuts[best]]), [float(x) for x in np.nan_to_num(times[best])]
+
+
+def _turn(
+    time_s: FloatArray, effort: FloatArray, model: FloatArray, velocity: FloatArray
+) -> tuple[float, float, float] | None:
+    """Time at which the sign turns and the gains before and after it; None where it does not."""
+    known = np.flatnonzero(np.isfinite(effort) & np.isfinite(model) & np.isfinite(velocity))
     known = known[:: max(1, known.size // _MOST_SAMPLES)]
     if known.size < 50:
         return None
-    t, e, m = time_s[known], effort[known], model[known]
-    ee, em, mm = (np.cumsum(x) for x in (e * e, e * m, m * m))
+    t, v = time_s[known], velocity[known]
+    columns = np.stack([model[known], np.tanh(v / _SLIDING_RAD_S), v, effort[known]], axis=1)
+    sums = np.cumsum(columns[:, :, None] * columns[:, None, :], axis=0)
     length = max(_LEAST_S, _LEAST_SHARE * float(t[-1] - t[0]))
     inside = np.flatnonzero((t - t[0] >= length) & (t[-1] - t >= length))
-    if inside.size == 0 or mm[-1] <= 0 or ee[-1] <= 0:
+    if inside.size == 0 or sums[-1, 0, 0] <= 0 or sums[-1, 3, 3] <= 0:
         return None
-    left = _part(ee[inside], em[inside], mm[inside])
-    right = _part(ee[-1] - ee[inside], em[-1] - em[inside], mm[-1] - mm[inside])
-    whole = ee[-1] - em[-1] ** 2 / mm[-1]
-    ratio = right[0] / np.where(left[0] == 0, np.nan, left[0])
-    with np.errstate(invalid="ignore"):
+    coarse = inside[:: max(1, inside.size // _COARSE)]
+    best = _best_cut(sums, coarse)
+    if best is None:
+        return None
+    step = max(1, inside.size // _COARSE)
+    fine = np.arange(max(int(inside[0]), best[0] - step), min(int(inside[-1]), best[0] + step) + 1)
+    at, before, after = _best_cut(sums, fine) or best
+    return float(t[at]), before, after
+
+
+def _best_cut(sums: FloatArray, cuts: IntArray) -> tuple[int, float, float] | None:
+    """The likeliest of the cuts at which the sign turns, and the gains before and after; None where it does not."""
+    left, right, whole = _part(sums[cuts]), _part(sums[-1] - sums[cuts]), _part(sums[-1:])[2][0]
+    first, second = cuts + 1.0, sums.shape[0] - cuts - 1.0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = right[0] / np.where(left[0] == 0, np.nan, left[0])
         turned = (ratio < -1.0 / _ALIKE) & (ratio > -_ALIKE) & (left[2] + right[2] < _LEFT * whole)
-        scaled = (np.abs(ratio) > _FACTOR) | (np.abs(ratio) < 1.0 / _FACTOR)
-        load = (mm[inside] / (inside + 1.0), (mm[-1] - mm[inside]) / (known.size - inside - 1.0))
-        loaded = np.minimum(*load) > _LOADED**2 * mm[-1] / known.size
-        good = loaded & (turned | scaled) & (left[1] > _EXPLAINED) & (right[1] > _EXPLAINED)
+        load = np.minimum(sums[cuts, 0, 0] / first, (sums[-1, 0, 0] - sums[cuts, 0, 0]) / second)
+        loaded = load > _LOADED**2 * sums[-1, 0, 0] / sums.shape[0]
+        good = loaded & turned & (left[1] > _EXPLAINED) & (right[1] > _EXPLAINED)
     if not good.any():
         return None
-    first, second = inside + 1.0, known.size - inside - 1.0
     unlikely = first * np.log(left[2] / first + 1e-12) + second * np.log(right[2] / second + 1e-12)
     best = int(np.argmin(np.where(good, unlikely, np.inf)))
-    return float(t[inside[best]]), float(left[0][best]), float(right[0][best])
+    return int(cuts[best]), float(left[0][best]), float(right[0][best])
 
 
-def _part(ee: FloatArray, em: FloatArray, mm: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Gain, share of the squares that it explains, and squares left, of each way to cut."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        gain = np.where(mm > 0, em / mm, 0.0)
-        explained = np.where((mm > 0) & (ee > 0), em**2 / (mm * ee), 0.0)
-    return gain, explained, np.maximum(ee - gain * em, 0.0)
+def _part(sums: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Gain, share of the squares explained, and squares left, of (k, 4, 4) sums of model, friction's shapes, effort.
+
+    The share is the smaller one of two: of the whole effort's, and, times two, of what friction alone leaves.
+    """
+    found, left = _fitted(sums, (0, 1, 2))
+    without = _fitted(sums, (1, 2))[1]
+    whole = np.maximum(sums[:, 3, 3], 1e-30)
+    beside = 1.0 - left / np.maximum(without, 1e-30)
+    return found[:, 0], np.minimum(1.0 - left / whole, 2.0 * beside), left
+
+
+def _fitted(sums: FloatArray, columns: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """(k, c) coefficients of the effort in these columns, and (k,) squares left."""
+    pick = list(columns)
+    size = np.sqrt(np.maximum(np.einsum("kii->ki", sums)[:, pick], 1e-30))
+    gram = sums[:, pick][:, :, pick] / (size[:, :, None] * size[:, None, :]) + 1e-9 * np.eye(len(pick))
+    right = sums[:, pick, 3] / size
+    found = np.linalg.solve(gram, right[:, :, None])[:, :, 0]
+    whole = np.maximum(sums[:, 3, 3], 0.0)
+    return found / size, np.clip(whole - np.sum(found * right, axis=1), 0.0, whole)

@@ -91,6 +91,11 @@ class DetectConfig(ConfigTable):
         description="How far friction is expected to be off its calibration (standard deviation, as a share); "
         "what data do not settle raises the threshold.",
     )
+    hand_guiding: Literal["found", "off"] = Field(
+        "found",
+        description="found: where a person moves the arm and its drives only hold its weight, nothing is judged "
+        "(finding `arm-guided`); off: such motion is judged like any other.",
+    )
     reversals_per_s: Positive = Field(
         0.5, description="A joint in contact that reverses more often than this is taken as force-controlled."
     )

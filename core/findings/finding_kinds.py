@@ -194,9 +194,12 @@ KINDS: dict[str, Kind] = {
         _SPAN,
     ),
     "arm-guided": Kind(
-        "The log says that the arm was guided by hand (freedrive); not judged there.",
-        "Nothing, if that was intended. The stretch counts as not judged.",
-        _INFO,
+        "The arm was guided by hand (freedrive): the log says so (note), or the arm moves while its drives only hold "
+        "its weight (warning). Not judged there.",
+        "Nothing, if that was intended; with the mode in the log, or a label `freedrive`, a pass is possible. If "
+        'nobody guided the arm, state [detect] hand_guiding = "off", and the stretch is judged.',
+        {"info": "none", "warning": "not-judged-part"},
+        setting="detect.hand_guiding",
     ),
     "effort-switched": Kind(
         "A joint's effort changes its unit or its sign in the middle of the log.",

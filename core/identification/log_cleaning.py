@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from collaudit.core.data.left_out import LeftOut, LeftOutSpan
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
+from collaudit.core.prepare.guided_stretches import fitted_without_guiding
 from collaudit.core.prepare.prepared import Prepared, without_effort
 
 _SHOWN = 6  # stretches that a message lists
@@ -44,8 +45,10 @@ def cleaned(prepared: Sequence[Prepared], config: Config, known: Sequence[Times 
     """
     logs, left_out, findings = [], {}, []
     times = [*known, *[None] * (len(prepared) - len(known))]
-    for log, marked in zip(prepared, times, strict=True):
-        name = log.series.source.name
+    for whole, marked in zip(prepared, times, strict=True):
+        name = whole.series.source.name
+        log, guided = fitted_without_guiding(whole, config)
+        findings += [replace(finding, where=name) for finding in guided]
         if marked is None:
             mask, facts = find_contact(log, stated_free=config.fit.contact == "none")
             suspected: tuple[LeftOutSpan, ...] = facts.spans if facts.by == "stated" else ()

@@ -1,0 +1,239 @@
+"""An arm that a person guides while its drives only hold its weight, told from the signals.
+
+A drive that moves an arm supplies what friction and inertia take: s = f(v) + tau_rigid - g(q). When the arm is guided
+by hand (freedrive, zero gravity), a person supplies it, and the effort is gravity's torque alone. So of the drive's
+effort beside gravity, y = effort - g(q), the *share* <s, y> / <s, s> is 1 where the drive moves the joint and near 0
+where a hand does; what is left of y against s must be small too. A contact on a driven arm adds its own torque to s: it
+makes y larger, or smaller on the joints that it loads and for as long as it lasts. Therefore at least two joints, and
+every joint that tells anything, must show it for a second. Where the drives act within such a stretch (y as large as s,
+a push against a drive), the stretch is interrupted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.runs import run_bounds
+
+#: Blocks, s; window that must show it, blocks; samples looked at in a second.
+_BLOCK_S, _WINDOW, _RATE_HZ = 0.1, 10, 50.0
+#: A joint moves in a window when it moves for this share of it; it tells when s is this many times its noise.
+_MOVES, _TELLS = 0.3, 3.0
+#: Share of s that the drive supplies at most, and RMS of y against that of s; above the last a block is driven.
+_SHARE, _REST, _DRIVEN = 0.4, 0.5, 0.6
+#: Joints that must show it, at least.
+_LEAST_JOINTS = 2
+#: Quantile of the blocks' residual that is taken for its noise: most of a log may be guided.
+_QUIET = 0.2
+#: Longest pause within one stretch, s.
+_PAUSE_S = 3.0
+
+Gravity = Callable[[FloatArray], FloatArray]
+Friction = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class HandGuiding:
+    """One stretch in which the arm was guided.
+
+    Attributes:
+        span: samples.
+        joints: columns that tell it.
+        share: of friction and inertia that the drives supplied on these joints.
+        work_j: work of these joints' external torque on the arm, J.
+    """
+
+    span: Span
+    joints: tuple[int, ...]
+    share: float
+    work_j: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Blocks:
+    """Sums over blocks of a tenth of a second, (b, j): counts, moving samples, s², s·y, y², residual², power, W."""
+
+    count: FloatArray
+    moving: FloatArray
+    ss: FloatArray
+    sy: FloatArray
+    yy: FloatArray
+    rr: FloatArray
+    power_w: FloatArray
+
+    def windows(self) -> _Blocks:
+        """The same over each window of ten blocks, (b - 9, j)."""
+        return _Blocks(*(_windowed(getattr(self, name)) for name in self.__slots__))
+
+
+def hand_guiding(
+    series: UniformSeries,
+    drive_nm: FloatArray,
+    rigid_nm: FloatArray,
+    gravity: Gravity,
+    friction: Mapping[int, Friction],
+) -> list[HandGuiding]:
+    """Stretches in which the arm was guided by hand.
+
+    Args:
+        series: all joints of the log.
+        drive_nm: (n, j) effort less the commanded tool force's torque; NaN where unknown.
+        rigid_nm: (n, j) rigid-body torque.
+        gravity: (k, j) gravity torque at (k, j) positions.
+        friction: sliding friction at (k,) speeds, by column; joints without it tell nothing.
+    """
+    columns = sorted(friction)
+    pick = np.array(columns, dtype=np.int64)
+    if len(columns) < _LEAST_JOINTS:
+        return []
+    rows, block = _rows(series)
+    if rows.size == 0:
+        return []
+    speed = series.velocity_rad_s[rows]
+    own = np.stack([friction[j](speed[:, j]) for j in columns], axis=1)
+    rest = drive_nm[np.ix_(rows, pick)] - rigid_nm[np.ix_(rows, pick)] - own
+    near = _suspicious(rest, own, speed[:, columns], block)
+    if not near.any():
+        return []
+    weight = np.full_like(rest, np.nan)
+    weight[near] = gravity(series.position_rad[rows[near]])[:, columns]
+    expected = own + rigid_nm[np.ix_(rows, pick)] - weight
+    sums = _sums(block, speed[:, columns], expected, rest + expected, rest, near)
+    mask, telling = _guided(sums, _noise(rest, speed[:, columns], block))
+    return [
+        HandGuiding(_span(series, a, b), *_told(sums, telling, columns, a, b))
+        for a, b in zip(*run_bounds(mask), strict=True)
+    ]
+
+
+def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
+    """Recorded samples at about fifty a second, and the block of each."""
+    every = max(1, int(1.0 / (_RATE_HZ * series.period_s)))
+    rows = np.concatenate([np.arange(s.start, s.stop, every) for s in series.segments] or [np.zeros(0, dtype=np.int64)])
+    block = ((series.time_s[rows] - series.time_s[0]) / _BLOCK_S + 1e-6).astype(np.int64)
+    return rows.astype(np.int64), block
+
+
+def _suspicious(rest: FloatArray, friction: FloatArray, speed: FloatArray, block: IntArray) -> BoolArray:
+    """(k,) samples worth a closer look: about them work comes from outside, on two joints, beyond the usual."""
+    known = np.isfinite(rest)
+    work = _total(block, np.where(known, -rest * speed, 0.0))
+    size = _total(block, np.where(known, rest * rest, 0.0))
+    count = _total(block, known.astype(np.float64))
+    wide = [_windowed(x) for x in (work, size, count)]
+    usual = _noise(rest, speed, block)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        beyond = (wide[0] > 0.0) & (wide[1] > np.square(usual) * wide[2])
+    some = np.count_nonzero(beyond, axis=1) >= _LEAST_JOINTS
+    return _covered(some, work.shape[0])[block]
+
+
+def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
+    """(j,) residual of each joint in its quieter motion, N·m; 0 without any."""
+    use = np.isfinite(rest) & (np.abs(speed) >= MOVING_RAD_S)
+    count = _total(block, use.astype(np.float64))
+    size = _total(block, np.where(use, rest * rest, 0.0))
+    out = np.zeros(rest.shape[1])
+    for j in range(rest.shape[1]):
+        some = count[:, j] > 0
+        if some.any():
+            out[j] = float(np.sqrt(np.quantile(size[some, j] / count[some, j], _QUIET)))
+    return out
+
+
+def _sums(
+    block: IntArray, speed: FloatArray, expected: FloatArray, drive: FloatArray, rest: FloatArray, near: BoolArray
+) -> _Blocks:
+    use = near[:, None] & np.isfinite(expected) & np.isfinite(drive)
+    moving = use & (np.abs(speed) >= MOVING_RAD_S)
+    s, y, r = (np.where(moving, x, 0.0) for x in (expected, drive, rest))
+    parts = (use, moving, s * s, s * y, y * y, r * r, np.where(moving, -r * speed, 0.0))
+    return _Blocks(*(_total(block, np.asarray(part, dtype=np.float64)) for part in parts))
+
+
+def _guided(sums: _Blocks, noise: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """(b,) blocks of guided stretches, and (b, j) joints that tell it in the window around."""
+    wide = sums.windows()
+    with np.errstate(invalid="ignore", divide="ignore"):
+        moves = wide.moving > _MOVES * np.maximum(wide.count, 1.0)
+        tells = moves & (wide.ss > np.square(_TELLS * noise) * wide.moving) & (wide.ss > 0.0)
+        passive = (wide.sy < _SHARE * wide.ss) & (wide.yy < _REST**2 * wide.ss) & (wide.power_w > 0.0)
+    enough = np.maximum(_LEAST_JOINTS, np.ceil(0.5 * np.count_nonzero(moves, axis=1)))
+    shown = (np.count_nonzero(tells, axis=1) >= enough) & (passive | ~tells).all(axis=1)
+    telling = np.stack([_covered(shown & tells[:, j], sums.count.shape[0]) for j in range(tells.shape[1])], axis=1)
+    mask = _joined(_covered(shown, sums.count.shape[0]), sums, noise)
+    return mask, telling
+
+
+def _joined(mask: BoolArray, sums: _Blocks, noise: FloatArray) -> BoolArray:
+    """Without blocks in which a drive acts, with those next to it in which none does, and with short pauses."""
+    floor = np.square(_TELLS * noise) * sums.moving
+    size = np.maximum(sums.ss, floor)
+    share = np.sum(np.where(size > 0, sums.sy, 0.0), axis=1)
+    whole = np.sum(sums.ss, axis=1)
+    with np.errstate(invalid="ignore"):
+        acts = (share > _DRIVEN * whole) & (whole > np.sum(floor, axis=1))
+        acts |= ((sums.yy > np.maximum(sums.ss, 4.0 * floor)) & (sums.moving > 0)).any(axis=1)
+    quiet = ~acts & (np.sum(sums.moving, axis=1) > 0)
+    out: BoolArray = mask & quiet
+    for _ in range(2 * _WINDOW):  # neighbours that move without their drives belong to it
+        grown = out.copy()
+        grown[1:] |= out[:-1] & quiet[1:]
+        grown[:-1] |= out[1:] & quiet[:-1]
+        if (grown == out).all():
+            break
+        out = grown
+    starts, stops = run_bounds(~out)
+    for a, b in zip(starts, stops, strict=True):
+        inner = a > 0 and b < out.size
+        if inner and b - a <= _PAUSE_S / _BLOCK_S and not acts[a:b].any() and (sums.count[a:b].sum(axis=1) > 0).all():
+            out[a:b] = True
+    return out
+
+
+def _told(
+    sums: _Blocks, telling: BoolArray, columns: list[int], start: int, stop: int
+) -> tuple[tuple[int, ...], float, float]:
+    """Columns that tell a stretch of blocks, the share of the drives, and the work from outside, J."""
+    shown = np.flatnonzero(telling[start:stop].any(axis=0))
+    part = slice(start, stop)
+    whole = float(sums.ss[part][:, shown].sum())
+    share = float(sums.sy[part][:, shown].sum()) / whole if whole > 0 else 0.0
+    count = np.maximum(sums.count[part][:, shown], 1.0)
+    work = float(np.sum(sums.power_w[part][:, shown] / count)) * _BLOCK_S
+    return tuple(columns[k] for k in shown), share, work
+
+
+def _span(series: UniformSeries, start: int, stop: int) -> Span:
+    """Samples of the blocks."""
+    first = float(series.time_s[0])
+    edges = np.searchsorted(series.time_s, [first + _BLOCK_S * start - 1e-9, first + _BLOCK_S * stop - 1e-9])
+    return Span(int(edges[0]), int(edges[1]))
+
+
+def _total(block: IntArray, values: FloatArray) -> FloatArray:
+    """(b, j) sums of (k, j) values over blocks."""
+    size = int(block[-1]) + 1
+    return np.stack([np.bincount(block, column, size) for column in values.T], axis=1)
+
+
+def _windowed(sums: FloatArray) -> FloatArray:
+    """(b - 9, j) sums over ten blocks in a row; (0, j) of fewer."""
+    if sums.shape[0] < _WINDOW:
+        return np.zeros((0, sums.shape[1]))
+    run = np.concatenate([np.zeros((1, sums.shape[1])), np.cumsum(sums, axis=0)])
+    return np.asarray(run[_WINDOW:] - run[:-_WINDOW])
+
+
+def _covered(windows: BoolArray, size: int) -> BoolArray:
+    """(size,) blocks that lie in one of the marked windows."""
+    marks = np.zeros(size + 1)
+    at = np.flatnonzero(windows)
+    np.add.at(marks, at, 1)
+    np.add.at(marks, np.minimum(at + _WINDOW, size), -1)
+    return np.asarray(np.cumsum(marks[:-1]) > 0.5)

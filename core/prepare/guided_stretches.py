@@ -1,0 +1,129 @@
+"""Hand guiding in a log: its stretches are neither judged nor fitted, and said."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from collaudit.core.arm_states.arm_states import ArmStates, without_states
+from collaudit.core.arm_states.hand_guiding import Friction, HandGuiding, hand_guiding
+from collaudit.core.config.schema import Config
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.prepare.prepared import Prepared, without_effort
+
+#: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
+_STRETCH_S, _FEWEST, _QUANTILE = 0.25, 12, 0.7
+_STEPS = 30
+
+
+def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> Prepared:
+    """The log with stretches of hand guiding marked as not driven, and a finding for each.
+
+    Args:
+        prepared: the log to be judged.
+        friction: sliding friction by joint.
+        config: ``[detect] hand_guiding``.
+    """
+    found = _found(prepared, friction, config)
+    if not found:
+        return prepared
+    series = prepared.series
+    mask = _mask(series, found)
+    if series.not_driven is not None:
+        mask |= series.not_driven
+    findings = tuple(Finding("arm-guided", "warning", *_words(series, one, "judged")) for one in found)
+    marked = without_states(series, ArmStates(mask, findings))
+    return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
+
+
+def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared, tuple[Finding, ...]]:
+    """A log that is to be fitted, with the effort unknown where a hand guided the arm, and a finding for each stretch.
+
+    Friction is not known yet: :func:`rough_friction` of the log itself stands for it.
+    """
+    found = _found(prepared, rough_friction(prepared), config)
+    if not found:
+        return prepared, ()
+    findings = tuple(Finding("fit-left-out", "warning", *_words(prepared.series, one, "fitted")) for one in found)
+    return without_effort(prepared, _mask(prepared.series, found), config), findings
+
+
+def rough_friction(prepared: Prepared) -> dict[str, Friction]:
+    """Sliding friction F sgn v + D v by joint, from means over short stretches of motion one way.
+
+    The line through |v| below which most of the means lie (quantile regression by reweighting): in up to half of the
+    motion the drives may supply less, as under a hand. Joints that hardly move, or whose effort does not go with their
+    motion, have none.
+    """
+    series, rigid = prepared.series, prepared.rigid_nm
+    if rigid is None or series.effort is None:
+        return {}
+    rest = series.effort - rigid - (0.0 if prepared.contact_nm is None else prepared.contact_nm)
+    stretch = ((series.time_s - series.time_s[0]) / _STRETCH_S).astype(np.int64)
+    out: dict[str, Friction] = {}
+    for joint in prepared.judged:
+        j = series.column(joint)
+        line = _line(stretch, series.velocity_rad_s[:, j], rest[:, j])
+        if line is not None:
+            out[joint] = partial(_sliding, *line)
+    return out
+
+
+def _line(stretch: FloatArray, velocity: FloatArray, rest: FloatArray) -> tuple[float, float] | None:
+    """F in N·m and D in N·m·s/rad, both at least 0; None where there is no friction to be seen."""
+    use = np.isfinite(rest) & (np.abs(velocity) >= MOVING_RAD_S)
+    size = int(stretch[-1]) + 1
+    count, one_way = (np.bincount(stretch[use], w, size) for w in (np.ones(int(use.sum())), np.sign(velocity[use])))
+    whole = (count > 0.5 * np.median(count[count > 0]) if count.any() else count > 0) & (np.abs(one_way) == count)
+    if np.count_nonzero(whole) < _FEWEST:
+        return None
+    speed = np.bincount(stretch[use], np.abs(velocity[use]), size)[whole] / count[whole]
+    level = np.bincount(stretch[use], np.sign(velocity[use]) * rest[use], size)[whole] / count[whole]
+    columns = np.column_stack([np.ones_like(speed), speed])
+    found = np.array([np.quantile(level, _QUANTILE), 0.0])
+    for _ in range(_STEPS):
+        off = level - columns @ found
+        weight = np.where(off > 0, _QUANTILE, 1.0 - _QUANTILE) / np.maximum(np.abs(off), 1e-3 * np.std(level) + 1e-9)
+        root = np.sqrt(weight)
+        found = np.linalg.lstsq(columns * root[:, None], level * root, rcond=None)[0]
+    coulomb, viscous = (max(float(x), 0.0) for x in found)
+    return (coulomb, viscous) if coulomb + viscous > 0 else None
+
+
+def _sliding(coulomb_nm: float, viscous_nm_s_per_rad: float, velocity: FloatArray) -> FloatArray:
+    return np.asarray(coulomb_nm * np.tanh(velocity / (0.5 * MOVING_RAD_S)) + viscous_nm_s_per_rad * velocity)
+
+
+def _found(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> list[HandGuiding]:
+    series, rigid = prepared.series, prepared.rigid_nm
+    if config.detect.hand_guiding == "off" or rigid is None or series.effort is None or series.effort_unit != "Nm":
+        return []
+    contact = prepared.contact_nm
+    drive = series.effort if contact is None else series.effort - contact
+    by_column = {series.column(joint): law for joint, law in friction.items()}
+    return hand_guiding(series, drive, rigid, prepared.robot.gravity_torque, by_column)
+
+
+def _mask(series: UniformSeries, found: list[HandGuiding]) -> BoolArray:
+    mask = np.zeros(series.time_s.size, dtype=np.bool_)
+    for one in found:
+        mask[one.span.slice] = True
+    return mask
+
+
+def _words(series: UniformSeries, found: HandGuiding, what: str) -> tuple[str, str | None, str | None, float, float]:
+    """Text, where, joint, start and end of a finding."""
+    start, end = (float(series.time_s[k]) for k in (found.span.start, found.span.stop - 1))
+    joints = ", ".join(series.joint_names[j] for j in found.joints)
+    supplied = 100 * max(found.share, 0.0)
+    text = (
+        f"From {start:.4g} to {end:.4g} s the arm moves and its drives do not move it: on {joints} their efforts hold "
+        f"gravity and supply {supplied:.0f} % of what friction and inertia take; {found.work_j:.3g} J come from "
+        f"outside. It looks guided by hand (freedrive) without a flag that says so; not {what} there."
+    )
+    return text, None, None, start, end

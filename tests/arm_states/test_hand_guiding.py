@@ -1,0 +1,130 @@
+"""An arm guided by hand without a flag is a state that is said and not judged; a push or a clamp never becomes one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from origins import NOBODY
+
+from collaudit.core import api
+from collaudit.core.audit import Audit, audit_log
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.signals import State
+from collaudit.core.findings import Finding
+from collaudit.core.friction.applied_friction import applied_friction
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.prepare.guided_stretches import fitted_without_guiding, without_guiding
+from collaudit.core.prepare.prepared import Prepared
+from collaudit.fixtures.compare import read_truth
+from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.simulation import SimulatedFiles
+
+Maker = Callable[..., SimulatedFiles]
+Fitted = Callable[[str], FrictionFile]
+
+
+def guided(findings: tuple[Finding, ...]) -> list[tuple[float, float]]:
+    return [(f.start_s or 0.0, f.end_s or 0.0) for f in findings if f.code == "arm-guided"]
+
+
+def looked_at(prepared: Prepared, files: SimulatedFiles, friction: FrictionFile) -> list[tuple[float, float]]:
+    settings = load_config(files.config)
+    laws = applied_friction(prepared, friction, settings.config).laws
+    by_joint = {joint: law.torque for joint, law in laws.items()}
+    return guided(without_guiding(prepared, by_joint, settings.config).findings)
+
+
+def pushed(prepared: Prepared, start_s: float, length_s: float, torque_nm: np.ndarray) -> Prepared:
+    """The log with these torques on its joints for a while, with ramps of 40 ms."""
+    effort = prepared.series.effort
+    assert effort is not None
+    time_s = prepared.series.time_s
+    inside = np.minimum(time_s - start_s, start_s + length_s - time_s)
+    shape = np.clip(inside / 0.04, 0.0, 1.0)
+    return replace(prepared, series=replace(prepared.series, effort=effort + shape[:, None] * torque_nm))
+
+
+def test_a_guided_stretch_is_said_and_not_judged(made: Maker, friction_of: Fitted, robot: str) -> None:
+    files = made("hand-guided", robot)
+    ((start, end),) = read_truth(files.truth)["fault"]["spans_s"]
+    audit = audit_simulated(files, friction_of(robot))
+    ((first, last),) = guided(audit.result.findings)
+    assert start - 0.2 < first < start + 1.0
+    assert end - 4.0 < last < end + 0.2  # it ends where the arm comes to rest, under the hand
+    assert audit.result.collisions == ()
+    assert audit.result.verdict == "not_judged"
+    inside = (audit.signals.time_s > first) & (audit.signals.time_s < last)
+    assert (audit.signals.state[inside] >= State.NOT_DRIVEN).all()
+
+
+def test_stated_not_to_be_one_it_is_judged(made: Maker, friction_of: Fitted, robot: str) -> None:
+    files = made("hand-guided", robot)
+    settings = load_config(files.config, {"detect.hand_guiding": "off"})
+    audit = api.audit(files.log, settings, friction_of(robot))
+    assert guided(audit.result.findings) == []
+    assert audit.result.verdict == "fail"
+
+
+def test_pushes_beside_a_guided_stretch_stay_found(made: Maker, friction_of: Fitted, robot: str) -> None:
+    files = made("hand-guided", robot)
+    settings, friction = load_config(files.config), friction_of(robot)
+    prepared = api.prepare(files.log, settings, friction)
+    push = np.zeros(len(prepared.series.joint_names))
+    push[:3] = (35.0, -35.0, 30.0)
+    for start in (8.0, 25.0):
+        prepared = pushed(prepared, start, 0.3, push)
+    audit: Audit = audit_log(prepared, settings.config, friction, NOBODY)
+    assert len(guided(audit.result.findings)) == 1
+    assert sorted({round(contact.onset_s) for contact in audit.result.contacts}) == [8, 25]
+    assert audit.result.verdict == "fail"
+
+
+@pytest.mark.parametrize("scenario", ["free-hits", "polish-sine"])
+def test_pushes_are_no_hand_guiding(made: Maker, friction_of: Fitted, robot: str, scenario: str) -> None:
+    files = made(scenario, robot)
+    friction = friction_of(robot)
+    assert looked_at(api.prepare(files.log, load_config(files.config), friction), files, friction) == []
+
+
+def test_clamps_and_long_pushes_of_any_size_are_no_hand_guiding(made: Maker, friction_of: Fitted, robot: str) -> None:
+    files = made("hand-guided", robot)
+    friction, rng = friction_of(robot), np.random.default_rng(4)
+    clean = api.prepare(files.log, load_config(files.config), friction)
+    (own,) = looked_at(clean, files, friction)
+    torque = np.array([law.torque(np.array([0.3]))[0] for law in laws_of(clean, files, friction)])
+    for _ in range(40):
+        size = rng.uniform(0.3, 6.0) * torque * rng.choice([-1.0, 1.0], torque.size)
+        size[rng.integers(1, torque.size + 1) :] = 0.0
+        start, length = rng.uniform(1.5, 8.0), rng.uniform(0.5, 3.0)
+        assert looked_at(pushed(clean, start, length, size), files, friction) == [own], (size, start, length)
+
+
+def test_a_fit_leaves_it_out(made: Maker, robot: str) -> None:
+    files, clean = made("hand-guided", robot, seed=5, duration_s=60.0), made("free-clean", robot, duration_s=30.0)
+    found, usual = (api.fit([one.log], load_config(one.config)) for one in (files, clean))
+    ((start, end),) = read_truth(files.truth)["fault"]["spans_s"]
+    (said,) = [f for f in found.findings if f.code == "fit-left-out" and "guided by hand" in f.text]
+    assert start - 0.2 < (said.start_s or 0.0) < start + 1.0
+    assert end - 4.0 < (said.end_s or 0.0) < end + 0.2
+    for joint, fit in found.joints.items():
+        ours, theirs = FrictionModel.of(fit), FrictionModel.of(usual.joints[joint])
+        assert ours is not None
+        assert theirs is not None
+        at = np.array([0.5])
+        assert ours.torque(at)[0] == pytest.approx(theirs.torque(at)[0], rel=0.15), joint
+
+
+def test_clean_motion_is_fitted_whole(made: Maker, robot: str) -> None:
+    for scenario in ("free-clean", "stop-go"):
+        files = made(scenario, robot, duration_s=30.0)
+        settings = load_config(files.config)
+        assert fitted_without_guiding(api.prepare(files.log, settings), settings.config)[1] == ()
+
+
+def laws_of(prepared: Prepared, files: SimulatedFiles, friction: FrictionFile) -> list:  # type: ignore[type-arg]
+    laws = applied_friction(prepared, friction, load_config(files.config).config).laws
+    return [laws[joint] for joint in prepared.series.joint_names]

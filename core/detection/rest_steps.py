@@ -19,6 +19,7 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import centred_range, widened
 from collaudit.core.prepare.prepared import Prepared
 
 #: Steps are looked for in means over this time, s.
@@ -113,7 +114,7 @@ class _Blocks:
             model = model + prepared.contact_nm[:, columns]
         usable = run.detected.state <= State.FRICTION_INTERVAL
         if series.not_driven is not None and series.not_driven.any():
-            usable &= ~_near(series.not_driven, round(_NEAR_OFF_S / series.period_s))[:, None]
+            usable &= ~widened(series.not_driven, round(_NEAR_OFF_S / series.period_s))[:, None]
         position = series.position_rad[:, columns]
         torque = np.where(usable, series.effort[:, columns] - model, np.nan)
 
@@ -154,12 +155,6 @@ def _count(position: FloatArray) -> float:
     gaps = np.diff(values[np.isfinite(values)])
     gaps = gaps[gaps > 1e-9]
     return float(np.quantile(gaps, 0.05)) if gaps.size else 0.0
-
-
-def _near(mask: BoolArray, margin: int) -> BoolArray:
-    from scipy.ndimage import binary_dilation
-
-    return np.asarray(binary_dilation(mask, np.ones(2 * margin + 1, dtype=bool)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -268,10 +263,8 @@ def _range(x: FloatArray, before: int, after: int) -> FloatArray:
 
     Beyond the ends the values there are held.
     """
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
     known, length = np.where(np.isfinite(x), x, 0.0), before + after
-    spread = maximum_filter1d(known, length, mode="nearest") - minimum_filter1d(known, length, mode="nearest")
+    spread = centred_range(known, length)
     middle = np.arange(x.size) - before + length // 2
     return np.asarray(spread[np.clip(middle, 0, x.size - 1)])
 

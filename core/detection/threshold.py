@@ -18,6 +18,8 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
+from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.residual.residual import Residual
 
 _MARGIN = 1.3
@@ -110,15 +112,13 @@ def learn_dynamic(
     Returns:
         None with fewer than 1,000 clean samples.
     """
-    from scipy.ndimage import minimum_filter1d
-
     use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
     if np.count_nonzero(use) < _LEAST_SAMPLES:
         return None
     size = np.where(use, np.abs(residual), 0.0)
     columns = np.stack([np.ones_like(size), np.abs(velocity), np.abs(acceleration)], axis=1)[use]
     shape = dynamic_shape(size[use], columns)
-    lasting = minimum_filter1d(size, n, mode="constant")[use]
+    lasting = whole_window_minima(size, n)[use]
     scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
     base, speed, turn = (float(scale * x) for x in shape)
     return DynamicThreshold(base, speed, turn)
@@ -126,11 +126,9 @@ def learn_dynamic(
 
 def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:
     """(3,) non-negative least-squares fit of |residual| (n,) on columns (n, 3) of 1, |v| and |a|."""
-    from scipy.optimize import nnls
-
     gram = columns.T @ columns
     root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
-    shape, _ = nnls(root.T, np.linalg.solve(root, columns.T @ size_nm))
+    shape = nonnegative_fit(root.T, np.linalg.solve(root, columns.T @ size_nm))
     shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size_nm)))
     return np.asarray(shape)
 

@@ -14,6 +14,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import centred_extremes
 
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0
@@ -160,10 +161,7 @@ def _tolerance(speed: float, config: SectionsConfig) -> float:
 
 def _plateaus(part: FloatArray, least: int, config: SectionsConfig) -> list[tuple[int, int]]:
     """Longest stretches of constant speed: seeded by windows of ``least`` samples, grown about their median."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
-    top = maximum_filter1d(part, least)
-    bottom = minimum_filter1d(part, least)
+    bottom, top = centred_extremes(part, least)
     middle = 0.5 * (top + bottom)
     allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
     half = least // 2

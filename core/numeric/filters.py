@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.filter_design import butterworth_low_pass
 from collaudit.core.numeric.iir_filter import blank, filtered
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
@@ -35,8 +36,6 @@ def low_pass(
         bandwidth_hz: -3 dB frequency of both passes together, Hz.
         out: memory for the result, of the shape of ``x`` and other than it.
     """
-    from scipy.signal import butter
-
     warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
     corner = 2.0 / math.pi * math.atan(warped)
     rows = x.reshape(x.shape[0], -1)
@@ -47,7 +46,7 @@ def low_pass(
             result[span.slice] = rows[span.slice]
         return result.reshape(x.shape)
     settle = round(1.5 / (bandwidth_hz * period_s))
-    result, missing = filtered(*butter(2, corner), rows, segments, both_ways=True, pad=settle, out=result)
+    result, missing = filtered(*butterworth_low_pass(corner), rows, segments, both_ways=True, pad=settle, out=result)
     if missing is not None:
         result[missing] = np.nan
     return result.reshape(x.shape)

@@ -12,6 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.filter_design import settled_state
+from collaudit.core.numeric.linear_filter import linear_filter
 from collaudit.core.numeric.parallel import THREADS, ordered_map
 
 #: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
@@ -42,10 +44,8 @@ def filtered(
     Returns:
         (n, j) result, NaN outside the stretches; and (n, j) where values were bridged, None when nowhere.
     """
-    from scipy.signal import lfilter_zi
-
     out = blank(x, segments, out)
-    settled = lfilter_zi(b, a)
+    settled = settled_state(b, a)
     bridged: BoolArray | None = None
     for span in segments:
         if len(span) == 0:
@@ -103,12 +103,10 @@ class _Stretch:
 
     def _step(self, rows: FloatArray, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Filter rows (m, j) from a state; the (m, j) result and the state after them."""
-        from scipy.signal import lfilter
-
         if rows.shape[0] == 0:
             return rows, state
         columns = np.ascontiguousarray(rows.T)  # filters run several times faster along the contiguous axis
-        result, state = lfilter(self.b, self.a, columns, axis=-1, zi=state)
+        result, state = linear_filter(self.b, self.a, columns, state)
         return result.T, state
 
 

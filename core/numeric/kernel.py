@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.filter_design import first_order_hold
 from collaudit.core.numeric.iir_filter import filtered
 from collaudit.core.numeric.runs import run_bounds
 
@@ -140,11 +141,7 @@ class Kernel:
 
     def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:
         """Exact for inputs that are straight between samples (first-order hold)."""
-        from scipy.signal import cont2discrete
-
-        system = (np.array(numerator), np.array(self.denominator))
-        b, a, _ = cont2discrete(system, period_s, method="foh")
-        return np.atleast_2d(b)[0], np.asarray(a, dtype=np.float64)
+        return first_order_hold(np.array(numerator), np.array(self.denominator), period_s)
 
     def _run(
         self,

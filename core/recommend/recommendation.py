@@ -11,7 +11,7 @@ import numpy as np
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import window_minima
 from collaudit.core.recommend.clean_tail import BLOCK_S
 
 MARGIN = 1.25
@@ -42,16 +42,9 @@ def sustained_peaks(data: CleanResidual, n: int, block_s: float = BLOCK_S) -> Fl
     It is the maximum over all windows of n samples of the smallest |residual| inside: rule (6) with this n fires in a
     block of clean data exactly when gamma is below it. Blocks in which no window fits are left out.
     """
-    from scipy.ndimage import minimum_filter1d
-
     level = np.full(data.residual_nm.size, -np.inf)
-    magnitude = np.abs(data.residual_nm)
-    starts, stops = run_bounds(data.clean)
-    for a, b in zip(starts, stops, strict=True):
-        if b - a >= n:
-            level[a + n // 2 : b - (n - 1 - n // 2)] = minimum_filter1d(magnitude[a:b], n, mode="nearest")[
-                n // 2 : (b - a) - (n - 1 - n // 2)
-            ]
+    lowest = window_minima(np.where(data.clean, np.abs(data.residual_nm), -np.inf), n)
+    level[n // 2 : n // 2 + lowest.size] = lowest
     length = max(1, round(block_s / data.period_s))
     if level.size == 0:
         return level

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.sliding_extremes import window_minima
 from collaudit.core.recommend.recommendation import CleanResidual
 
 #: At most one peak is taken of so long a stretch, and peaks closer than half of it are one.
@@ -70,13 +71,8 @@ def sustained_level(data: CleanResidual, n: int) -> FloatArray:
 
     Rule (6) with this n fires in clean data exactly where it exceeds gamma.
     """
-    from scipy.ndimage import minimum_filter1d
-
     level = np.where(data.clean, np.abs(data.residual_nm), -np.inf)
-    if level.size < n:
-        return np.empty(0)
-    lowest: FloatArray = minimum_filter1d(level, n, mode="constant", cval=-np.inf, origin=-(n // 2))
-    return lowest[: level.size - n + 1]
+    return window_minima(level, n)
 
 
 def declustered_peaks(data: Sequence[CleanResidual], counts: Sequence[int]) -> SustainedPeaks:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from collaudit.core.data.detection_result import Score
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.sliding_extremes import whole_window_minima
 
 #: An alarm this long after an event ended still belongs to it (the arm swings back), and this long before it.
 AFTER_S, BEFORE_S = 0.5, 0.05
@@ -161,11 +162,9 @@ def _roc(
 
 def _lasting(joint: str | None, judged: JudgedResidual) -> FloatArray:
     """(n,) largest residual over threshold that lasts n samples around each sample; 0 where nothing is judged."""
-    from scipy.ndimage import minimum_filter1d
-
     known = judged.state <= State.FRICTION_INTERVAL
     ratio = np.where(known, np.abs(np.nan_to_num(judged.ratio)), 0.0)
-    lasting = minimum_filter1d(ratio, judged.n, axis=0, mode="constant")
+    lasting = np.stack([whole_window_minima(column, judged.n) for column in ratio.T], axis=1)
     out: FloatArray = lasting.max(axis=1) if joint is None else lasting[:, judged.joint_names.index(joint)]
     return out
 

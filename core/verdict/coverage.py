@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedSpan
 from collaudit.core.data.signals import State
@@ -14,6 +13,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import centred_range
 
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
@@ -67,7 +67,7 @@ def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
     position = series.position_rad[:, j]
     width = max(3, round(_DITHER_S / series.period_s))
     known = np.where(np.isfinite(position), position, 0.0)
-    way = maximum_filter1d(known, width) - minimum_filter1d(known, width)
+    way = centred_range(known, width)
     return np.where(way <= _STANDING_RAD_S * _DITHER_S, 0.0, series.velocity_rad_s[:, j])
 
 

@@ -16,6 +16,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import window_maxima, window_minima
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.coverage import moving_samples, travelling_velocity
 from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
@@ -178,8 +179,5 @@ def _lasting(level: FloatArray, n: int) -> FloatArray:
         return level
     if level.size < n:
         return np.full_like(level, np.inf)
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
     # Stretches that reach beyond an end do not exist: their peak is infinite.
-    peaks = maximum_filter1d(level, n, mode="constant", cval=np.inf)
-    return np.asarray(minimum_filter1d(peaks, n, mode="constant", cval=np.inf, origin=n % 2 - 1))
+    return window_minima(np.pad(window_maxima(level, n), n - 1, constant_values=np.inf), n)

@@ -22,6 +22,7 @@ import pyarrow.parquet as pq
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.reports.files.arrow_columns import column_of, number_kind
 from collaudit.reports.plots.joint_trace import JointTrace, size
 
 SIGNALS_SCHEMA = "collaudit/signals/1"
@@ -151,7 +152,7 @@ class StoredSignals:
 
     def _column(self, name: str) -> np.ndarray[Any, Any]:
         """One column; row group by row group, so that it is in memory once."""
-        kind = self._file.schema_arrow.field(name).type.to_pandas_dtype()
+        kind = number_kind(self._file.schema_arrow.field(name).type)
         out: np.ndarray[Any, Any] = np.empty(self._file.metadata.num_rows, dtype=kind)
         at = 0
         for group in range(self._file.num_row_groups):
@@ -183,13 +184,13 @@ def _schema(signals: Signals, log_sha256: str) -> pa.Schema:
 
 
 def _rows(signals: Signals, schema: pa.Schema, rows: slice) -> pa.Table:
-    arrays = [pa.array(signals.time_s[rows], pa.float64())]
+    arrays = [column_of(signals.time_s[rows])]
     for k in range(len(signals.joint_names)):
         for name, kind in _kinds(signals).items():
-            values = getattr(signals, name)[rows, k].astype(kind.to_pandas_dtype(), copy=False)
-            arrays.append(pa.array(values, kind))
+            values = getattr(signals, name)[rows, k].astype(number_kind(kind), copy=False)
+            arrays.append(column_of(values))
     if signals.wrench is not None:
-        arrays += [pa.array(column, pa.float32()) for column in signals.wrench[rows].T.astype(np.float32)]
+        arrays += [column_of(column) for column in signals.wrench[rows].T.astype(np.float32)]
     return pa.Table.from_arrays(arrays, schema=schema)
 
 

@@ -1,0 +1,72 @@
+"""Coefficients of the few recursive filters there are, bit for bit those of ``scipy.signal`` and without its import."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import FloatArray
+
+
+def butterworth_low_pass(corner: float) -> tuple[FloatArray, FloatArray]:
+    """Numerator and denominator (3,) of the second-order Butterworth low-pass: ``scipy.signal.butter(2, corner)``.
+
+    Args:
+        corner: -3 dB frequency as a share of half the sample rate, above 0 and below 1.
+
+    Poles of the prototype at exp(±3πi/4), scaled to the warped corner, and the bilinear transform at twice the rate of
+    the frequencies (A. V. Oppenheim, R. W. Schafer, *Discrete-Time Signal Processing*, ch. 7).
+    """
+    warped = float(4.0 * np.tan(np.pi * corner / 2.0))  # not math.tan, whose last bit may differ
+    poles = warped * -np.exp(1j * np.pi * np.array([-1.0, 1.0]) / 4.0)
+    gain = warped**2 * np.real(1.0 / np.prod(4.0 - poles))
+    numerator: FloatArray = gain * np.poly(np.array([-1.0, -1.0]))
+    denominator: FloatArray = np.real(np.poly((4.0 + poles) / (4.0 - poles)))
+    return numerator, denominator
+
+
+def settled_state(b: FloatArray, a: FloatArray) -> FloatArray:
+    """(m,) state of a filter whose input has been 1 for ever: ``scipy.signal.lfilter_zi``.
+
+    Args:
+        b, a: numerator and denominator in z, the first value of the denominator not 0.
+
+    It solves z = A z + B with A the transposed companion matrix of the denominator and B = b_k - a_k b_0.
+    """
+    size = max(b.size, a.size)
+    b, a = (np.concatenate([x / a[0], np.zeros(size - x.size)]) for x in (b, a))
+    companion = np.zeros((size - 1, size - 1))
+    companion[0] = -a[1:]
+    companion[np.arange(1, size - 1), np.arange(size - 2)] = 1.0
+    return np.linalg.solve(np.eye(size - 1) - companion.T, b[1:] - a[1:] * b[0])
+
+
+def first_order_hold(numerator: FloatArray, denominator: FloatArray, period_s: float) -> tuple[FloatArray, FloatArray]:
+    """A filter in s as one in z, exact for inputs that are straight between samples.
+
+    Args:
+        numerator, denominator: of the filter in s, highest power first, the numerator at most as long.
+        period_s: sample period, s.
+
+    Returns:
+        Numerator and denominator (m,) in z: ``scipy.signal.cont2discrete`` with ``method="foh"``.
+
+    The state space in controller canonical form, and the exponential of its block matrix (G. F. Franklin, J. D.
+    Powell, M. L. Workman, *Digital Control of Dynamic Systems*, 6.3.2).
+    """
+    from scipy.linalg import expm
+
+    den = denominator / denominator[0]
+    num = np.concatenate([np.zeros(den.size - numerator.size), numerator / denominator[0]])
+    order = den.size - 1
+    block = np.zeros((order + 2, order + 2))
+    block[0, :order] = -den[1:] * period_s
+    block[np.arange(1, order), np.arange(order - 1)] = period_s
+    block[0, order] = period_s
+    block[order, order + 1] = 1.0
+    power = expm(block)
+    a, before, after = power[:order, :order], power[:order, order], power[:order, order + 1]
+    b = before - after + a @ after
+    c = num[1:] - num[0] * den[1:]
+    d = num[0] + c @ after
+    discrete: FloatArray = np.poly(a)
+    return np.poly(a - np.outer(b, c)) + (d - 1.0) * discrete, discrete

@@ -1,0 +1,81 @@
+"""Smallest and largest values of windows that slide over a signal, exactly, a block in the cache at a time.
+
+Windows of 1, 2, 4, … samples are formed from halves: log2(n) passes of NumPy's vectorised minimum, several times faster
+than a running minimum sample by sample, and without the import of ``scipy.ndimage``.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+
+_Number = TypeVar("_Number", bound=np.generic)
+
+#: Windows at a time, unless they are longer than that: what is worked on stays in the second-level cache.
+_BLOCK = 16_384
+
+
+def window_minima(x: FloatArray, n: int) -> FloatArray:
+    """(m - n + 1,) smallest of each ``n`` values in a row of ``x`` (m,), by their first; empty for m < n."""
+    return _windows(x, n, np.minimum)
+
+
+def window_maxima(x: FloatArray, n: int) -> FloatArray:
+    """(m - n + 1,) largest of each ``n`` values in a row of ``x`` (m,), by their first; empty for m < n."""
+    return _windows(x, n, np.maximum)
+
+
+def centred_range(x: FloatArray, n: int) -> FloatArray:
+    """(m,) largest less smallest of the ``n`` values about each of ``x``, as of :func:`centred_extremes`."""
+    low, high = centred_extremes(x, n)
+    return np.asarray(high - low)
+
+
+def centred_extremes(x: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
+    """Smallest and largest (m,) of the ``n`` values about each of ``x`` (m,), fewer at the ends.
+
+    The window of sample k begins at k - n // 2. No value may be NaN.
+    """
+    before, after = n // 2, n - 1 - n // 2
+    low = window_minima(np.pad(x, (before, after), constant_values=np.inf), n)
+    return low, window_maxima(np.pad(x, (before, after), constant_values=-np.inf), n)
+
+
+def whole_window_minima(x: FloatArray, n: int) -> FloatArray:
+    """(m,) smallest of the ``n`` values about each of ``x`` (m,), whose window begins at k - n // 2; 0 at the ends."""
+    out = np.zeros(x.size)
+    whole = window_minima(x, n)
+    out[n // 2 : n // 2 + whole.size] = whole
+    return out
+
+
+def widened(mask: BoolArray, margin: int) -> BoolArray:
+    """(m,) where a sample no more than ``margin`` away is marked."""
+    padded = np.pad(mask, margin, constant_values=False)
+    return _windows(padded, 2 * margin + 1, np.logical_or)
+
+
+def _windows(x: NDArray[_Number], n: int, of_two: np.ufunc) -> NDArray[_Number]:
+    count = x.size - n + 1
+    if n < 1 or count < 1:
+        return np.empty(0, dtype=x.dtype)
+    if n == 1:
+        return x.copy()
+    out = np.empty(count, dtype=x.dtype)
+    step = max(_BLOCK, 4 * n)
+    buffers = np.empty((2, step + n), dtype=x.dtype)
+    for start in range(0, count, step):
+        stop = min(start + step, count)
+        part, held, turn = x[start : stop + n - 1], 1, 0
+        while held < n:
+            shift = min(held, n - held)
+            held += shift
+            size = part.size - shift
+            into = out[start:stop] if held == n else buffers[turn, :size]
+            part = of_two(part[:size], part[shift:], out=into)
+            turn = 1 - turn
+    return out

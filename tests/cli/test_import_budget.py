@@ -1,0 +1,59 @@
+"""What ``detect`` imports: nothing that it does not use, and in not much more time than importing NumPy takes."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.fixtures.simulation import SimulatedFiles
+from collaudit.reports.files.run_files import write_friction
+
+#: Not needed to judge a log: half of SciPy, tables, reports, the simulator, fitting with constraints.
+HEAVY = (
+    "scipy.signal", "scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.ndimage", "scipy.spatial",
+    "scipy.sparse", "pandas", "jinja2", "numba", "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble",
+)  # fmt: skip
+#: Processor time of importing all modules of ``detect``, in imports of NumPy (with the start of Python both times).
+BUDGET = 8.0
+
+DETECT = """
+import sys
+from collaudit.cli.main import run
+code = run(sys.argv[2:])
+print(code, *sorted(set(sys.argv[1].split(",")) & set(sys.modules)), file=sys.stderr)
+"""
+IMPORTS = "import collaudit.core.audit, collaudit.cli.log_arguments, collaudit.reports.files.signals_file"
+
+
+def test_detect_imports_nothing_heavy(
+    made: Callable[..., SimulatedFiles], friction_of: Callable[[str], FrictionFile], tmp_path: Path
+) -> None:
+    files = made("free-clean", "seven", duration_s=30.0)
+    write_friction(tmp_path / "friction.json", friction_of("seven"))
+    arguments = [*map(str, files.log), "-c", str(files.config), "--friction", str(tmp_path / "friction.json")]
+    command = [sys.executable, "-c", DETECT, ",".join(HEAVY), "detect", *arguments, "-o", str(tmp_path / "run")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert (tmp_path / "run" / "signals.parquet").exists(), done.stderr
+    assert done.stderr.splitlines()[-1].split()[1:] == []
+
+
+def _processor_s(code: str) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", code], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def test_the_imports_of_detect_are_within_their_budget() -> None:
+    """In turns, the least of several: the machine may be busy with other things."""
+    pairs: list[tuple[float, float]] = []
+    for _ in range(6):
+        pairs.append((_processor_s("import numpy"), _processor_s(IMPORTS)))
+        base, ours = (min(column) for column in zip(*pairs, strict=True))
+        if ours <= BUDGET * base and len(pairs) > 1:
+            return
+    raise AssertionError(f"imports of detect {ours:.2f} s, of NumPy {base:.2f} s, budget {BUDGET:g} times that")

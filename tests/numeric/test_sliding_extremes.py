@@ -1,0 +1,58 @@
+"""Extremes of sliding windows are those of scipy.ndimage."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from collaudit.core.numeric import sliding_extremes
+from collaudit.core.numeric.sliding_extremes import (
+    centred_extremes,
+    centred_range,
+    whole_window_minima,
+    widened,
+    window_maxima,
+    window_minima,
+)
+
+SIZES = (1, 2, 3, 4, 7, 13, 100, 999, 1000)
+
+
+@pytest.fixture
+def x(monkeypatch: pytest.MonkeyPatch) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    monkeypatch.setattr(sliding_extremes, "_BLOCK", 64)  # several blocks, and windows longer than one
+    values = np.abs(np.random.default_rng(3).standard_normal(1000))
+    values[::97] = np.inf
+    values[5::101] = 0.0
+    return values
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_windows_that_fit(x: np.ndarray[tuple[int], np.dtype[np.float64]], n: int) -> None:
+    views = np.lib.stride_tricks.sliding_window_view(x, n)
+    np.testing.assert_array_equal(window_minima(x, n), views.min(axis=1))
+    np.testing.assert_array_equal(window_maxima(-x, n), (-views).max(axis=1))
+    np.testing.assert_array_equal(whole_window_minima(x, n), ndimage.minimum_filter1d(x, n, mode="constant"))
+
+
+@pytest.mark.parametrize("n", (*SIZES, 1500))
+@pytest.mark.parametrize("mode", ["nearest", "reflect"])
+def test_windows_that_are_cut_at_the_ends(x: np.ndarray[tuple[int], np.dtype[np.float64]], n: int, mode: str) -> None:
+    x = np.where(np.isinf(x), 9.0, x)
+    low, high = ndimage.minimum_filter1d(x, n, mode=mode), ndimage.maximum_filter1d(x, n, mode=mode)
+    np.testing.assert_array_equal(centred_extremes(x, n), (low, high))
+    np.testing.assert_array_equal(centred_range(x, n), high - low)
+
+
+@pytest.mark.parametrize("margin", [0, 1, 5, 300])
+def test_a_mask_is_widened(margin: int) -> None:
+    mask = np.random.default_rng(4).random(500) < 0.01
+    np.testing.assert_array_equal(widened(mask, margin), ndimage.binary_dilation(mask, np.ones(2 * margin + 1)))
+
+
+def test_too_few_samples() -> None:
+    assert window_minima(np.ones(4), 5).size == 0
+    assert window_maxima(np.empty(0), 1).size == 0
+    np.testing.assert_array_equal(whole_window_minima(np.ones(4), 5), np.zeros(4))
+    assert centred_range(np.empty(0), 3).size == 0

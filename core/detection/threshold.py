@@ -128,7 +128,8 @@ def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:
     """(3,) non-negative least-squares fit of |residual| (n,) on columns (n, 3) of 1, |v| and |a|."""
     gram = columns.T @ columns
     root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
-    shape = nonnegative_fit(root.T, np.linalg.solve(root, columns.T @ size_nm))
+    right: FloatArray = np.asarray(np.linalg.solve(root, columns.T @ size_nm), dtype=np.float64)
+    shape = nonnegative_fit(root.T, right)
     shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size_nm)))
     return np.asarray(shape)
 

@@ -68,5 +68,5 @@ def first_order_hold(numerator: FloatArray, denominator: FloatArray, period_s: f
     b = before - after + a @ after
     c = num[1:] - num[0] * den[1:]
     d = num[0] + c @ after
-    discrete: FloatArray = np.poly(a)
-    return np.poly(a - np.outer(b, c)) + (d - 1.0) * discrete, discrete
+    discrete: FloatArray = np.asarray(np.poly(a), dtype=np.float64)
+    return np.asarray(np.poly(a - np.outer(b, c)) + (d - 1.0) * discrete), discrete

@@ -18,7 +18,7 @@ from collaudit.reports.files.json_reader import adapter, describe_problems, read
 from collaudit.reports.files.json_writer import json_text
 
 if TYPE_CHECKING:
-    from collaudit.reports.files.signals_file import StoredSignals
+    from collaudit.reports.files.stored_signals import StoredSignals
 
 __all__ = [
     "atomic_write",
@@ -169,7 +169,7 @@ def open_run(run_dir: Path) -> StoredRun:
     Raises:
         CollauditError: as :func:`read_run`.
     """
-    from collaudit.reports.files.signals_file import StoredSignals
+    from collaudit.reports.files.stored_signals import StoredSignals
 
     result = _result(run_dir)
     return StoredRun(result, StoredSignals(run_dir / SIGNALS_NAME, result.log.sha256), _study(run_dir))

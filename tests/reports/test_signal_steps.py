@@ -1,0 +1,76 @@
+"""Signals are stored in steps that lose nothing a threshold depends on."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+import samples
+from hypothesis import given
+from hypothesis import strategies as st
+
+from collaudit.core.data.signals import State
+from collaudit.reports.files.run_files import open_run, read_run, write_run
+from collaudit.reports.files.signal_steps import in_steps, in_steps_beside, torque_step_nm
+
+GAMMA = 4.0
+
+
+@pytest.fixture
+def noise() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    return np.random.default_rng(6).normal(0.0, 0.1, 5000)
+
+
+def test_a_step_is_below_a_thousandth_of_gamma_and_far_below_the_noise(
+    noise: np.ndarray[tuple[int], np.dtype[np.float64]],
+) -> None:
+    assert torque_step_nm(noise, GAMMA) == 2.0**-8
+    quiet = torque_step_nm(0.001 * noise, GAMMA)
+    assert 0.0 < quiet <= 0.0001 / 16 < 4.1 * quiet
+    assert torque_step_nm(noise, np.nan) == torque_step_nm(np.zeros(9), GAMMA) == 0.0
+    assert torque_step_nm(np.full(9, np.nan), GAMMA) == torque_step_nm(np.empty(0), GAMMA) == 0.0
+
+
+@given(
+    st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=20),
+    st.floats(1e-3, 100.0),
+    st.sampled_from([0.0, 2.0**-8, 2.0**-3, 2.0**-20]),
+)
+def test_no_value_crosses_the_threshold(values: list[float], gamma: float, step: float) -> None:
+    around = [gamma, np.nextafter(gamma, 0.0), np.nextafter(gamma, np.inf), gamma + step / 2, gamma - step / 2]
+    x = np.array([*values, *around, *(-np.array(around)), np.nan])
+    stored = in_steps_beside(x, step, gamma).astype(np.float64)
+    np.testing.assert_array_equal(np.abs(stored) > gamma, np.abs(x) > gamma)
+    np.testing.assert_allclose(stored, x, rtol=2e-7, atol=step + 1e-30)
+    plain = in_steps(x, step)
+    if step:
+        assert np.all(plain[:-1] / step == np.round(plain[:-1].astype(float) / step))
+
+
+def test_the_file_states_its_steps_and_keeps_to_them(
+    tmp_path: Path, noise: np.ndarray[tuple[int], np.dtype[np.float64]]
+) -> None:
+    audit = samples.failed(5000)
+    shape = audit.signals.residual_nm.shape
+    residual = np.array(np.broadcast_to(noise[:, None], shape))
+    residual[7] = GAMMA + 1e-9
+    gamma = np.full(shape[1], GAMMA)
+    signals = replace(audit.signals, residual_nm=residual, gamma_nm=gamma, wrench=np.full((5000, 6), 0.12345))
+    write_run(tmp_path, replace(audit, signals=signals), None)
+    meta = json.loads(pq.read_schema(tmp_path / "signals.parquet").metadata[b"collaudit"])
+    assert meta["torque_step_nm"] == [2.0**-8] * shape[1]
+    back = read_run(tmp_path).signals
+    np.testing.assert_array_equal(back.residual_nm > GAMMA, residual > GAMMA)
+    assert 0.0 < np.abs(back.residual_nm - residual).max() <= 2.0**-8
+    assert np.nanmax(np.abs(back.position_rad - signals.position_rad)) <= meta["position_step"] / 2 + 1e-7
+    assert np.nanmax(np.abs(back.velocity_rad_s - signals.velocity_rad_s)) <= meta["velocity_step"] / 2 + 1e-7
+    assert back.wrench is not None
+    assert (np.abs(back.wrench - 0.12345).max(axis=0) <= [2**-8] * 3 + [2**-10] * 3).all()
+    trace = open_run(tmp_path).signals.trace(0)
+    np.testing.assert_array_equal(trace.residual_nm, back.residual_nm[:, 0])
+    assert trace.residual_nm.dtype == np.float64
+    assert (back.state == State(0)).any()

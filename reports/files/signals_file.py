@@ -21,15 +21,6 @@ import pyarrow.parquet as pq
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files.arrow_columns import column_of
-from collaudit.reports.files.signal_steps import (
-    FORCE_STEP_N,
-    MOMENT_STEP_NM,
-    POSITION_STEP,
-    VELOCITY_STEP,
-    in_steps,
-    in_steps_beside,
-    torque_step_nm,
-)
 from collaudit.reports.files.signals_layout import (
     META,
     RANGE,
@@ -39,6 +30,15 @@ from collaudit.reports.files.signals_layout import (
     checked_meta,
     checked_states,
     unreadable,
+)
+from collaudit.reports.values.signal_steps import (
+    FORCE_STEP_N,
+    MOMENT_STEP_NM,
+    POSITION_STEP,
+    VELOCITY_STEP,
+    in_steps,
+    stored,
+    torque_step_nm,
 )
 
 _ROWS = 1 << 17
@@ -125,20 +125,11 @@ def _rows(signals: Signals, steps: list[float], schema: pa.Schema, rows: slice) 
     arrays = [column_of(signals.time_s[rows])]
     for k, step in enumerate(steps):
         for name in _kinds(signals):
-            arrays.append(column_of(_stored(name, getattr(signals, name)[rows, k], step, signals.gamma_nm[k])))
+            arrays.append(column_of(stored(name, getattr(signals, name)[rows, k], step, signals.gamma_nm[k])))
     if signals.wrench is not None:
         finest = (FORCE_STEP_N,) * 3 + (MOMENT_STEP_NM,) * 3
         arrays += [column_of(in_steps(x, step)) for x, step in zip(signals.wrench[rows].T, finest, strict=True)]
     return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def _stored(name: str, values: np.ndarray[Any, Any], step: float, gamma_nm: float) -> np.ndarray[Any, Any]:
-    """A quantity of one joint as the file holds it; ``step`` of its torques."""
-    if name == "state":
-        return values
-    if name == "residual_nm":
-        return in_steps_beside(values, step, gamma_nm)
-    return in_steps(values, {"position_rad": POSITION_STEP, "velocity_rad_s": VELOCITY_STEP}.get(name, step))
 
 
 def _kinds(signals: Signals) -> dict[str, pa.DataType]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.reports.values.signal_steps import FORCE_STEP_N, in_steps, stored, torque_step_nm
 
 Series = NDArray[np.floating[Any]]
 
@@ -86,25 +87,30 @@ class TracesInMemory:
         return float(self.signals.time_s[-1]) if len(self.signals.time_s) else None
 
     def trace(self, column: int) -> JointTrace:
-        """See :class:`SignalSource`; what a run's file keeps in 7 digits has 7 digits here too."""
-        s = self.signals
+        """See :class:`SignalSource`; numbers have the steps that a run's file keeps them in."""
+        s, gamma_nm = self.signals, float(self.signals.gamma_nm[column])
+        step = torque_step_nm(s.residual_nm[:, column], gamma_nm)
+
+        def kept(name: str) -> np.ndarray[Any, Any]:
+            return stored(name, getattr(s, name)[:, column], step, gamma_nm)
+
         return JointTrace(
             s.joint_names[column],
             s.time_s,
-            s.position_rad[:, column].astype(np.float32),
-            s.velocity_rad_s[:, column].astype(np.float32),
-            s.measured_nm[:, column].astype(np.float32),
-            s.residual_nm[:, column],
+            kept("position_rad"),
+            kept("velocity_rad_s"),
+            kept("measured_nm"),
+            kept("residual_nm").astype(np.float64),
             s.state[:, column],
-            float(s.gamma_nm[column]),
-            None if s.least_nm is None else s.least_nm[:, column],
-            None if s.most_nm is None else s.most_nm[:, column],
+            gamma_nm,
+            None if s.least_nm is None else kept("least_nm"),
+            None if s.most_nm is None else kept("most_nm"),
         )
 
     def force_n(self) -> tuple[FloatArray, FloatArray] | None:
         """See :class:`SignalSource`."""
         wrench = self.signals.wrench
-        return None if wrench is None else (self.signals.time_s, size(wrench[:, :3].astype(np.float32)))
+        return None if wrench is None else (self.signals.time_s, size(in_steps(wrench[:, :3], FORCE_STEP_N)))
 
 
 def size(force: Series) -> FloatArray:

@@ -7,6 +7,7 @@ they become zeros, which cost nothing; the numbers stay ordinary 32-bit floats f
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def torque_step_nm(residual_nm: FloatArray, gamma_nm: float) -> float:
 
 
 def in_steps(x: FloatArray, step: float) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
-    """(n,) rounded to multiples of a step, a power of two; 0 only takes them into 32 bits."""
+    """The values rounded to multiples of a step, a power of two; 0 only takes them into 32 bits."""
     if step == 0.0:
         return x.astype(np.float32)
     out = np.multiply(x, 1.0 / step, dtype=np.float64)
@@ -76,3 +77,19 @@ def _up(x: np.float32, step: float) -> np.float32:
 
 def _down(x: np.float32, step: float) -> np.float32:
     return min(np.float32(x - step), np.nextafter(x, np.float32(-np.inf)))
+
+
+def stored(name: str, values: np.ndarray[Any, Any], step: float, gamma_nm: float) -> np.ndarray[Any, Any]:
+    """(n,) a quantity of one joint as the file of signals holds it.
+
+    Args:
+        name: of the quantity: position_rad, velocity_rad_s, state, or one of the torques.
+        values: (n,).
+        step: of the joint's torques, N·m.
+        gamma_nm: the joint's threshold.
+    """
+    if name == "state":
+        return values
+    if name == "residual_nm":
+        return in_steps_beside(values, step, gamma_nm)
+    return in_steps(values, {"position_rad": POSITION_STEP, "velocity_rad_s": VELOCITY_STEP}.get(name, step))

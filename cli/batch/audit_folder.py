@@ -13,10 +13,13 @@ from collaudit.cli.batch.audit_one import remove_run
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.manifest_file import MANIFEST_NAME
+from collaudit.reports.files.signature_file import SIGNATURE_NAME
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"
+_MANIFEST = (MANIFEST_NAME, SIGNATURE_NAME)
 
 
 @contextmanager
@@ -37,7 +40,7 @@ def audit_under_way(out: Path, folders: Sequence[str], force: bool) -> Iterator[
     _check_owner(out, force)
     marker = out / MARKER
     atomic_write(marker, _marker_text())
-    for name in _summaries():
+    for name in (*own_files(), *_MANIFEST):
         _remove(out / name)
     for folder in folders:
         remove_run(out / folder)
@@ -45,7 +48,8 @@ def audit_under_way(out: Path, folders: Sequence[str], force: bool) -> Iterator[
     marker.unlink(missing_ok=True)
 
 
-def _summaries() -> list[str]:
+def own_files() -> list[str]:
+    """Names of what an audit may write into its folder itself, its manifest aside."""
     return [
         "index.html",
         "summary.json",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -80,6 +81,12 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     help="Exit with 1 also for this; may be given twice.",
 )
 @click.option("--as-of", callback=_day, metavar="YYYY-MM-DD", help="Day for waivers' expiry; today (UTC) when absent.")
+@click.option(
+    "--sign",
+    type=click.Path(path_type=Path),
+    metavar="KEY",
+    help="Sign manifest.json with this minisign key (extra sign; password in COLLAUDIT_SIGN_PASSWORD).",
+)
 @click.option("--fail-fast", is_flag=True, help="End the audit at the first log that breaks the policy.")
 @click.option(
     "--keep-going", is_flag=True, help="An argument that names no log is not judged and listed, not an error."
@@ -106,6 +113,7 @@ def command(
     baseline: Path | None,
     fails: tuple[str, ...],
     as_of: date | None,
+    sign: Path | None,
     fail_fast: bool,
     keep_going: bool,
     store: str | None,
@@ -126,13 +134,14 @@ def command(
     AUDIT-UNDER-WAY.txt does. An audit that was ended goes on with --resume.
 
     Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
-    audit.json of a log keeps the verdict on that log alone.
+    audit.json of a log keeps the verdict on that log alone. manifest.json holds the hashes of all that was read and
+    written; collaudit verify compares them.
 
     With --store, what was found of every log is appended to a store, which collaudit trend and query read.
 
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
-    from collaudit.cli.batch.audit_folder import audit_under_way
+    from collaudit.cli.batch.audit_folder import audit_under_way, own_files
     from collaudit.cli.batch.finished_logs import finished_outcomes, merged
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.cli.batch.logs_in_turn import audit_logs
@@ -141,13 +150,17 @@ def command(
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, read_baseline
     from collaudit.cli.fleet.fail_fast import until_failure
     from collaudit.cli.fleet.log_inputs import night_of
+    from collaudit.cli.fleet.night_manifest import night_manifest
     from collaudit.cli.fleet.night_policy import NightPolicy
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_writer import json_text
+    from collaudit.reports.files.manifest_file import write_manifest
     from collaudit.reports.files.run_files import read_friction
+    from collaudit.reports.files.signature_file import signing_key, write_signature
     from collaudit.reports.page.index import summary_json, write_index
 
+    key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
     loaded = load_settings()
     night = night_of(logs, loaded, overrides(), keep_going)
@@ -169,6 +182,10 @@ def command(
         write_index(output, entries)
         atomic_write(output / POLICY_NAME, json_text(decisions.file))
         _write_extra(output, extra, decisions.results, [outcome.entry for outcome in outcomes if not outcome.result])
+        made = (loaded, *night.settings)
+        write_manifest(output, night_manifest(output, work, outcomes, decisions, made, own_files()))
+        if key is not None:
+            write_signature(output, key)
         if store is not None:
             note(f"{append_night(store, work, outcomes)} logs added to the store {store}")
     print_findings(decisions.file.findings, err=True)

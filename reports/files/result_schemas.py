@@ -27,7 +27,9 @@ from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audi
 from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.findings import Finding
+from collaudit.reports.files import manifest_file
 from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.manifest_file import MANIFEST_SCHEMA, Manifest
 from collaudit.reports.page.index import SUMMARY_SCHEMA, Summary
 from collaudit.reports.values import comparison
 from collaudit.reports.values.comparison import COMPARISON_SCHEMA, Comparison
@@ -66,6 +68,11 @@ def policy_schema() -> dict[str, Any]:
     return _published(PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)")
 
 
+def manifest_schema() -> dict[str, Any]:
+    """The JSON Schema of ``manifest.json``."""
+    return _published(Manifest, MANIFEST_SCHEMA, "collaudit manifest of an audit (manifest.json)")
+
+
 def schema_texts() -> dict[str, str]:
     """File name to JSON Schema, of every result file."""
     documents = {
@@ -75,6 +82,7 @@ def schema_texts() -> dict[str, str]:
         "summary-1.schema.json": summary_schema(),
         "comparison-1.schema.json": comparison_schema(),
         "policy-1.schema.json": policy_schema(),
+        "manifest-1.schema.json": manifest_schema(),
     }
     return {name: json_text(document) for name, document in documents.items()}
 
@@ -101,6 +109,7 @@ def _dataclass(name: str) -> type:
         friction_result,
         identification_result,
         left_out,
+        manifest_file,
         policy_result,
         rule_study_result,
         sensitivity_result,

@@ -113,8 +113,8 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "log-publishers-conflict": Kind(
-        "Publishers on one topic give different values of the same joints.",
-        "Record each publisher on a topic of its own, and name one in [log] joint_states.",
+        "Two publishers, or two recordings in one, give different values of the same joints.",
+        "Record each publisher on a topic (or in a table) of its own, and name one in [log] joint_states.",
         _LOG,
     ),
     "log-joints-numbered": Kind(

@@ -69,10 +69,15 @@ def two_connections(path: Path, *parts: list[w.Said]) -> Path:
 
 
 @pytest.mark.parametrize("form", ["mcap", "bag", "db3", "csv"])
-@pytest.mark.parametrize(("calm_first", "every"), [(True, 1), (False, 1), (True, 3)])
-def test_neither_is_judged(form: str, calm_first: bool, every: int, arm, collaudit, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("calm_first", "every", "later_s"), [(True, 1, 0), (False, 1, 0), (True, 3, 0), (True, 3, 7e-4)]
+)
+def test_neither_is_judged(
+    form: str, calm_first: bool, every: int, later_s: float, arm, collaudit, tmp_path: Path
+) -> None:
     text = arm.config.read_text()
     calm, pushed = course(text, 0.0), course(text, PUSH_NM)
+    pushed = (pushed[0] + later_s, *pushed[1:])  # a clock of its own, where its stamps are not the same
     log = write(tmp_path, form, (calm, pushed) if calm_first else (pushed, calm), every)
     out = tmp_path / "run"
     done = collaudit("detect", log, "-c", arm.config, "--friction", arm.friction, "-o", out)

@@ -34,3 +34,30 @@ def test_coarse_stamps_and_rows_written_twice_are_no_contradiction(step: float) 
     time_s = 0.002 * np.arange(2000)
     assert not found(np.floor(time_s / step) * step, effort)
     assert not found(np.repeat(time_s, 2), np.repeat(effort, 2))
+
+
+@pytest.mark.parametrize("calm_first", [True, False])
+@pytest.mark.parametrize("every", [1, 3, 8])
+def test_two_publishers_with_clocks_of_their_own(every: int, calm_first: bool) -> None:
+    calm = course()
+    pushed = calm.copy()
+    pushed[900:980] += 12.0
+    pair = (calm, pushed) if calm_first else (pushed, calm)
+    time_s = 0.002 * np.arange(2000)
+    stamps = np.concatenate([time_s, time_s[::every] + 0.0007])
+    order = np.argsort(stamps)
+    effort = np.concatenate([pair[0], pair[1][::every]])
+    (one,) = found(stamps[order], effort[order])
+    assert one.code == "log-publishers-conflict"
+
+
+def test_spikes_jumps_and_chatter_are_no_contradiction() -> None:
+    rng = np.random.default_rng(4)
+    time_s = 0.002 * np.arange(2000)
+    spikes = course()
+    spikes[rng.choice(2000, 40, replace=False)] += 12.0
+    jumps = course() + 6.0 * np.sign(np.sin(np.arange(2000) / 20))
+    chatter = course() + 0.4 * (-1.0) ** np.arange(2000)
+    hard = course() + 15.0 * np.exp(-np.arange(2000) % 300 / 10) * np.cos(np.arange(2000) % 300 / 2)
+    for effort in (spikes, jumps, chatter, hard):
+        assert not found(time_s, effort)

@@ -1,4 +1,4 @@
-"""Samples of one stamp that contradict each other: two publishers, or two recordings in one."""
+"""Samples that contradict each other, of one stamp or of stamps in turn: two publishers, or two recordings in one."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 _FEW = 5
 #: They differ by so many times what nine in ten samples change by, and by so many times what the signal did meanwhile.
 _TIMES, _MOTIONS = 10.0, 4.0
+#: Of two publishers who stamp each by their own clock, so many samples among so many lie apart from both neighbours, by
+#: so many medians of what samples change by. Real arms: at most 4, and most of them none, by 24 medians.
+_SPRINGING, _CROWD, _MEDIANS = 8, 100, 30.0
+#: So many changes tell their median.
+_LOOKED_AT = 50_000
 #: More samples of one stamp come from a clock that stood still or was not set.
 _MOST_ALIKE = 8
 #: A clock that is set back so often at most begins a course of its own each time; stamps out of order more often are
@@ -27,7 +32,8 @@ def contradictions(
 
     Stamps may be coarser than the samples: then a repeated stamp's sample lies on the way to the next one. One that
     does not, while the signal goes on as if it were not there, belongs to another course. Where the clock was set back,
-    stamps come again without a contradiction: samples before and behind are not compared.
+    stamps come again without a contradiction: samples before and behind are not compared. Stamps of two clocks are
+    seldom the same: there many samples lie far from both their neighbours, which agree with each other.
 
     Args:
         time_s: (n,) stamps as recorded, s.
@@ -35,6 +41,27 @@ def contradictions(
         position: (n, j), rad or m.
         effort: (n, j), in any unit.
     """
+    order, fresh = _in_order(time_s)
+    repeats = bool(min(np.count_nonzero(~fresh), np.count_nonzero(fresh)) >= _FEW)
+    for what, values in (("position", position), ("effort", effort)):
+        if values is None:
+            continue
+        for j, joint in enumerate(joints):
+            said = _two_courses(values[:, j] if order is None else values[order, j], fresh, repeats)
+            if said is not None:
+                text = (
+                    f"{said} another {what} of joint '{joint}': two publishers, or two recordings in one. "
+                    "Nothing shows which are right, so nothing is judged."
+                )
+                return [Finding("log-publishers-conflict", "error", text, joint=joint)]
+    return []
+
+
+def _in_order(time_s: FloatArray) -> tuple[IntArray | None, BoolArray]:
+    """Samples in order of their stamps, None where all are; and which of them, so ordered, begin a new stamp."""
+    steps = np.diff(time_s)
+    if bool((steps >= 0).all()) and bool(np.isfinite(time_s[-1:]).all()):
+        return None, np.concatenate((np.ones(min(1, time_s.size), np.bool_), steps > 0))
     finite = np.flatnonzero(np.isfinite(time_s))
     course = np.concatenate(([0], np.cumsum(np.diff(time_s[finite]) < 0))) if finite.size else finite
     if course.size and course[-1] > _MOST_SET_BACK:
@@ -42,21 +69,34 @@ def contradictions(
     sorting = np.lexsort((time_s[finite], course))
     order, course = finite[sorting], course[sorting]
     later = (np.diff(time_s[order]) > 0) | (np.diff(course) > 0)
-    fresh = np.concatenate(([True], later)) if order.size else np.zeros(0, np.bool_)
-    if np.count_nonzero(~fresh) < _FEW or np.count_nonzero(fresh) < _FEW:
-        return []
-    for what, values in (("position", position), ("effort", effort)):
-        if values is None:
-            continue
-        for j, joint in enumerate(joints):
-            count = int(np.count_nonzero(_apart(values[order, j], fresh)))
-            if count >= _FEW:
-                text = (
-                    f"{count} samples have the stamp of another one and give another {what} of joint '{joint}': two "
-                    "publishers, or two recordings in one. Nothing shows which are right, so nothing is judged."
-                )
-                return [Finding("log-publishers-conflict", "error", text, joint=joint)]
-    return []
+    return order, np.concatenate((np.ones(min(1, order.size), np.bool_), later))
+
+
+def _two_courses(values: FloatArray, fresh: BoolArray, repeats: bool) -> str | None:
+    """What shows that samples (n,), in order of their stamps, belong to two courses; None where nothing does."""
+    if repeats:
+        count = int(np.count_nonzero(_apart(values, fresh)))
+        if count >= _FEW:
+            return f"{count} samples have the stamp of another one and give"
+    at = _springing(values)
+    if at.size >= _SPRINGING and int((at[_SPRINGING - 1 :] - at[: at.size - _SPRINGING + 1]).min()) < _CROWD:
+        return f"{at.size} samples lie far from both their neighbours ({_SPRINGING} or more among {_CROWD}) and give"
+    return None
+
+
+def _springing(values: FloatArray) -> IntArray:
+    """Places of the samples (n,) that lie far to one side of both their neighbours, which agree with each other."""
+    changes = np.diff(values)
+    size = np.abs(changes)
+    some = size[:: max(1, size.size // _LOOKED_AT)]
+    some = some[np.isfinite(some) & (some > 0)]
+    if some.size < _CROWD:
+        return np.zeros(0, dtype=np.int64)
+    far = size > _MEDIANS * float(np.median(some))
+    at: IntArray = np.flatnonzero(far[:-1] & far[1:])
+    before, after = changes[at], changes[at + 1]
+    least = np.minimum(np.abs(before), np.abs(after))
+    return at[(before * after < 0) & (least > _MOTIONS * np.abs(before + after))]
 
 
 def _apart(values: FloatArray, fresh: BoolArray) -> BoolArray:

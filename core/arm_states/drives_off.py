@@ -12,6 +12,7 @@ from math import ceil, log
 
 import numpy as np
 
+from collaudit.core.arm_states.noisy_drives import noisy_zero
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import run_bounds
@@ -62,6 +63,7 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
     same = _repeats(series.effort)
     exact = same & (series.effort == 0.0).all(axis=1)
     zero = np.asarray(_zero(series.effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
+    zero |= noisy_zero(series.effort, rigid_nm, speed < MOVING_RAD_S, series.period_s, zero)
     out: list[DrivesOff] = []
     for spans, is_zero in ((_long(zero, _ZERO_S, series.period_s), True), (_repeated(series, same, speed), False)):
         for off in spans:

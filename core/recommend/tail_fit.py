@@ -69,9 +69,9 @@ class JointTail:
         """The likeliest rate of alarms, 1/h, above the tail's beginning."""
         return self.likelihood.rate_at(gamma_nm**2)
 
-    def level_bound(self, rate_per_hour: float) -> float:
-        """The level that at 95 % confidence is passed no more often, N·m."""
-        return sqrt(self.likelihood.level_bound(rate_per_hour, self.quantile))
+    def level_bound(self, rate_per_hour: float, quantile: float | None = None) -> float:
+        """The level that is passed no more often, N·m: at 95 % confidence, or at that of another quantile."""
+        return sqrt(self.likelihood.level_bound(rate_per_hour, self.quantile if quantile is None else quantile))
 
     @property
     def begins_nm(self) -> float:
@@ -106,6 +106,7 @@ def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
     by_log = logs is not None and counts > _CROWDED
     groups = int(np.count_nonzero(log_hours if by_log else peaks.window_hours)) if counts > 1.0 else excess.size
     quantile = _quantile(groups)
+    counts *= _skewed(window, peaks.window_hours, quantile)
     likelihood = tail_likelihood(excess, level, peaks.hours, (counts, sizes), quantile)
     return JointTail(likelihood, quantile, fit_p, minutes, logs, _drift(peaks), sqrt(order[0]), peaks.hours)
 
@@ -127,6 +128,18 @@ def _dispersion(owner: IntArray, hours: FloatArray, fewest: int) -> float | None
     if np.count_nonzero(used) < fewest:
         return None
     return float(np.sum((counts[used] - expected[used]) ** 2 / expected[used]) / (np.count_nonzero(used) - 1))
+
+
+def _skewed(owner: IntArray, hours: FloatArray, quantile: float) -> float:
+    """By how much a dispersion grows since a few minutes have most of the peaks: the mean of such counts is bounded
+    too low by Student's quantile q. It grows by skewness (1 + 2 q²) / (6 sqrt(minutes)) (Johnson 1978; Hall 1992).
+    """
+    rates = np.bincount(owner, minlength=hours.size)[hours > 0] / hours[hours > 0]
+    spread = float(rates.std())
+    if rates.size < _FEWEST_WINDOWS or spread <= 0:
+        return 1.0
+    skewness = max(0.0, float(np.mean((rates - rates.mean()) ** 3)) / spread**3)
+    return (1.0 + skewness * (1.0 + 2.0 * quantile**2) / (6.0 * sqrt(rates.size)) / quantile) ** 2
 
 
 def _size_dispersion(excess: FloatArray, owner: IntArray) -> float:

@@ -110,7 +110,7 @@ def hold(fresh: Sequence[Peaks], pool: Sequence[Peaks], counts: Sequence[int]) -
             chosen = np.random.default_rng(k).choice(len(pool), logs, replace=False) if logs <= 6 else None
             part = [pool[i] for i in chosen] if chosen is not None else pool[k * logs : (k + 1) * logs]
             items = [tail_evidence(joined(part, j), N) for j in joints]
-            gammas = [threshold(item.tail, TARGET / len(items)) or np.inf for item in items]
+            gammas = [threshold(item.tail, TARGET, len(items)) or np.inf for item in items]
             stated = max(TARGET, 1 / (REACH * min(item.peaks.hours for item in items)))
             rate = sum(true_rate(t, g) for t, g in zip(truth, gammas, strict=True))
             below.append(rate <= stated)

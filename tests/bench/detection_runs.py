@@ -13,6 +13,7 @@ from collaudit.core.audit import fit_logs
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.findings import joints_not_judged
@@ -93,18 +94,21 @@ class Bench:
         detect = self.config.detect.model_copy(update={"causal": causal})
         return run_detector(self.prepared, self.inputs, self.config.model_copy(update={"detect": detect}), name)
 
-    def score(self, name: str, causal: bool, watch: Sequence[str] | None = None) -> list[Score]:
-        """Scores, all joints combined first."""
-        found = self.judged(name, causal)
+    def score(
+        self, found: DetectorRun, watch: Sequence[str] | None = None, factor: float = FACTOR
+    ) -> tuple[Score, float]:
+        """Score of all joints combined against pushes above ``factor`` times γ, and the share of joint time judged."""
         series = self.prepared.judged_series
         rule = self.inputs.rule
-        events = true_events(read_truth(self.truth), series.joint_names, FACTOR, (rule.n + 1) * series.period_s)
+        events = true_events(read_truth(self.truth), series.joint_names, factor, (rule.n + 1) * series.period_s)
         if watch is not None:
             events = [replace(e, required={j: t for j, t in e.required.items() if j in watch}) for e in events]
         alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in found.detected.collisions]
         ratio = found.residual.torque_nm / found.threshold.all_joints()
         judged = JudgedResidual(series.time_s, ratio, found.detected.state, series.joint_names, rule.n)
-        return score(events, alarms, judged)
+        columns = [k for k, name in enumerate(series.joint_names) if watch is None or name in watch]
+        share = float(np.mean(found.detected.state[:, columns] <= State.FRICTION_INTERVAL))
+        return score(events, alarms, judged)[0], share
 
 
 def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None) -> Bench:

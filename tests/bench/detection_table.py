@@ -13,13 +13,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from detection_runs import Total, add_up, bench, friction_of, off_calibration, simulated
+from detection_runs import FACTOR, Total, add_up, bench, friction_of, off_calibration, simulated
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.data.detection_result import Score
 from collaudit.fixtures.robots.robot_registry import robot_named
 
-SEEDS = range(1, 21)
+#: Seeds that nothing was tuned on.
+SEEDS = range(7101, 7106)
 #: (robot, scenario, seed, seconds): an hour each of fast motion and of stop-and-go, on stiff and soft joints.
 HOURS = [
     (robot, scenario, seed, seconds)
@@ -37,8 +38,11 @@ RUNS = (("offline", False), ("causal", True))
 
 def pushes(logs: Path) -> Iterator[str]:
     """Recall, precision, delay of every detector: free-hits on all joints, polishing on the watched ones."""
-    yield "| scenario | detector | mode | recall | hidden | precision | delay ms: median (5–95 %) | AUC |"
-    yield "|---|---|---|---|---|---|---|---|"
+    yield (
+        "| scenario | detector | mode | all above γ: found | above 1.3 γ: found | of these hidden | time judged | "
+        "false | delay ms: median (5–95 %) | AUC |"
+    )
+    yield "|---|---|---|---|---|---|---|---|---|---|"
     for title, robot, scenario in (
         ("free-hits, paper6", "paper6", "free-hits"),
         ("free-hits, seven", "seven", "free-hits"),
@@ -49,26 +53,33 @@ def pushes(logs: Path) -> Iterator[str]:
     ):
         friction = friction_of(logs, robot)
         watch = None if scenario == "free-hits" else [robot_named(robot).joints[0]]
-        scores: dict[tuple[str, str], list[Score]] = defaultdict(list)
+        scores: dict[tuple[str, str], list[tuple[Score, Score, float]]] = defaultdict(list)
         for seed in SEEDS:
             made = bench(simulated(logs, robot, scenario, seed), friction, watch)
             for name in DETECTOR_NAMES:
                 for mode, causal in RUNS:
-                    scores[name, mode].append(made.score(name, causal, watch)[0])
+                    found = made.judged(name, causal)
+                    (every, _), (clear, share) = (made.score(found, watch, factor) for factor in (1.0, FACTOR))
+                    scores[name, mode].append((every, clear, share))
         for (name, mode), its in scores.items():
-            yield _row(title, name, mode, add_up(its))
+            every, clear = (add_up([one[k] for one in its]) for k in (0, 1))
+            yield _row(title, name, mode, every, clear, float(np.mean([one[2] for one in its])))
 
 
-def _row(title: str, name: str, mode: str, total: Total) -> str:
+def _row(title: str, name: str, mode: str, every: Total, clear: Total, judged: float) -> str:
     delay = "–"
-    if total.delay_ms:
-        low, middle, high = np.percentile(total.delay_ms, [5, 50, 95])
+    if clear.delay_ms:
+        low, middle, high = np.percentile(clear.delay_ms, [5, 50, 95])
         delay = f"{middle:.0f} ({low:.0f}–{high:.0f})"
-    seen = total.events - total.not_observable
     return (
-        f"| {title} | {name} | {mode} | {100 * total.recall:.1f} % ({total.found}/{seen}) | {total.not_observable} | "
-        f"{100 * total.precision:.1f} % ({total.false_alarms} false) | {delay} | {total.auc:.4f} |"
+        f"| {title} | {name} | {mode} | {_found(every)} | {_found(clear)} | {clear.not_observable} | "
+        f"{100 * judged:.0f} % | {every.false_alarms} | {delay} | {clear.auc:.4f} |"
     )
+
+
+def _found(total: Total) -> str:
+    """Of all pushes, those that were hidden included."""
+    return f"{100 * total.found / max(1, total.events):.1f} % ({total.found}/{total.events})"
 
 
 def hours(logs: Path, causal: bool = False) -> Iterator[str]:

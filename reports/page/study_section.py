@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import RuleStudy
+from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.values.set_rule_rows import SET_RULE_HEAD, set_rule_rows
 from collaudit.reports.values.study_rows import (
@@ -35,6 +36,7 @@ class StudySection:
         known: number of known contacts.
         labelled: rows of their table.
         assumptions: what the numbers rest on.
+        forces_drawn: the map of the smallest noticeable force; empty without one.
         set_rules: rows of the verdict on what is set, under ``set_head``.
     """
 
@@ -51,6 +53,7 @@ class StudySection:
     known: int
     labelled: tuple[tuple[str, ...], ...]
     assumptions: tuple[str, ...]
+    forces_drawn: Markup
     set_rules: tuple[tuple[str, ...], ...]
     set_head: tuple[str, ...] = SET_RULE_HEAD
 
@@ -76,5 +79,8 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
         known=0 if study.labelled is None else study.labelled.contacts,
         labelled=tuple(labelled_rows(study)),
         assumptions=study.assumptions,
+        forces_drawn=Markup()
+        if study.force_map is None
+        else force_map_plot(study.force_map, "Smallest force noticed at the tool, over space"),
         set_rules=tuple(set_rule_rows(study.set_rules)),
     )

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.detection_result import Contact, ContactScene
+from collaudit.core.data.rule_study_result import ForceCell, ForceMap
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.files.run_files import open_run, read_run, write_run
@@ -25,6 +26,7 @@ from collaudit.reports.page.selection import furthest
 from collaudit.reports.plots.arm_pose import draw_pose
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.downsample import column_shares, thin
+from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import contact_window, draw_contact
@@ -328,3 +330,17 @@ def test_the_band_of_the_exponential_law_is_the_delta_method_too() -> None:
     g = np.stack([np.ones(3), decay, -b * speed * decay, speed], axis=1)
     half = 3.1824463052842638 * np.sqrt(np.einsum("ni,ij,nj->n", g, np.array(fit.covariance), g))  # t, 8 - 4 - 1
     np.testing.assert_allclose(edges[1] - edges[0], 2 * half, rtol=1e-5)
+
+
+def test_the_map_of_forces_shows_the_worst_of_what_lies_behind_each_other() -> None:
+    near, behind, blind = (
+        ForceCell((0.45, y, z), 5, force, (0.0, 0.0, 1.0))
+        for y, z, force in ((0.05, 0.35, 20.0), (0.05, 0.45, 80.0), (0.15, 0.35, None))
+    )
+    drawn = str(force_map_plot(ForceMap(0.1, 500.0, (near, behind, blind), ()), "<forces>"))
+    above, side = drawn.split("from the side")
+    assert above.count("<title>") == 2 and side.count("<title>") == 2
+    assert "x 0.45 m, y 0.05 m: noticed from 80.0 N (10 moments)" in above and "noticed from 20.0 N" not in drawn
+    assert "y 0.15 m: needs more than the limit" in above and "z 0.35 m: needs more than the limit" in side
+    assert "&lt;forces&gt;" in drawn and "<forces>" not in drawn
+    assert str(force_map_plot(ForceMap(0.1, 500.0, (), ()), "")) == ""

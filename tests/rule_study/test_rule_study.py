@@ -63,8 +63,10 @@ def test_a_study_survives_its_file_and_is_shown(studied: Audit, tmp_path: Path) 
     assert again.study == studied.study
     page = html_text([again])
     assert "What the rule costs and notices" in page and page.count('class="plot plane"') == 2
-    assert studied.study is not None
+    assert page.count('class="plot forces"') == 1 and "Verdict on what is set" in page
+    assert studied.study is not None and set(studied.study.set_rules) == {"joint1", "joint3"}
     text = study_text(studied.study, 120)
+    assert "Verdict on what is set" in text and "too loose" not in study_text(studied.study, 120, answer=False)
     assert "knock 10 ms" in text and "end of link1" in text
     assert all(len(line) <= 120 for line in text.splitlines())
     plain = Audit(studied.result, studied.signals)

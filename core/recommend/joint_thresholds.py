@@ -26,6 +26,7 @@ LEAST_S = 180.0
 REACH = 5.0
 #: Signed root of the deviance for four chances in five: beyond what is claimed.
 UNCLAIMED_QUANTILE = 0.84
+_FEW_LOGS = 2
 _ZERO_EVENTS_95 = -log(0.05)  # one-sided 95 % Poisson bound on the mean when nothing was seen: the rule of three
 _OTHERS = (0.5, 2.0, 4.0)
 _TOGETHER_S = 1.0
@@ -66,8 +67,13 @@ def tail_evidence(peaks: SustainedPeaks, n: int, tested: bool = True) -> JointEv
         windows = peaks.window_hours.size
         third = np.arange(windows - windows // 3, windows) if tail.drift > 1.0 else np.arange(windows // 3)
         worst = fit_tail(peaks.part(third), tested)
-        tail = tail if worst is None else replace(worst, drift=tail.drift, largest_nm=tail.largest_nm, hours=tail.hours)
+        tail = tail if worst is None else _of_all(worst, tail)
     return JointEvidence(n, peaks, tail)
+
+
+def _of_all(worst: JointTail, tail: JointTail) -> JointTail:
+    """The tail of the worst third, with what all of the time tells."""
+    return replace(worst, drift=tail.drift, largest_nm=tail.largest_nm, hours=tail.hours, logs=tail.logs)
 
 
 def recommend_joints(
@@ -159,7 +165,9 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
     At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. Rarer
     alarms that are asked for are not claimed: there the tail keeps its part with four chances in five, since a
     bound (95 %) of minutes, carried on to years, is a factor and no knowledge. With hours enough for what is asked for
-    both are one. No level is chosen that the clean data passed, where less than one alarm is expected in them.
+    both are one. One log does not show how much logs differ: from one, 95 % hold at the rate asked for as well, which is
+    the only room left for that. No level is chosen that the clean data passed, where less than one alarm is expected in
+    them.
 
     Args:
         tail: of the joint.
@@ -171,7 +179,7 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
     share, claimed = per_hour / joints, 1.0 / (REACH * tail.hours) / joints
     level = tail.level_bound(max(share, claimed))
     if claimed > share:
-        level = max(level, tail.level_bound(share, UNCLAIMED_QUANTILE))
+        level = max(level, tail.level_bound(share, UNCLAIMED_QUANTILE if tail.logs >= _FEW_LOGS else None))
     return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
 
 

@@ -50,6 +50,7 @@ class JointTail:
         drift: ratio of the latest third's level of peaks to the first third's, where they differ by more than chance.
         largest_nm: the largest level seen.
         hours: clean time behind it all.
+        logs: number of logs it was seen in.
     """
 
     likelihood: TailLikelihood
@@ -60,6 +61,7 @@ class JointTail:
     drift: float | None
     largest_nm: float
     hours: float
+    logs: int
 
     def rate_bound(self, gamma_nm: float) -> float:
         """At 95 % confidence no more alarms an hour than this; the bound at the tail's beginning below that."""
@@ -106,9 +108,10 @@ def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
     by_log = logs is not None and counts > _CROWDED
     groups = int(np.count_nonzero(log_hours if by_log else peaks.window_hours)) if counts > 1.0 else excess.size
     quantile = _quantile(groups)
+    known = int(np.count_nonzero(log_hours))
     counts *= _skewed(window, peaks.window_hours, quantile)
     likelihood = tail_likelihood(excess, level, peaks.hours, (counts, sizes), quantile)
-    return JointTail(likelihood, quantile, fit_p, minutes, logs, _drift(peaks), sqrt(order[0]), peaks.hours)
+    return JointTail(likelihood, quantile, fit_p, minutes, logs, _drift(peaks), sqrt(order[0]), peaks.hours, known)
 
 
 def _quantile(groups: int) -> float:

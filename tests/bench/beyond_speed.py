@@ -3,8 +3,8 @@
     python tests/bench/beyond_speed.py LOGS DOCS SEED...
 
 LOGS: as of ``detection_table.py``; DOCS: the page with the table ("-": none). Friction is fitted anew to the points
-slower than each of some speeds, and ``free-hits`` is judged by it. A push counts once for each joint that it brings above
-γ for n samples while the joint moves more than 5 % faster than that.
+slower than each of some speeds, and ``free-hits`` is judged by it. A push counts once for each joint that it
+brings above γ for n samples while the joint moves more than 5 % faster than that.
 """
 
 from __future__ import annotations

@@ -129,6 +129,27 @@ def hold(fresh: Sequence[Peaks], pool: Sequence[Peaks], counts: Sequence[int]) -
         print(row(logs * 5 / 60, runs, float(stated), *cells))
 
 
+def left_out(logs: Sequence[Peaks]) -> None:
+    """Evidence of a few simulated logs, judged by all the others: what differs from log to log is in it."""
+    joints = range(len(logs[0]))
+    print(f"\n### Recommended from simulated logs, judged by the others ({len(logs)} logs in all)\n")
+    head("logs of evidence", "runs", "bound stated, 1/h", "rate in the others below it", "largest rate there")
+    rng = np.random.default_rng(0)
+    for count in (1, 2, 3, 6):
+        chosen = [[k] for k in range(len(logs))]
+        if count > 1:
+            chosen = [rng.choice(len(logs), count, replace=False).tolist() for _ in range(24)]
+        below, rates, stated = [], [], 0.0
+        for own in chosen:
+            items = [tail_evidence(joined([logs[k] for k in own], j), N) for j in joints]
+            others = [logs[k] for k in range(len(logs)) if k not in own]
+            gammas = [threshold(item.tail, TARGET, len(items)) or np.inf for item in items]
+            stated = max(TARGET, 1 / (REACH * min(item.peaks.hours for item in items)))
+            rates.append(sum(true_rate(joined(others, j), g) for j, g in zip(joints, gammas, strict=True)))
+            below.append(rates[-1] <= stated)
+        print(row(count, len(chosen), float(stated), f"{100 * np.mean(below):.0f} %", float(max(rates))))
+
+
 def inside(fresh: Sequence[Peaks], pool: Sequence[Peaks], logs: int) -> None:
     """Bounds of the rate at levels inside the data's range, against the rate of the fresh hours."""
     joints = range(len(fresh[0]))
@@ -157,6 +178,7 @@ def main(folders: Sequence[str]) -> None:
     logs = [made_of(audit.signals) for audit in audits]
     n = min(x.shape[0] for x, _ in logs)
     source, held_back = [(x[:n], clean[:n]) for x, clean in logs[::2]], logs[1::2]
+    left_out([peaks_of(x, clean, PERIOD) for x, clean in logs])
     faithful(held_back, [generated(source, 10_000 + seed, PERIOD) for seed in range(len(held_back))])
     pool = [peaks_of(*generated(source, seed, PERIOD), PERIOD) for seed in range(EVIDENCE_LOGS)]
     fresh = [peaks_of(*generated(source, 20_000 + seed, PERIOD), PERIOD) for seed in range(FRESH_LOGS)]

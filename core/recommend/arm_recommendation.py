@@ -40,7 +40,7 @@ ASSUMPTIONS = (
     "The logs to be judged are like these in motion, load, temperature and wear.",
     "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
     f"Tails are believed {REACH:g} times further than the hours they were seen in; rarer alarms are not claimed: "
-    "where the rate asked for is rarer, gamma meets it with four chances in five (one log alone: with 95 %), and what is "
+    "where the rate asked for is rarer, gamma meets it with four chances in five (one log alone: 95 %), and what is "
     "claimed with 95 %.",
     "Peaks thin out upwards at least as fast as Gaussian ones, unless they show otherwise themselves.",
     "Joints add up: the arm's bound is the sum of the joints' bounds, whether their alarms coincide or not.",

@@ -165,9 +165,9 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
     At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. Rarer
     alarms that are asked for are not claimed: there the tail keeps its part with four chances in five, since a
     bound (95 %) of minutes, carried on to years, is a factor and no knowledge. With hours enough for what is asked for
-    both are one. One log does not show how much logs differ: from one, 95 % hold at the rate asked for as well, which is
-    the only room left for that. No level is chosen that the clean data passed, where less than one alarm is expected in
-    them.
+    both are one. One log does not show how much logs differ: from one, 95 % hold at the rate asked for as well,
+    which is the only room left for that. No level is chosen that the clean data passed, where less than one alarm is
+    expected in them.
 
     Args:
         tail: of the joint.

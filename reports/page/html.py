@@ -18,10 +18,10 @@ _CARDS = 2
 _CARDS_OF_MANY = 1
 _MANY = 6
 #: Samples of each joint in the page, over all logs of it, and beside them around contacts and near misses.
-_POINTS = 900
+_POINTS = 840
 _LONG_POINTS = 3000
 _LONG_S = 600.0
-_AROUND_EVENTS = 600
+_AROUND_EVENTS = 500
 _LONG_AROUND_EVENTS = 1500
 _SEVERITY = {"fail": 0, "not_judged": 1, "pass": 2}
 

@@ -1,6 +1,6 @@
 """One joint's (γ, n) plane as a drawing: alarms an hour and the smallest noticeable torque, with the rules on it.
 
-Drawn cell by cell in a few shades: neighbouring cells of a row that share one become one rectangle.
+Drawn in a few shades, to whole pixels: neighbouring cells that share one become one rectangle, all of a shade one path.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ _WIDTH, _HEIGHT, _GAP, _LEFT, _TOP, _BOTTOM = 380.0, 210.0, 70.0, 46.0, 20.0, 34
 _ALARMS = ("#f4f7fa", "#d3e0ec", "#a9c3da", "#7aa3c5", "#4b81ad", "#255f90", "#0b3f6e")
 _TORQUE = ("#0d4f3c", "#2a6f57", "#4c8f75", "#74ae95", "#a0cbb6", "#cde5d9", "#eef7f2")
 _UNKNOWN = "#c9c9c9"
+#: Rows that thresholds are drawn in.
+_ROWS = 50
 _RATES = (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
@@ -35,35 +37,51 @@ def plane_map(plane: JointPlane, period_s: float, label: str) -> Markup:
     )
     known = sorted(t for row in plane.torque_nm for t in row if t)
     panels = (
-        (_LEFT, "alarms an hour", lambda g, c: _alarm_shade(plane, g, c)),
-        (2 * _LEFT + _WIDTH + _GAP, "smallest push noticed, N·m", lambda g, c: _torque_shade(plane, g, c, known)),
+        (_LEFT, "alarms an hour", lambda g, c: _alarm_shade(plane, g, c), False),
+        (2 * _LEFT + _WIDTH + _GAP, "smallest push noticed, N·m", lambda g, c: _torque_shade(plane, g, c, known), True),
     )
     body = Markup()
-    for left, title, shade in panels:
-        body += _panel(plane, period_s, left, title, shade)
+    for left, title, shade, worst_last in panels:
+        body += _panel(plane, period_s, left, title, shade, worst_last)
     return head + body + Markup("</svg>")
 
 
-def _panel(plane: JointPlane, period_s: float, left: float, title: str, shade: Callable[[int, int], str]) -> Markup:
-    out = Markup('<text x="{}" y="13" font-size="12" fill="currentColor">{}</text>').format(round(left), title)
+def _panel(
+    plane: JointPlane, period_s: float, left: float, title: str, shade: Callable[[int, int], str], worst_last: bool
+) -> Markup:
+    """One panel; thresholds that share a row show the worst of them: of alarms the first, of torque the last."""
+    out = Markup('<text x="{}" y="13" font-size="12" fill="currentColor">{}</text>').format(round(left) + 16, title)
     edges_x = [left + x for x in _edges(plane.n, _WIDTH)]
     edges_y = [_TOP + _HEIGHT - y for y in _edges(plane.gamma_nm, _HEIGHT)]
-    for g in range(len(plane.gamma_nm)):
-        top, height = edges_y[g + 1], edges_y[g] - edges_y[g + 1]
-        for start, stop, colour in _stretches([shade(g, c) for c in range(len(plane.n))]):
-            out += Markup('<path fill="{}" d="M{:.1f} {:.1f}h{:.1f}v{:.1f}H{:.1f}z"/>').format(
-                colour, edges_x[start], top, edges_x[stop] - edges_x[start], height + 0.2, edges_x[start]
-            )
+    rows = list(range(0, len(plane.gamma_nm), max(1, len(plane.gamma_nm) // _ROWS)))
+    edges_y = [edges_y[g] for g in [*rows, len(plane.gamma_nm)]]
+    if worst_last:
+        rows = [g - 1 for g in [*rows[1:], len(plane.gamma_nm)]]
+    shades = [[shade(g, c) for c in range(len(plane.n))] for g in rows]
+    for colour, blocks in sorted(_blocks(shades).items()):
+        path = "".join(
+            f"M{edges_x[x]:.0f} {edges_y[top]:.0f}H{edges_x[stop]:.0f}V{edges_y[base]:.0f}H{edges_x[x]:.0f}"
+            for x, stop, base, top in blocks
+        )
+        out += Markup('<path fill="{}" stroke="{}" stroke-width=".6" d="{}z"/>').format(colour, colour, path)
     out += _ticks(plane, period_s, left)
-    points = [(point, "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z", "#ffffff") for point in plane.frontier]
-    points += [(plane.configured, "M-5-5h10v10h-10z", "none")] if plane.configured else []
-    points += [(plane.chosen, "M0-7L7 0L0 7L-7 0z", "none")] if plane.chosen else []
-    for point, path, fill in points:
-        x, y = left + _place(plane.n, point.n, _WIDTH), _TOP + _HEIGHT - _place(plane.gamma_nm, point.gamma_nm, _HEIGHT)
-        out += Markup(
-            '<path transform="translate({:.1f} {:.1f})" d="{}" fill="{}" stroke="#8a0018" stroke-width="{}">'
-            "<title>{}</title></path>"
-        ).format(x, y, path, fill, 0.8 if fill != "none" else 2, _words(point, period_s))
+    at = {
+        point: (
+            left + _place(plane.n, point.n, _WIDTH),
+            _TOP + _HEIGHT - _place(plane.gamma_nm, point.gamma_nm, _HEIGHT),
+        )
+        for point in (*plane.frontier, plane.configured, plane.chosen)
+        if point is not None
+    }
+    dots = "".join("M{:.1f} {:.1f}h0".format(*at[point]) for point in plane.frontier)
+    for colour, width in (("#8a0018", 5.4), ("#fff", 3.8)):
+        out += Markup('<path d="{}" stroke="{}" stroke-width="{}" stroke-linecap="round"/>').format(dots, colour, width)
+    for point, path in ((plane.configured, "M-5-5h10v10h-10z"), (plane.chosen, "M0-7L7 0L0 7L-7 0z")):
+        if point is not None:
+            out += Markup(
+                '<path transform="translate({:.1f} {:.1f})" d="{}" fill="none" stroke="#8a0018" stroke-width="2">'
+                "<title>{}</title></path>"
+            ).format(*at[point], path, _words(point, period_s))
     return out
 
 
@@ -109,6 +127,23 @@ def _edges(values: Sequence[float], length: float) -> list[float]:
     """Borders between neighbours, and the two ends."""
     at = [_place(values, value, length) for value in values]
     return [0.0, *(0.5 * (a + b) for a, b in pairwise(at)), length]
+
+
+def _blocks(shades: Sequence[Sequence[str]]) -> dict[str, list[tuple[int, int, int, int]]]:
+    """Rectangles of one colour: first column, column after, first row, row after.
+
+    Neighbours of a row are one rectangle, and so are those of neighbouring rows that begin and end alike.
+    """
+    done: dict[str, list[tuple[int, int, int, int]]] = {}
+    open_: dict[tuple[int, int, str], int] = {}
+    for g in range(len(shades) + 1):
+        here = set(_stretches(shades[g])) if g < len(shades) else set()
+        for key in sorted(open_.keys() - here):
+            start, stop, colour = key
+            done.setdefault(colour, []).append((start, stop, open_.pop(key), g))
+        for key in here - open_.keys():
+            open_[key] = g
+    return done
 
 
 def _stretches(colours: Sequence[str]) -> Iterator[tuple[int, int, str]]:

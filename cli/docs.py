@@ -15,6 +15,7 @@ import click
 
 from collaudit.cli.main import collaudit
 from collaudit.cli.man_pages import man_pages
+from collaudit.cli.output_schemas import output_schema_texts
 from collaudit.cli.room_picture import ROOMS, picture
 from collaudit.core.config import schema as config_of_core
 from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
@@ -32,6 +33,7 @@ def pages() -> dict[str, str]:
         "findings.md": findings_page(),
         "commands.md": commands_page(),
         **{f"schemas/{name}": text for name, text in schema_texts().items()},
+        **{f"schemas/{name}": text for name, text in output_schema_texts().items()},
         **{f"man/{name}": text for name, text in man_pages().items()},
     }
 

@@ -88,7 +88,7 @@ def schema_texts() -> dict[str, str]:
 
 
 def _published(kind: type, version: str, title: str) -> dict[str, Any]:
-    body = _untitled(TypeAdapter(kind).json_schema(mode="serialization"))
+    body = untitled(TypeAdapter(kind).json_schema(mode="serialization"))
     body["properties"]["schema"] = {"const": version}
     definitions = body.pop("$defs")
     if "Finding" in definitions:
@@ -121,16 +121,16 @@ def _dataclass(name: str) -> type:
     return kind
 
 
-def _untitled(schema: Any) -> Any:
+def untitled(schema: Any) -> Any:
     """Without the titles pydantic derives from names; a property that is called title stays."""
     if isinstance(schema, list):
-        return [_untitled(item) for item in schema]
+        return [untitled(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     return {
-        key: {name: _untitled(item) for name, item in value.items()}
+        key: {name: untitled(item) for name, item in value.items()}
         if key in ("properties", "$defs")
-        else _untitled(value)
+        else untitled(value)
         for key, value in schema.items()
         if key != "title"
     }

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 
 from collaudit.cli import main as entry
 
+SCHEMAS = Path(__file__).resolve().parents[2] / "docs" / "schemas"
 RATE_HZ = 250.0
 CONFIG = """
 [robot]
@@ -42,6 +45,17 @@ class Outcome:
     err: str
 
 
+def check_printed_json(text: str) -> None:
+    """Whatever a command prints with --json keeps to the published schema that it names."""
+    if not text:
+        return  # stopped by a test before it printed
+    document = json.loads(text)
+    name = document["schema"].split("/")[1]
+    schema = json.loads((SCHEMAS / f"{name}-1.schema.json").read_text(encoding="utf-8"))
+    assert schema["properties"]["schema"]["const"] == document["schema"]
+    Draft202012Validator(schema).validate(document)
+
+
 @pytest.fixture
 def collaudit(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
     """Run a command in this process and give its exit code and both streams."""
@@ -50,6 +64,8 @@ def collaudit(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
         capfd.readouterr()
         code = entry.run([str(arg) for arg in args])
         out, err = capfd.readouterr()
+        if "--json" in args:
+            check_printed_json(out)
         return Outcome(code, out, err)
 
     return run

@@ -1,0 +1,214 @@
+"""JSON Schemas of what commands print with ``--json`` and keep in no file of their own; ``make docs`` writes them.
+
+Commands do without this module: what they print is compared with these schemas in tests.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pydantic import TypeAdapter
+
+from collaudit.cli.commands.demo import DEMO_SCHEMA
+from collaudit.cli.commands.inspect import INSPECT_SCHEMA
+from collaudit.cli.commands.recommend import RECOMMEND_SCHEMA
+from collaudit.cli.commands.report import BODY_REGIONS_SCHEMA, WRITTEN_SCHEMA
+from collaudit.cli.commands.simulate import SIMULATED_SCHEMA
+from collaudit.cli.drafts.draft_json import INIT_SCHEMA
+from collaudit.cli.error_json import ERROR_SCHEMA
+from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
+from collaudit.core.data.detection_result import DynamicThreshold, Score
+from collaudit.core.data.recommendation_result import (
+    ArmRate,
+    PersistenceReason,
+    RangeOfEvidence,
+    SetRule,
+    StretchToConfirm,
+)
+from collaudit.core.data.rule_study_result import PersistenceChoice, RuleStudy
+from collaudit.core.findings import Finding
+from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
+from collaudit.core.recommend.arm_recommendation import LogUse
+from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
+from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.result_schemas import untitled
+from collaudit.reports.files.score_file import SCORE_SCHEMA
+from collaudit.reports.formats.audits_json import AUDITS_SCHEMA
+from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
+from collaudit.reports.values.body_regions import BodyRegionRow
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+@dataclass(frozen=True, slots=True)
+class Inspected:
+    """One log of ``inspect --json``; ``error`` says why it cannot be read as an audit would, null where it can."""
+
+    name: str
+    format: str
+    size_bytes: int
+    start_ns: int | None
+    duration_s: float | None
+    topics: list[TopicInfo]
+    csv_columns: list[str]
+    findings: list[Finding]
+    columns: list[ColumnInfo]
+    proposal: list[str]
+    error: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """What ``inspect --json`` prints."""
+
+    schema: Literal["collaudit/inspect/1"]
+    logs: list[Inspected]
+
+
+@dataclass(frozen=True, slots=True)
+class Drafted:
+    """What ``init --json`` prints: the configuration, what trying it showed, and what is missing to judge the log."""
+
+    schema: Literal["collaudit/init/1"]
+    file: str | None
+    toml: str
+    guesses: int
+    judged: bool
+    verdict: Verdict | None
+    missing: list[str]
+    findings: list[Finding]
+
+
+@dataclass(frozen=True, slots=True)
+class Recommended:
+    """What ``recommend --json`` prints: thresholds with their evidence, assumptions and what is to be confirmed."""
+
+    schema: Literal["collaudit/recommend/1"]
+    logs: list[LogUse]
+    persistence_s: float
+    persistence_by: PersistenceReason
+    persistences: list[PersistenceChoice]
+    arm: ArmRate
+    joints: dict[str, RecommendedRule]
+    set: dict[str, SetRule]
+    ranges: dict[str, RangeOfEvidence]
+    to_confirm: list[StretchToConfirm]
+    counted: list[StretchToConfirm]
+    if_clean_nm: dict[str, float]
+    assumptions: list[str]
+    dynamic: dict[str, DynamicThreshold]
+    studies: list[RuleStudy]
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What ``report --json`` prints: files by format, verdicts by run."""
+
+    schema: Literal["collaudit/written/1"]
+    files: dict[str, list[str]]
+    verdicts: dict[str, Verdict]
+
+
+@dataclass(frozen=True, slots=True)
+class ForcesOfLog:
+    """One log of ``report --limits --json``."""
+
+    log: str
+    verdict: Verdict
+    contacts: list[BodyRegionRow]
+
+
+@dataclass(frozen=True, slots=True)
+class Forces:
+    """What ``report --limits --json`` prints: forces beside the limits of the user's file, and what not to conclude."""
+
+    schema: Literal["collaudit/body-regions/1"]
+    source: str
+    note: str
+    logs: list[ForcesOfLog]
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """What ``simulate --json`` prints: the files that were written."""
+
+    schema: Literal["collaudit/simulated/1"]
+    log: list[str]
+    config: str
+    robot: str | None
+    truth: str
+
+
+@dataclass(frozen=True, slots=True)
+class Demonstrated:
+    """What ``demo --json`` prints: friction, pushes and residual beside their truth."""
+
+    schema: Literal["collaudit/demo/1"]
+    report: str
+    right: bool
+    friction: list[TruthRow]
+    pushes: list[PushRow]
+    residual: list[LevelRow]
+
+
+@dataclass(frozen=True, slots=True)
+class Audits:
+    """``report --format json`` of several runs."""
+
+    schema: Literal["collaudit/audits/1"]
+    audits: list[AuditResult]
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """``score.json`` of a run: scores against known events."""
+
+    schema: Literal["collaudit/score/1"]
+    scores: list[Score]
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """What a command that was given ``--json`` prints when it fails; the text is on stderr."""
+
+    schema: Literal["collaudit/error/1"]
+    exit_code: int
+    kind: str
+    message: str
+    where: str | None = None
+    found: str | None = None
+    expected: str | None = None
+    hint: str | None = None
+
+
+_PRINTED: dict[str, tuple[Any, str]] = {
+    INSPECT_SCHEMA: (Inspection, "inspect --json"),
+    INIT_SCHEMA: (Drafted, "init --json"),
+    RECOMMEND_SCHEMA: (Recommended, "recommend --json"),
+    WRITTEN_SCHEMA: (Written, "report --json"),
+    BODY_REGIONS_SCHEMA: (Forces, "report --limits --json"),
+    SIMULATED_SCHEMA: (Simulated, "simulate --json"),
+    DEMO_SCHEMA: (Demonstrated, "demo --json"),
+    SELFTEST_SCHEMA: (Selftest, "selftest --json"),
+    AUDITS_SCHEMA: (Audits, "report --format json of several runs"),
+    SCORE_SCHEMA: (Scores, "score.json of a run"),
+    ERROR_SCHEMA: (Failed, "any command with --json that fails"),
+}
+
+
+def output_schemas() -> dict[str, dict[str, Any]]:
+    """``schema`` key to JSON Schema, of everything that commands print beside the result files."""
+    made = {}
+    for version, (kind, printed_by) in _PRINTED.items():
+        body = untitled(TypeAdapter(kind).json_schema(mode="serialization"))
+        body["properties"]["schema"] = {"const": version}
+        if kind is Failed:  # what is not known of an error is left out
+            body["required"] = ["schema", "exit_code", "kind", "message"]
+        made[version] = {"$schema": _DIALECT, **body, "title": f"collaudit: {printed_by}"}
+    return made
+
+
+def output_schema_texts() -> dict[str, str]:
+    """File name to JSON Schema."""
+    return {f"{version.split('/')[1]}-1.schema.json": json_text(made) for version, made in output_schemas().items()}

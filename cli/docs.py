@@ -85,7 +85,7 @@ def findings_page() -> str:
         "| `not-judged-log` | Nothing of the log is judged. |",
         "",
         "A log with any `not-judged-*` never passes: it fails by what could be judged, or it is not judged, and its",
-        "reasons hold the finding. `inspect` and `init` exit with 3. An error of a joint that nobody asked to judge",
+        "reasons hold the finding. `inspect` and `init` exit with 3. An error of a joint that is not to be judged",
         "(`[robot] joints`, `[detect] watch`) is a warning, without this effect.",
         "",
         "_Generated from `core/findings/finding_kinds.py` by `make docs`._",

@@ -79,6 +79,9 @@ from collaudit.core.verdict.verdict import Evidence, decide, unjudged
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
 
+#: Of the time that a log takes, where its rule is studied too.
+_SHARE_BESIDE_A_STUDY = 0.2
+
 
 def fit_logs(
     prepared: Sequence[Prepared],
@@ -199,7 +202,8 @@ def audit_log(
     auto = config.detect.gamma_nm == "auto"
     on_file = None if friction is None else friction.thresholds
     config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
-    step = stage(progress, 0.0, 1.0)
+    judging = _SHARE_BESIDE_A_STUDY if config.study.run else 1.0
+    step = stage(progress, 0.0, judging)
     step(2, 10)
     judged = _detect(prepared, applied, config)
     step(6, 10)
@@ -253,7 +257,9 @@ def audit_log(
     )
     study = None
     if config.study.run:
-        study = audit_study(prepared, judged.run, judged.inputs, config, result, judged.signals, truth)
+        study = audit_study(
+            prepared, judged.run, judged.inputs, config, result, judged.signals, truth, stage(progress, judging, 1.0)
+        )
     return Audit(result, judged.signals, study)
 
 

@@ -96,9 +96,11 @@ def command(
     from collaudit.reports.terminal.recommendation_text import recommendation_text
 
     audits, known = _audits(inputs, truth, per_hour, max_delay_ms)
-    with progress("recommending"):
+    with progress("recommending") as report:
         persistence_s, why, compared = _persistence(audits, max_delay_ms)
+        report(1, 10)
         found = recommend_arm(audits, persistence_s, known, per_hour)
+        report(8, 10)
         found = replace(found, chosen_by=why, compared=compared)
         laws = _dynamic(audits)
     if as_json:
@@ -179,7 +181,11 @@ def _audits(
     from collaudit.reports.files.run_files import read_run
 
     runs, logs = _runs_and_logs(inputs)
-    audits = [read_run(run) for run in runs]
+    audits = []
+    with progress("reading runs") as report:
+        for k, run in enumerate(runs, 1):
+            audits.append(read_run(run))
+            report(k, len(runs))
     loaded = load_settings()
     found = find_logs(logs, loaded) if logs else []
     files_known = known_contact(truth, len(runs) + len(found))

@@ -8,6 +8,7 @@ import click
 
 from collaudit.cli.console import note, say, say_document, say_json, terminal_width
 from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, given_config, load_settings
 from collaudit.core.errors import EXIT_PASS, ConfigError
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
@@ -77,7 +78,11 @@ def command(
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)
     read = open_run if wanted == ["html"] else read_run  # a page draws joint by joint, and needs no more in memory
-    audits = [read(run) for run in runs]
+    audits = []
+    with progress("reading runs") as step:
+        for k, run in enumerate(runs, 1):
+            audits.append(read(run))
+            step(k, len(runs))
     if given_config() is not None:
         sha256 = load_settings().sha256
         for run, audit in zip(runs, audits, strict=True):
@@ -90,11 +95,13 @@ def command(
             )
         if len(wanted) > 1:
             raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
-        text = report_text(audits, wanted[0])
+        with progress("drawing") as step:
+            text = report_text(audits, wanted[0], progress=step)
         (say_json if wanted[0] in ("json", "sarif") else say_document)(text)
     files: dict[str, list[str]] = {}
     for name, path in paths.items():
-        files[name] = [str(each) for each in write_report(path, audits, name)]
+        with progress(f"writing {name}") as step:
+            files[name] = [str(each) for each in write_report(path, audits, name, progress=step)]
         note(f"report written to {' and '.join(files[name])}")
     if as_json:
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}

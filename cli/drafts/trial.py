@@ -12,6 +12,7 @@ from collaudit.cli.progress_bar import progress
 from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stage_progress import Progress, stage
 
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles
@@ -66,6 +67,13 @@ def try_log(files: LogFiles, loaded: LoadedConfig, *, audit: bool = True) -> Tri
 
 def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Trial:
     """Audit what an earlier trial read with other settings, which must read the log alike."""
+    if trial.log is None:
+        return trial
+    with progress("trying the configuration") as report:
+        return _tried(trial, trial.log, loaded, audit, report)
+
+
+def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, report: Progress) -> Trial:
     from collaudit.core.api import load_robot
     from collaudit.core.audit import audit_log
     from collaudit.core.prepare.calibration import Calibration
@@ -74,9 +82,7 @@ def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Tria
     from collaudit.core.verdict.asked_findings import asked_findings
     from collaudit.reports.files.run_files import read_friction
 
-    log, config = trial.log, loaded.config
-    if log is None:
-        return trial
+    config = loaded.config
     trial = Trial(log, trial.whole_s)
     try:
         friction = read_friction(loaded.friction_path) if loaded.friction_path else None
@@ -88,20 +94,22 @@ def try_again(trial: Trial, loaded: LoadedConfig, *, audit: bool = True) -> Tria
             return trial
         origin = make_provenance(loaded, None, robot.sha256)
         own = friction is None and config.detect.gamma_nm == "auto"
-        if own and (friction := _own_fit(prepared, loaded, origin)) is not None:
+        report(2, 10)
+        if own and (friction := _own_fit(prepared, loaded, origin, stage(report, 0.2, 0.6))) is not None:
             prepared = calibrated(prepared, Calibration.of(friction, config), config)
-        judged = audit_log(prepared, config, friction, origin)
+        report(6, 10)
+        judged = audit_log(prepared, config, friction, origin, progress=stage(report, 0.6, 1.0))
     except CollauditError as error:
         return replace(trial, obstacle=error)
     return replace(trial, result=judged.result)
 
 
-def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance) -> FrictionFile | None:
+def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance, report: Progress) -> FrictionFile | None:
     """Friction and thresholds of the log that is tried; None where it shows no friction, as of an arm at rest."""
     from collaudit.core.audit import fit_logs
 
     try:
-        fitted = fit_logs([prepared], loaded.config, origin)
+        fitted = fit_logs([prepared], loaded.config, origin, progress=report)
     except CollauditError:
         return None
     return fitted if any(fit.model is not None for fit in fitted.joints.values()) else None

@@ -56,8 +56,8 @@ class DetectConfig(ConfigTable):
     )
     evidence: dict[str, EvidenceConfig] = Field(
         {},
-        description="By joint: the range of the evidence behind gamma_nm; a log that leaves it is told so "
-        "(finding `evidence-range`).",
+        description="By joint: the range of the evidence behind gamma_nm; a log outside it gets the finding "
+        "`evidence-range`.",
     )
     persistence_ms: Positive | None = Field(
         None, description="Persistence, ms; rounded up to samples. 25 when neither is given."
@@ -152,7 +152,7 @@ class PhasesConfig(ConfigTable):
     contact: list[Interval] = Field([], description="Force-controlled contact (t2).")
     retreat: list[Interval] = Field([], description="No contact any more (t3).")
     force_control: list[Interval] = Field(
-        [], description="When force was commanded (t_c); must lie within contact (eq. 1)."
+        [], description="When force was commanded (t_c); must lie within the contact phase."
     )
 
     @field_validator("approach", "contact", "retreat", "force_control")

@@ -722,7 +722,7 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "force-outside-contact": Kind(
-        "Force was commanded outside the contact phase (eq. 1).",
+        "Force was commanded outside the contact phase.",
         "Correct [phases] force_control, or extend the contact phase.",
         _WARNING,
     ),

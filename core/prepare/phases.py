@@ -167,7 +167,7 @@ def phase_findings(
             first, last = float(time_s[a]), float(time_s[b - 1])
             text = (
                 f"Force was commanded from {start:.6g} to {end:.6g} s; from {first:.6g} to {last:.6g} s of that the "
-                "tool was not in its contact phase (eq. 1)."
+                "tool was not in its contact phase."
             )
             findings.append(Finding("force-outside-contact", "warning", text, start_s=first, end_s=last))
     return findings

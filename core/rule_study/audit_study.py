@@ -11,6 +11,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
 from collaudit.core.recommend.clean_evidence import thresholds_of_log
@@ -29,6 +30,7 @@ def audit_study(
     result: AuditResult,
     signals: Signals,
     truth: TruthFile | None,
+    progress: Progress | None = None,
 ) -> RuleStudy:
     """Study the rule of a judged log, with the thresholds that this log alone supports.
 
@@ -36,6 +38,7 @@ def audit_study(
         prepared, run, inputs, config, signals: as it was judged.
         result: of the audit.
         truth: known contacts, if any; labels of the log that the configuration names count as well.
+        progress: called with steps done and in all.
     """
     contact = known_contact(prepared, config, truth)
     events = (result.collisions, result.near_misses)
@@ -45,7 +48,9 @@ def audit_study(
     def gammas_at(n: int) -> Mapping[str, float | None]:
         return thresholds_of_log(evidence, n * period, config.study.per_hour)
 
-    study = study_rule(StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at)
+    study = study_rule(
+        StudiedLog(prepared, run, inputs, config, result.log, evidence.free, contact), gammas_at, progress
+    )
     rule = result.rule
     arm = ArmEvidence((evidence,), evidence.watched)
     arm = without_outliers(arm, outlying_stretches(arm, rule.persistence_s))

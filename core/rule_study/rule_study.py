@@ -23,6 +23,7 @@ from collaudit.core.data.rule_study_result import (
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.rule_study.arm_contacts import (
@@ -80,22 +81,26 @@ class StudiedLog:
         return [self.prepared.judged_series.joint_names[j] for j in self.columns]
 
 
-def study_rule(studied: StudiedLog, gammas_at: GammasAt) -> RuleStudy:
+def study_rule(studied: StudiedLog, gammas_at: GammasAt, progress: Progress | None = None) -> RuleStudy:
     """Everything that a log tells of its rule and of others.
 
     Args:
         studied: the log.
         gammas_at: thresholds that the evidence supports at a persistence.
+        progress: called with steps done and in all.
     """
     rule = studied.inputs.rule
-    added = _added(studied) if judges_joints(studied.run) else []
+    added = _added(studied, stage(progress, 0.0, 0.6)) if judges_joints(studied.run) else []
     choices = compared_persistences(added, studied.joints, rule.n, gammas_at, _longest_delay_s(studied.config))
     chosen = next((choice for choice in choices if choice.chosen), None)
+    step = stage(progress, 0.0, 1.0)
+    step(7, 10)
     planes = {joint: _plane(studied, j, chosen) for j, joint in zip(studied.columns, studied.joints, strict=True)}
     set_nm = {joint: rule.gamma_nm[joint] for joint in studied.joints}
     rules = [_rule("configured", added, set_nm, rule.n)] if added else []
     if chosen is not None:
         rules.append(_rule("recommended", added, chosen.gamma_nm, chosen.n))
+    step(9, 10)
     push = next((contacts for contacts in added if contacts.shape == REFERENCE_PUSH), None)
     prepared, run = studied.prepared, studied.run
     return RuleStudy(
@@ -118,11 +123,12 @@ def _longest_delay_s(config: Config) -> float | None:
     return None if config.study.max_delay_ms is None else config.study.max_delay_ms / 1e3
 
 
-def _added(studied: StudiedLog) -> list[AddedContacts]:
+def _added(studied: StudiedLog, progress: Progress) -> list[AddedContacts]:
     """Contacts of every shape."""
     detect, study = studied.config.detect, studied.config.study
-    found = [
-        added_contacts(
+    found = []
+    for k, shape in enumerate(SHAPES, 1):
+        contacts = added_contacts(
             studied.prepared,
             studied.run,
             studied.inputs,
@@ -132,8 +138,8 @@ def _added(studied: StudiedLog) -> list[AddedContacts]:
             detect.slow_speed_rad_s,
             studied.config.robot.tool.frame,
         )
-        for shape in SHAPES
-    ]
+        found.append(contacts)
+        progress(k, len(SHAPES))
     return [contacts for contacts in found if contacts is not None]
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.signals import Signals, State
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.exports.mcap_container import Channel, write_mcap
 from collaudit.reports.exports.ros_messages import (
     DEFINITIONS,
@@ -37,12 +38,13 @@ _NANO = 1_000_000_000
 _CONSTANT_S = 1.0
 
 
-def write_audit_mcap(path: Path, audit: Audit) -> None:
+def write_audit_mcap(path: Path, audit: Audit, progress: Progress | None = None) -> None:
     """Write the residual, thresholds, friction's range, state and events of an audit as ROS 2 messages.
 
     Args:
         path: the file to make.
         audit: result and signals.
+        progress: called with steps done and in all.
 
     Raises:
         CollauditError: the file cannot be written.
@@ -65,7 +67,7 @@ def write_audit_mcap(path: Path, audit: Audit) -> None:
         "statement": STATEMENT,
     }
     with staged(path) as part, part.open("wb") as file:
-        write_mcap(file, channels, facts, f"collaudit {result.provenance.collaudit}")
+        write_mcap(file, channels, facts, f"collaudit {result.provenance.collaudit}", stage(progress, 0.3, 1.0))
 
 
 def start_ns(start: str | None) -> int:

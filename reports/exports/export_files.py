@@ -11,21 +11,23 @@ import pyarrow.parquet as pq
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.exports.audit_mcap import write_audit_mcap
 from collaudit.reports.exports.event_table import event_table
 from collaudit.reports.exports.signal_table import signal_table
 from collaudit.reports.files.atomic import staged
 
+_CSV_ROWS = 50_000
 _Writer = Callable[[pa.Table, Path], None]
 
 
-def write_csv(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
+def write_csv(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
     """Write ``PATH`` with the events and ``NAME.signals.csv`` beside it; returns both.
 
     Raises:
         CollauditError: a file cannot be written.
     """
-    return _write_tables(path, audits, _csv)
+    return _write_tables(path, audits, lambda table, part: _csv(table, part, stage(progress, 0.0, 1.0)))
 
 
 def write_parquet(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
@@ -37,7 +39,7 @@ def write_parquet(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
     return _write_tables(path, audits, _parquet)
 
 
-def write_mcap(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
+def write_mcap(path: Path, audits: Sequence[Audit], progress: Progress | None = None) -> tuple[Path, ...]:
     """Write the MCAP of one audit: another log has another clock, and needs a file of its own.
 
     Raises:
@@ -50,7 +52,7 @@ def write_mcap(path: Path, audits: Sequence[Audit]) -> tuple[Path, ...]:
             found=f"{len(audits)} runs",
             hint="one collaudit report for each run",
         )
-    write_audit_mcap(path, audits[0])
+    write_audit_mcap(path, audits[0], progress)
     return (path,)
 
 
@@ -62,9 +64,13 @@ def _write_tables(path: Path, audits: Sequence[Audit], write: _Writer) -> tuple[
     return path, beside
 
 
-def _csv(table: pa.Table, path: Path) -> None:
+def _csv(table: pa.Table, path: Path, progress: Progress) -> None:
     plain = [column.cast(pa.string()) if pa.types.is_dictionary(column.type) else column for column in table.columns]
-    pa_csv.write_csv(pa.table(plain, names=table.column_names), path)
+    whole = pa.table(plain, names=table.column_names)
+    with pa_csv.CSVWriter(path, whole.schema) as writer:
+        for first in range(0, max(1, whole.num_rows), _CSV_ROWS):
+            writer.write_table(whole.slice(first, _CSV_ROWS))
+            progress(first + _CSV_ROWS, whole.num_rows)
 
 
 def _parquet(table: pa.Table, path: Path) -> None:

@@ -18,6 +18,8 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from numpy.typing import NDArray
 
+from collaudit.core.numeric.stage_progress import Progress
+
 _MAGIC = b"\x89MCAP0\r\n"
 _CHUNK_BYTES = 4 << 20
 _MESSAGE, _INDEX = 0x05, 0x07
@@ -43,7 +45,13 @@ class Channel:
     messages: NDArray[np.uint8] | Sequence[bytes]
 
 
-def write_mcap(out: IO[bytes], channels: Sequence[Channel], facts: Mapping[str, str], library: str) -> None:
+def write_mcap(
+    out: IO[bytes],
+    channels: Sequence[Channel],
+    facts: Mapping[str, str],
+    library: str,
+    progress: Progress | None = None,
+) -> None:
     """Write channels as one MCAP file with index and summary; the same input gives the same bytes.
 
     Args:
@@ -51,6 +59,7 @@ def write_mcap(out: IO[bytes], channels: Sequence[Channel], facts: Mapping[str, 
         channels: what it holds, ROS 2 messages in CDR.
         facts: kept as metadata.
         library: what is named as the writer.
+        progress: called with messages written and in all.
     """
     types = {channel.type: channel.definition for channel in channels}
     definitions = [
@@ -64,8 +73,12 @@ def write_mcap(out: IO[bytes], channels: Sequence[Channel], facts: Mapping[str, 
     ]
     place = out.write(_MAGIC + _built(records.Header(profile="ros2", library=library), *definitions, *known))
     chunks: list[records.ChunkIndex] = []
+    written, every = 0, sum(len(channel.stamps_ns) for channel in channels)
     for part in _parts(channels):
         place += _write_chunk(out, place, part, chunks)
+        written += sum(len(stamps) for _, stamps, _, _ in part)
+        if progress is not None:
+            progress(written, every)
     metadata = _built(records.Metadata(name="collaudit", metadata=dict(facts)))
     index = records.MetadataIndex(offset=place, length=len(metadata), name="collaudit")
     place += out.write(metadata + _built(records.DataEnd(data_section_crc=0)))

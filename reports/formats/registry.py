@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from collaudit.core.errors import ConfigError
+from collaudit.core.numeric.stage_progress import Progress
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, AuditResult
@@ -27,25 +28,27 @@ class ReportFormat:
             without their signals, and lines of logs that could not be audited.
         of_many: whether ``collaudit audit --format`` offers it, for all logs together.
         files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
+        slow: whether it takes a keyword ``progress`` too, called with steps done and in all.
     """
 
     suffix: str
     writer: str
     of_many: bool = False
     files: bool = False
+    slow: bool = False
 
 
 #: Name, as on the command line, to format; the order is that of help and messages.
 FORMATS: dict[str, ReportFormat] = {
-    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text"),
+    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", slow=True),
     "json": ReportFormat(".json", "collaudit.reports.formats.audits_json:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
     "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
-    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True),
+    "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True, slow=True),
     "parquet": ReportFormat(".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True),
-    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True),
+    "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, slow=True),
 }
 
 
@@ -55,7 +58,11 @@ def formats_of_many() -> tuple[str, ...]:
 
 
 def write_report(
-    path: Path, audits: Sequence[Audit | StoredAudit], fmt: str = "html", unread: Sequence[IndexEntry] = ()
+    path: Path,
+    audits: Sequence[Audit | StoredAudit],
+    fmt: str = "html",
+    unread: Sequence[IndexEntry] = (),
+    progress: Progress | None = None,
 ) -> tuple[Path, ...]:
     """Write a report of one or several audits.
 
@@ -64,6 +71,7 @@ def write_report(
         audits: the audits.
         fmt: one of :data:`FORMATS`.
         unread: logs that could not be audited; formats of many logs list them.
+        progress: called with steps done and in all, by formats that take long: html, csv, mcap.
 
     Returns:
         The files written: ``path``, and those beside it that belong to the format.
@@ -76,14 +84,16 @@ def write_report(
 
     known = format_named(fmt)
     if known.files and audits:
-        written = _function(known)(path, audits)
+        written = _function(known)(path, audits, **_tells(known, progress))
         assert isinstance(written, tuple)
         return written
-    atomic_write(path, report_text(audits, fmt, unread))
+    atomic_write(path, report_text(audits, fmt, unread, progress))
     return (path,)
 
 
-def report_text(audits: Sequence[Audit | StoredAudit], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
+def report_text(
+    audits: Sequence[Audit | StoredAudit], fmt: str, unread: Sequence[IndexEntry] = (), progress: Progress | None = None
+) -> str:
     """The report as text; arguments and errors as for :func:`write_report`."""
     known = format_named(fmt)
     if not audits and not (unread and known.of_many):
@@ -92,7 +102,7 @@ def report_text(audits: Sequence[Audit | StoredAudit], fmt: str, unread: Sequenc
         raise ConfigError("this format is written to files", found=fmt, hint="name a file with -o")
     if known.of_many:
         return summary_text([audit.result for audit in audits], fmt, unread)
-    return _call(known, audits)
+    return _call(known, audits, **_tells(known, progress))
 
 
 def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
@@ -123,8 +133,12 @@ def format_named(name: str) -> ReportFormat:
     return FORMATS[name]
 
 
-def _call(known: ReportFormat, *arguments: object) -> str:
-    text = _function(known)(*arguments)
+def _tells(known: ReportFormat, progress: Progress | None) -> dict[str, object]:
+    return {"progress": progress} if known.slow else {}
+
+
+def _call(known: ReportFormat, *arguments: object, **options: object) -> str:
+    text = _function(known)(*arguments, **options)
     assert isinstance(text, str)
     return text
 

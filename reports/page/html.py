@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collaudit.core.data.audit_result import Audit
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style
@@ -39,10 +40,18 @@ def write_html(path: Path, audits: Sequence[Audit | StoredAudit]) -> None:
     atomic_write(path, html_text(audits))
 
 
-def html_text(audits: Sequence[Audit | StoredAudit]) -> str:
-    """The page as text; of several logs less is drawn of each."""
+def html_text(audits: Sequence[Audit | StoredAudit], progress: Progress | None = None) -> str:
+    """The page as text; of several logs less is drawn of each.
+
+    Args:
+        audits: at least one.
+        progress: called with steps done and in all.
+    """
     ordered = sorted(audits, key=lambda audit: _SEVERITY[audit.result.verdict])
-    views = [make_view(audit, f"log{k}", _limits(audit, len(ordered))) for k, audit in enumerate(ordered, 1)]
+    views = []
+    for k, audit in enumerate(ordered, 1):
+        part = stage(progress, 0.9 * (k - 1) / len(ordered), 0.9 * k / len(ordered))
+        views.append(make_view(audit, f"log{k}", _limits(audit, len(ordered)), part))
     versions = sorted({view.result.provenance.collaudit for view in views})
     scripts = page_scripts()
     return (

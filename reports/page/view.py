@@ -8,6 +8,7 @@ from typing import Protocol
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.page.sections.contact_cards import ContactCards, contact_cards, drawn_contacts
 from collaudit.reports.page.sections.disturbance_rows import DisturbanceRow, disturbance_rows
 from collaudit.reports.page.sections.finding_groups import FindingGroup, finding_groups
@@ -84,19 +85,20 @@ class AuditView:
         return {figure.joint: figure for figure in self.figures}
 
 
-def make_view(audit: Audit | StoredAudit, key: str, limits: Limits) -> AuditView:
+def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Progress | None = None) -> AuditView:
     """Draw and word one audit.
 
     Args:
         audit: the audit; its signals in memory or in the file of its run.
         key: prefix of its anchors, unique in the page.
         limits: how much is drawn.
+        progress: called with steps done and in all.
     """
     result = audit.result
     source = TracesInMemory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
     end = result.log.duration_s if source.end_s is None else source.end_s
     contacts = drawn_contacts(result, limits.cards)
-    figures = joint_figures(source, result, contacts, key, limits.detail)
+    figures = joint_figures(source, result, contacts, key, limits.detail, stage(progress, 0.0, 1.0))
     return AuditView(
         key=key,
         result=result,

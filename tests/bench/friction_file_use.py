@@ -37,8 +37,8 @@ class Case:
 
 
 CASES = (
-    Case("tool of 0.8 kg nobody wrote down; told by the torques", "paper6", TOOL, "mass_kg = 0.0\n", ("tool",)),
-    Case("the same; told by the wrist sensor", "paper6", TOOL, "mass_kg = 0.0\n", (), bias=True),
+    Case("undeclared tool of 0.8 kg; from the torques", "paper6", TOOL, "mass_kg = 0.0\n", ("tool",)),
+    Case("the same; from the wrist sensor", "paper6", TOOL, "mass_kg = 0.0\n", (), bias=True),
     Case("effort a current of unknown constants and signs", "seven", 'effort = "A"', 'effort = "raw"', ("gain",)),
     Case("inertials off by up to 15 %", "paper6", "", "", ("inertials",), mismatch="15"),
 )
@@ -92,7 +92,7 @@ def levels(case: Case, folder: Path) -> tuple[dict[str, float | None], dict[str,
 
 def table() -> Iterator[str]:
     """One row a case: residual of each joint without and with."""
-    yield "| taken away, and how it is told | joint 1 | 2 | 3 | 4 | 5 | 6 | 7 |"
+    yield "| removed, and what it is identified from | joint 1 | 2 | 3 | 4 | 5 | 6 | 7 |"
     yield "|---|---|---|---|---|---|---|---|"
     for case in CASES:
         with TemporaryDirectory() as folder:

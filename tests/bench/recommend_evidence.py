@@ -51,7 +51,7 @@ def spoilt(audit: Audit, change: Callable[[np.ndarray], np.ndarray]) -> Audit:
 def contaminated(groups: Sequence[list[Audit]]) -> None:
     """Pushes on random joints, of 50 to 400 ms, half-sine or square, that no rule noticed."""
     cells = ("push / largest clean", "pushes found", "stretches besides", "gamma / clean gamma", "without the test")
-    head("Contaminated: pushes that nobody told of", *cells)
+    head("Contaminated: unlabelled pushes", *cells)
     rng = np.random.default_rng(1)
     clean = [gammas(gather_evidence(group))[0] for group in groups]
     for size in (0.7, 1.0, 1.5, 2.0, 4.0, 10.0):

@@ -8,6 +8,8 @@ import pty
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -98,6 +100,29 @@ def test_the_verdict_is_coloured_at_the_beginning_of_a_line_only(capsys, monkeyp
     say_result("PASS, WITH EXCLUSIONS  a FAIL  b\n  error   code: text\n")
     assert texts[0].count("\x1b[0m") == 2
     assert "a FAIL  b" in texts[0]
+
+
+def test_every_long_command_tells_how_far_it_is(arm, collaudit, tmp_path: Path, monkeypatch) -> None:
+    """Each reports shares between nothing and all, from which the time that is left follows."""
+    told: dict[str, set[float]] = {}
+
+    @contextmanager
+    def listen(label: str) -> Iterator[Callable[[int, int], None]]:
+        yield lambda done, total: told.setdefault(label, set()).add(done / total)
+
+    for module in ("commands.fit", "commands.detect", "commands.recommend", "commands.report", "drafts.trial"):
+        monkeypatch.setattr(f"collaudit.cli.{module}.progress", listen)
+    settings, run = ("-c", arm.config, "--friction", arm.friction), tmp_path / "run"
+    collaudit("fit", arm.clean, "-c", arm.config, "-o", tmp_path / "f.json")
+    collaudit("detect", arm.pushed, *settings, "--study", "-o", run)
+    collaudit("recommend", run)
+    collaudit("report", run, "-o", tmp_path / "r.html", "--format", "html,csv,mcap")
+    collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "new.toml")
+    inside = {label: sorted(share for share in shares if 0 < share < 1) for label, shares in told.items()}
+    for label, least in {"fitting": 3, "judging": 8, "recommending": 2, "trying the configuration": 4}.items():
+        assert len(inside[label]) >= least, label
+    assert all(told[f"writing {name}"] for name in ("html", "csv", "mcap"))
+    assert len(inside["writing html"]) >= 2, "one step a joint"
 
 
 @pytest.mark.parametrize(

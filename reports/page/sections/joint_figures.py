@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.joint_trace import JointTrace, SignalSource
@@ -55,7 +56,12 @@ class JointFigures:
 
 
 def joint_figures(
-    source: SignalSource, result: AuditResult, contacts: Mapping[int, Contact], key: str, detail: Detail
+    source: SignalSource,
+    result: AuditResult,
+    contacts: Mapping[int, Contact],
+    key: str,
+    detail: Detail,
+    progress: Progress,
 ) -> tuple[JointFigures, ...]:
     """Draw the joints one after the other, so that only one joint's signals are held.
 
@@ -65,11 +71,13 @@ def joint_figures(
         contacts: those that are drawn, by their number.
         key: prefix of ids.
         detail: how much is drawn.
+        progress: called with joints done and in all.
     """
     stretches = _stretches(result, contacts, result.log.sample_period_s)
     made = []
     for k in range(len(source.joint_names)):
         made.append(_of_joint(source.trace(k), result, contacts, f"{key}-joint-{k + 1}", detail, stretches))
+        progress(k + 1, len(source.joint_names))
     return tuple(made)
 
 

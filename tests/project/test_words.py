@@ -1,0 +1,94 @@
+"""Plain words: phrases that readers stumbled over stay away, and equation numbers stay in one page."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from collaudit.cli.docs import pages
+from collaudit.core.findings.finding_kinds import KINDS
+
+PROJECT = Path(__file__).resolve().parents[2]
+READ = sorted({PROJECT / "README.md", PROJECT / "CHANGELOG.md", *(PROJECT / "docs").rglob("*.md")})
+SHOWN = sorted([*(PROJECT / "reports").rglob("*.j2"), *(PROJECT / "reports" / "terminal").glob("*.py")])
+#: Each was a riddle to a reader, and has a plain equivalent in docs/glossary.md or in the sentence that replaced it.
+RIDDLES = (
+    r"motion that was judged",
+    r"in which a contact could be seen",
+    r"joint-seconds",
+    r"only the rest was read",
+    r"blind in \d",
+    r"what moves in friction",
+    r"identified besides friction",
+    r"by the tail\b",
+    r"by the hours alone",
+    r"certainty about",
+    r"friction only an interval",
+    r"proves nothing",
+    r"points? rests? on the model",
+    r"the findings? should go\b",
+    r"the hours it rests on",
+    r"what the data cannot tell",
+    r"words to stderr",
+    r"a machine may read",
+    r"than this break the policy",
+    r"what the robot does to the environment",
+    r"slower stretches are",
+    r"the loss is stated in",
+    r"stands? beside it",
+    r"are of one moment",
+    r"bodies that cannot be",
+    r"alike likely",
+    r"bears the name",
+    r"\bnobody (stated|told|wrote|asked|knows)",
+    r"\bis told so\b",
+    r"too-fast, edge, too-brief",
+)
+
+
+@cache
+def plain(path: Path) -> str:
+    """A text on one line, so that phrases are found across line ends."""
+    return " ".join(path.read_text(encoding="utf-8").split())
+
+
+def found(pattern: str, text: str) -> list[str]:
+    return [text[max(0, m.start() - 40) : m.end() + 40] for m in re.finditer(pattern, text, re.IGNORECASE)]
+
+
+@pytest.mark.parametrize("pattern", RIDDLES)
+def test_no_riddles_in_pages_and_reports(pattern: str) -> None:
+    for path in (*READ, *SHOWN):
+        assert found(pattern, plain(path)) == [], path.name
+
+
+def test_no_riddles_in_findings_and_help() -> None:
+    texts = {code: " ".join([kind.meaning, kind.remedy]) for code, kind in KINDS.items()}
+    texts |= {name: text for name, text in pages().items() if not name.endswith(".json")}
+    for name, text in texts.items():
+        line = " ".join(text.split())
+        assert [pattern for pattern in RIDDLES if found(pattern, line)] == [], name
+
+
+def test_the_paper_and_its_equations_are_in_their_own_page_only() -> None:
+    for path in READ:
+        if path.name not in ("paper.md", "CHANGELOG.md"):
+            text = re.sub(r"\[The paper\]\([^)]*paper\.md\)", "", plain(path))
+            assert found(r"\bthe paper\b", text) == [], path.name
+            assert found(r"\beqs?\. ?\(?\d|\brule \(\d+\)|\bequation \(?\d", text) == [], path.name
+
+
+def test_the_test_would_notice() -> None:
+    assert found(RIDDLES[3], "The log is damaged. Only the rest was read.")
+    assert found(r"\beqs?\. ?\(?\d", "must lie within contact (eq. 1)")
+
+
+def test_the_readme_stays_short() -> None:
+    """Two screens with the picture; benchmarks have pages of their own."""
+    lines = (PROJECT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 110
+    assert sum(line.startswith("![") or "<img " in line for line in lines) == 1
+    assert not any(word in line.lower() for line in lines for word in ("benchmark", "times faster", "processor time"))

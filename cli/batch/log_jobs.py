@@ -42,11 +42,15 @@ class LogJob(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How logs may be judged: processes at a time, and seconds and GB (10⁹ bytes) a log, None for no limit."""
+    """How logs may be judged: processes at a time, and seconds and GB (10⁹ bytes) a log, None for no limit.
+
+    ``scheduler``: address of the cluster that they are judged on, None for this machine.
+    """
 
     workers: int = 1
     time_s: float | None = None
     memory_gb: float | None = None
+    scheduler: str | None = None
 
 
 def log_jobs(logs: Sequence[LogFiles], loaded: LoadedConfig) -> list[LogJob]:

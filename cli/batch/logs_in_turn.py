@@ -29,7 +29,7 @@ def audit_logs(
     Returns:
         Outcomes in the order of ``jobs``.
     """
-    if jobs and (limits.time_s or limits.memory_gb or min(limits.workers, len(jobs)) > 1):
+    if jobs and (limits.scheduler or limits.time_s or limits.memory_gb or min(limits.workers, len(jobs)) > 1):
         from collaudit.cli.batch.worker_processes import audit_in_processes
 
         return audit_in_processes(jobs, out, limits, progress, done)

@@ -22,6 +22,7 @@ _CONTEXT = get_context("spawn")  # a forked copy of a process that has run numer
 #: So many processes in a row may die before they are ready.
 _FAILED_STARTS = 5
 _END_S = 5.0
+_POLL_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +101,45 @@ def results_of(
         for worker in workers:
             worker.process.kill()
         for worker in workers:
+            worker.end()
+
+
+class SteadyProcess:
+    """One process for one task at a time, for as long as there are tasks: the next begins in a process that is warm."""
+
+    def __init__(
+        self, function: Callable[..., Any], prepare: Callable[[], None], timeout_s: float | None = None
+    ) -> None:
+        """Arguments as of :func:`results_of`; the process starts with the first task."""
+        self._function, self._prepare, self._timeout_s = function, prepare, timeout_s
+        self._worker: _Worker | None = None
+
+    def run(self, arguments: tuple[Any, ...], cancelled: Callable[[], bool]) -> Any:
+        """The result of one task, or :class:`Lost`; ``cancelled`` is asked twice a second and ends the process."""
+        failed, waiting = 0, deque([0])
+        while True:
+            worker = self._worker = self._worker or _start(self._function, self._prepare)
+            _give(worker, waiting, [arguments], self._timeout_s)
+            spoke = wait([worker.connection, worker.process.sentinel], _POLL_S)
+            if cancelled():
+                self.close()
+                return Lost("died", text="was ended with the audit")
+            if not spoke and (worker.deadline is None or worker.deadline > time.monotonic()):
+                continue
+            message, alive = _take(worker)
+            if not alive:
+                failed += not worker.ready
+                self.close()
+            if isinstance(message, tuple):
+                return message[1]
+            if failed >= _FAILED_STARTS:
+                return Lost("not started", worker.process.exitcode, message if isinstance(message, str) else "")
+
+    def close(self) -> None:
+        """End the process."""
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.process.kill()
             worker.end()
 
 

@@ -9,18 +9,20 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from functools import partial
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from collaudit.cli.batch.audit_one import Outcome, audit_one, remove_run
 from collaudit.cli.batch.log_jobs import Limits, LogJob
 from collaudit.cli.batch.worker_pool import Lost, results_of
 from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
-from collaudit.core.errors import NotJudgedError
+from collaudit.core.errors import CollauditError, NotJudgedError
 
 _PARENT_POLL_S = 1.0
 _NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
@@ -46,10 +48,9 @@ def audit_in_processes(
         Outcomes in the order of ``jobs``.
     """
     outcomes: dict[int, Outcome] = {}
-    prepare = partial(_begin_worker, os.getpid(), limits.memory_gb)
-    items = [(job, out, None) for job in jobs]
+    items = [(job, out.absolute(), None) for job in jobs]
     try:
-        with closing(results_of(audit_one, items, limits.workers, prepare, limits.time_s)) as results:
+        with closing(_results(items, limits)) as results:
             for index, result in results:
                 outcomes[index] = _not_judged(result, jobs[index], out, limits) if isinstance(result, Lost) else result
                 done(outcomes[index])
@@ -60,6 +61,34 @@ def audit_in_processes(
                 remove_run(out / job.folder)
         raise
     return [outcomes[index] for index in range(len(jobs))]
+
+
+#: Share of the machine's memory that workers may take together, and the least that each may, bytes.
+_MEMORY_SHARE, _LEAST_MEMORY = 0.9, 2e9
+
+
+def _memory_gb(limits: Limits) -> float | None:
+    """The bound of each worker: as stated, or where several share a machine its part of the memory."""
+    if limits.memory_gb is not None or limits.workers == 1:
+        return limits.memory_gb
+    whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return max(_LEAST_MEMORY, _MEMORY_SHARE * whole / limits.workers) / 1e9
+
+
+def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tuple[int, Any], None, None]:
+    """Results of :func:`audit_one`: on Dask where it is installed, and in processes of this program where it is not."""
+    if limits.scheduler is None and (min(limits.workers, len(items)) == 1 or find_spec("distributed") is None):
+        prepare = partial(_begin_worker, _memory_gb(limits), os.getpid())
+        return results_of(audit_one, items, limits.workers, prepare, limits.time_s)
+    if find_spec("distributed") is None:
+        raise CollauditError(
+            "a cluster needs Dask", where="--scheduler", hint="python -m pip install 'collaudit[fleet]'"
+        )
+    from collaudit.cli.batch.dask_workers import results_on_dask
+
+    begin = partial(_begin_worker, _memory_gb(limits))
+    count = min(limits.workers, len(items))
+    return results_on_dask(audit_one, items, count, begin, limits.time_s, limits.scheduler)
 
 
 def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:
@@ -88,7 +117,7 @@ def _cause_of_death(exit_code: int, limits: Limits) -> str:
     return f"was ended by {name}"
 
 
-def _begin_worker(parent: int, memory_gb: float | None) -> None:
+def _begin_worker(memory_gb: float | None, parent: int) -> None:
     """Prepare a worker: one thread, its share of memory, and an end when the audit has ended."""
     silence_library_warnings()
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # more threads would only fight with the other workers

@@ -46,7 +46,17 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="OUT", help="Folder for everything."
 )
-@click.option("-j", "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Logs judged at a time.")
+@click.option(
+    "-j",
+    "--jobs",
+    "--workers",
+    "jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    help="Logs judged at a time.",
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Judge on the workers of this Dask scheduler;see docs/scale.md.")
 @click.option(
     "--format",
     "formats",
@@ -106,6 +116,7 @@ def command(
     logs: tuple[str, ...],
     output: Path,
     jobs: int,
+    scheduler: str | None,
     formats: str | None,
     timeout: float | None,
     memory_limit: float | None,
@@ -174,7 +185,7 @@ def command(
         note(f"{len(kept)} of {len(work)} logs were finished before and are taken over")
     with audit_under_way(output, [job.folder for job in left], force):
         with progress(f"auditing {len(left)} log{'s' if len(left) != 1 else ''}") as report:
-            audit = partial(audit_logs, left, output, Limits(jobs, timeout, memory_limit), report)
+            audit = partial(audit_logs, left, output, Limits(jobs, timeout, memory_limit, scheduler), report)
             judged = until_failure(left, policy.verdict_of, audit, _say_error) if fail_fast else audit(_say_error)
         outcomes = merged(len(work), kept, judged)
         decisions = policy.decide(work, outcomes)

@@ -1,0 +1,117 @@
+"""Audits on a cluster: a real scheduler and two worker processes, one of which dies; and what each task costs."""
+
+from __future__ import annotations
+
+import json
+import operator
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from collaudit.cli.batch.worker_pool import Lost, SteadyProcess
+from collaudit.reports.store.result_store import ResultStore
+
+pytest.importorskip("distributed")
+LOGS = 8
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A scheduler's address, and its two workers."""
+    told = tmp_path / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    dask = [sys.executable, "-m", "dask"]
+    address = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(told)]
+    processes = [subprocess.Popen([*dask, "scheduler", *address], **quiet)]
+    deadline = time.monotonic() + 60
+    while not told.exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    where = json.loads(told.read_text())["address"]
+    lone = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    processes += [subprocess.Popen([*dask, "worker", where, *lone], **quiet) for _ in range(2)]
+    yield where, processes[1:]
+    for process in processes:
+        process.kill()
+        process.wait(30)
+
+
+def test_a_worker_that_dies_loses_no_log_and_none_is_judged_twice(arm, cluster, tmp_path: Path) -> None:
+    address, workers = cluster
+    logs, out = tmp_path / "logs", tmp_path / "out"
+    logs.mkdir()
+    head, *rows = arm.pushed.read_text().splitlines()
+    for number in range(LOGS):
+        part = rows[len(rows) // 2 - 1500 : len(rows) // 2]
+        (logs / f"{number}.csv").write_text("\n".join([head, *part, f"# {number}"]) + "\n")
+    command = [sys.executable, "-c", "import sys; from collaudit.cli.main import main; sys.exit(main())", "audit",
+               str(logs), "-c", str(arm.config), "--friction", str(arm.friction), "-o", str(out),
+               "--scheduler", address, "--store", str(tmp_path / "store"), "--robot", "r"]  # fmt: skip
+    audit = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 120
+    while not list(out.glob("*/finished.json")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    workers[0].send_signal(signal.SIGKILL)
+    said = audit.communicate(timeout=120)
+    assert audit.returncode in (0, 1), said
+    summary = json.loads((out / "summary.json").read_text())
+    assert sorted(entry["name"] for entry in summary["logs"]) == [f"{number}.csv" for number in range(LOGS)]
+    assert {entry["verdict"] for entry in summary["logs"]} <= {"pass", "fail"}
+    assert len(list(out.glob("*/finished.json"))) == LOGS and not list(out.rglob("*.part"))
+    assert ResultStore(str(tmp_path / "store")).table(["log"]).num_rows == LOGS
+
+
+def test_no_scheduler_there_is_said(collaudit, arm, tmp_path: Path) -> None:
+    nobody = collaudit("audit", arm.clean, "-c", arm.config, "-o", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
+    assert nobody.code == 2 and "scheduler cannot be reached" in nobody.err and "dask worker" in nobody.err
+
+
+def test_the_scheduler_takes_less_than_10_ms_a_log() -> None:
+    from collaudit.cli.batch.dask_workers import results_on_dask
+
+    few, many = (_seconds(results_on_dask, count) for count in (10, 160))
+    assert (many - few) / 150 < 0.010
+
+
+def _seconds(results, count: int) -> float:
+    start = time.process_time()
+    found = dict(results(operator.index, [(k,) for k in range(count)], 2, abs))
+    assert found == {k: k for k in range(count)}
+    return time.process_time() - start
+
+
+def test_a_steady_process_outlives_what_its_tasks_do() -> None:
+    process = SteadyProcess(eval, int, timeout_s=3.0)
+    try:
+        first = process.run(("__import__('os').getpid()",), lambda: False)
+        assert process.run(("__import__('os').getpid()",), lambda: False) == first
+        assert process.run(("__import__('os').abort()",), lambda: False) == Lost("died", -signal.SIGABRT)
+        assert process.run(("__import__('time').sleep(60)",), lambda: False) == Lost("late")
+        assert process.run(("1 + 1",), lambda: False) == 2
+        assert process.run(("__import__('time').sleep(60)",), lambda: True).how == "died"
+    finally:
+        process.close()
+
+
+def test_without_dask_processes_of_this_program_do_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    from collaudit.cli.batch import worker_processes
+    from collaudit.cli.batch.log_jobs import Limits
+    from collaudit.core.errors import CollauditError
+
+    assert worker_processes._results([(), ()], Limits(2)).__name__ == "results_on_dask"
+    monkeypatch.setattr(worker_processes, "find_spec", lambda _name: None)
+    assert worker_processes._results([(), ()], Limits(2)).__name__ == "results_of"
+    with pytest.raises(CollauditError, match="collaudit\\[fleet\\]"):
+        worker_processes._results([()], Limits(scheduler="tcp://somewhere:8786"))
+
+
+def test_memory_is_bounded_where_workers_share_a_machine() -> None:
+    from collaudit.cli.batch.log_jobs import Limits
+    from collaudit.cli.batch.worker_processes import _memory_gb
+
+    assert _memory_gb(Limits(1)) is None and _memory_gb(Limits(4, None, 3.0)) == 3.0
+    assert (_memory_gb(Limits(4)) or 0) >= 2.0 and (_memory_gb(Limits(10_000)) or 0) == 2.0

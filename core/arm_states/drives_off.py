@@ -59,9 +59,11 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
     """
     if series.effort is None or series.effort.shape[1] == 0:
         return []
-    speed = np.nan_to_num(np.abs(series.velocity_rad_s)).max(axis=1)
+    speed = _fastest(series.velocity_rad_s)
     same = _repeats(series.effort)
-    exact = same & (series.effort == 0.0).all(axis=1)
+    exact = same.copy()
+    for column in series.effort.T:
+        exact &= column == 0.0
     zero = np.asarray(_zero(series.effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
     zero |= noisy_zero(series.effort, rigid_nm, speed < MOVING_RAD_S, series.period_s, zero)
     out: list[DrivesOff] = []
@@ -77,25 +79,41 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
 
 def _repeats(effort: FloatArray) -> BoolArray:
     """(n,) samples at which every joint's effort is that of the sample before."""
-    out = np.zeros(effort.shape[0], dtype=np.bool_)
-    out[1:] = (effort[1:] == effort[:-1]).all(axis=1)
+    out = np.ones(effort.shape[0], dtype=np.bool_)
+    out[:1] = False
+    for column in effort.T:  # joint by joint: arrays of all joints are fresh memory, which costs more than the work
+        out[1:] &= column[1:] == column[:-1]
+    return out
+
+
+def _fastest(velocity: FloatArray) -> FloatArray:
+    """(n,) speed of the fastest joint; unknown ones count as standing."""
+    out = np.zeros(velocity.shape[0])
+    for column in velocity.T:
+        np.maximum(out, np.nan_to_num(np.abs(column)), out=out)
     return out
 
 
 def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> BoolArray:
     """(n,) samples at which no joint has an effort although some joint has a load."""
-    size = np.abs(effort)
-    known = np.isfinite(size).any(axis=0)
-    if rigid_nm is None or not known.any():
+    known = [j for j in range(effort.shape[1]) if np.isfinite(effort[:, j]).any()]
+    if rigid_nm is None or not known:
         return np.zeros(effort.shape[0], dtype=np.bool_)
-    limit = _ZERO_SHARE * np.nanquantile(size[:, known], 0.95, axis=0)
-    none = (size[:, known] <= limit).all(axis=1)
-    if np.count_nonzero(limit > 0) < _MANY_JOINTS:
+    none, limits = np.ones(effort.shape[0], dtype=np.bool_), []
+    for j in known:
+        size = np.abs(effort[:, j])
+        limits.append(_ZERO_SHARE * np.nanquantile(size, 0.95))
+        none &= size <= limits[-1]
+    if np.count_nonzero(np.array(limits) > 0) < _MANY_JOINTS:
         none &= same
+    loaded = np.zeros_like(none)
+    if not none.any():  # most often no sample is without effort, and nobody need know the loads
+        return loaded
     with np.errstate(invalid="ignore"):
-        load = np.abs(rigid_nm[:, known])
-        usual = np.nanquantile(load, 0.95, axis=0)
-        loaded = (load > np.maximum(_LOAD_TIMES * _ZERO_SHARE * usual, 1.0)).any(axis=1)
+        for j in known:
+            load = np.abs(rigid_nm[:, j])
+            usual = np.nanquantile(load, 0.95)
+            loaded |= load > np.maximum(_LOAD_TIMES * _ZERO_SHARE * usual, 1.0)
     return np.asarray(none & loaded)
 
 

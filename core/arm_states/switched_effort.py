@@ -43,7 +43,9 @@ def switched_efforts(
     if series.effort is None or model_nm is None:
         return ()
     columns = [series.column(joint) for joint in judged]
-    scaled = _rescaled(series, series.effort[:, columns], model_nm[:, columns], series.velocity_rad_s[:, columns])
+    all_joints = columns == list(range(series.effort.shape[1]))
+    picked = slice(None) if all_joints else columns  # a view, not a copy of the whole log
+    scaled = _rescaled(series, series.effort[:, picked], model_nm[:, picked], series.velocity_rad_s[:, picked])
     if scaled is not None:  # a unit is one for all joints, also for those that move too little to tell it
         at, times = scaled
         listed = ", ".join(f"{joint} {share:.3g} times" for joint, share in zip(judged, times, strict=True) if share)

@@ -62,14 +62,15 @@ class WeakClock:
 
 
 def motion_clock(
-    stamps: FloatArray, position: FloatArray, velocity: FloatArray | None
+    stamps: FloatArray, position: FloatArray, velocity: FloatArray | None, rows: IntArray | None = None
 ) -> MotionClock | WeakClock | None:
     """Rebuild the clock of samples whose stamps scatter.
 
     Args:
         stamps: (n,) as recorded, s, not descending.
-        position: (n, j) rad, continued over wraps.
-        velocity: (n, j) rad/s as logged, or None.
+        position: (m, j) rad, continued over wraps.
+        velocity: (m, j) rad/s as logged, or None.
+        rows: (n,) of position and velocity that the stamps are of, all without; picked only where stamps scatter.
 
     Returns:
         The clock; why the motion does not show one; None where the stamps are steady and need none.
@@ -83,6 +84,8 @@ def motion_clock(
         return None
     if velocity is None:
         return WeakClock("the log has no velocity to compare positions with")
+    if rows is not None:
+        position, velocity = position[rows], velocity[rows]
     passed, speed = _passed_s(steps, position, velocity)
     usable = np.isfinite(passed) & (speed > MOVING_RAD_S)
     if np.count_nonzero(usable) < _LEAST_STEPS:

@@ -14,8 +14,7 @@ def clocked(
 ) -> tuple[IntArray, FloatArray, str, list[Finding]]:
     """Samples in time order with their stamps, rebuilt where the motion tells them; why it does not; findings."""
     order, findings = _sorted(time_s)
-    logged = None if velocity is None else velocity[order]
-    clock = motion_clock(time_s[order], position[order], logged) if order.size else None
+    clock = motion_clock(time_s[order], position, velocity, order) if order.size else None
     if isinstance(clock, MotionClock):
         fresh = np.concatenate(([True], np.diff(clock.stamps_s) > 0.5 * clock.period_s))
         return order[fresh], clock.stamps_s[fresh], "", [*findings, *clock_findings(clock, fresh)]

@@ -13,6 +13,7 @@ import numpy as np
 
 from collaudit.core.detection.rule import Event, Level
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import SD_PER_MAD
 
@@ -65,19 +66,28 @@ def _impulse_ratio(residual: FloatArray, evidence: BoolArray, gamma: Level, n: i
     if count <= 0:
         return out
     usable = evidence & np.isfinite(residual)
-    total = np.concatenate(([0.0], np.cumsum(np.where(usable, residual, 0.0))))
-    lost = np.concatenate(([0], np.cumsum(~usable)))
+    total, lost = np.zeros(residual.size + 1), np.zeros(residual.size + 1, dtype=np.int64)
+    np.cumsum(np.where(usable, residual, 0.0), out=total[1:])
+    np.cumsum(~usable, out=lost[1:])
+    for block in blocks(count):
+        level = gamma if isinstance(gamma, float) else gamma[n + block.start : n + block.stop]
+        whole = lost[block.start + width + 2 * n : block.stop + width + 2 * n] == lost[block]
+        impulse = _impulse(total[block.start : block.stop + width + 2 * n], n, width)
+        with np.errstate(invalid="ignore"):
+            here = np.where(whole & (level > 0), np.maximum(impulse, 0.0) / (n * level), 0.0)
+        out[n + block.start : n + block.stop] = here
+    return out
+
+
+def _impulse(total: FloatArray, n: int, width: int) -> FloatArray:
+    """(m,) impulse of ``width`` samples above those beside, from running sums (m + width + 2 n,)."""
+    count = total.size - width - 2 * n
     inside = total[n + width : n + width + count] - total[n : n + count]
     before = (total[n : n + count] - total[:count]) / n
-    after = (total[width + 2 * n : width + 2 * n + count] - total[n + width : n + width + count]) / n
+    after = (total[width + 2 * n :] - total[n + width : n + width + count]) / n
     sign, size = np.sign(inside), np.abs(inside)
     mean, higher = 0.5 * sign * (before + after), np.maximum(sign * before, sign * after)
-    level = gamma if isinstance(gamma, float) else gamma[n : n + count]
-    impulse = np.minimum(size - width * np.maximum(mean, 0.0), 2.0 * (size - width * np.maximum(higher, 0.0)))
-    whole = lost[width + 2 * n : width + 2 * n + count] == lost[:count]
-    with np.errstate(invalid="ignore"):
-        out[n : n + count] = np.where(whole & (level > 0), np.maximum(impulse, 0.0) / (n * level), 0.0)
-    return out
+    return np.asarray(np.minimum(size - width * np.maximum(mean, 0.0), 2.0 * (size - width * np.maximum(higher, 0.0))))
 
 
 def _event(residual: FloatArray, start: int, width: int, gamma: Level) -> Event:

@@ -109,28 +109,34 @@ class _Blocks:
         count = series.time_s.size // size
         if count * size * series.period_s < 2.0:
             return None
-        model = prepared.rigid_nm[:, columns]
-        if prepared.contact_nm is not None:
-            model = model + prepared.contact_nm[:, columns]
-        usable = run.detected.state <= State.FRICTION_INTERVAL
+        period = size * series.period_s
+        if round(sum(_SCALES[-1]) / period) < 1:
+            return None
+        off = None
         if series.not_driven is not None and series.not_driven.any():
-            usable &= ~widened(series.not_driven, round(_NEAR_OFF_S / series.period_s))[:, None]
-        position = series.position_rad[:, columns]
-        torque = np.where(usable, series.effort[:, columns] - model, np.nan)
+            off = widened(series.not_driven, round(_NEAR_OFF_S / series.period_s))
 
         def means(x: FloatArray) -> FloatArray:
             return np.asarray(sum(x[k : count * size : size] for k in range(size)) / size)
 
-        steps = np.array([_count(position[:, j]) for j in range(len(columns))])
-        period, every = size * series.period_s, means(series.position_rad)
-        if round(sum(_SCALES[-1]) / period) < 1:
-            return None
+        every = np.stack([means(column) for column in series.position_rad.T], axis=1)
+        steps = np.array([_count(series.position_rad[:, j]) for j in columns])
+        torque, model = np.empty((count, len(columns))), np.empty((count, len(columns)))
+        for k, j in enumerate(columns):  # joint by joint: arrays of all joints are fresh memory
+            modelled = prepared.rigid_nm[:, j]
+            if prepared.contact_nm is not None:
+                modelled = modelled + prepared.contact_nm[:, j]
+            usable = run.detected.state[:, k] <= State.FRICTION_INTERVAL
+            if off is not None:
+                usable &= ~off
+            torque[:, k] = means(np.where(usable, series.effort[:, j] - modelled, np.nan))
+            model[:, k] = means(modelled)
         windows = [_Window.of(scale, period) for scale in _SCALES]
         moves = [
             np.logical_or.reduce([_range(every[:, k], w.before, w.after) > _STILL for k in range(every.shape[1])])
             for w in windows
         ]
-        return cls(means(series.time_s), period, means(position), means(torque), means(model), steps, ~np.stack(moves))
+        return cls(means(series.time_s), period, every[:, columns], torque, model, steps, ~np.stack(moves))
 
 
 @dataclass(frozen=True, slots=True)

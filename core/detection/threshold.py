@@ -116,12 +116,12 @@ def learn_dynamic(
     if np.count_nonzero(use) < _LEAST_SAMPLES:
         return None
     size = np.where(use, np.abs(residual), 0.0)
-    columns = np.stack([np.ones_like(size), np.abs(velocity), np.abs(acceleration)], axis=1)[use]
+    speed, turn = np.abs(velocity[use]), np.abs(acceleration[use])
+    columns = np.stack([np.ones_like(speed), speed, turn], axis=1)
     shape = dynamic_shape(size[use], columns)
     lasting = whole_window_minima(size, n)[use]
     scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
-    base, speed, turn = (float(scale * x) for x in shape)
-    return DynamicThreshold(base, speed, turn)
+    return DynamicThreshold(*(float(scale * x) for x in shape))
 
 
 def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:

@@ -56,12 +56,13 @@ def quiet_model(
     """
     if series.effort is None or series.effort_unit != "Nm":
         return rigid_nm, ()
-    effort = series.effort if contact_nm is None else series.effort - np.nan_to_num(contact_nm)
-    spans = _part(series.segments)
+    measured, spans = series.effort, _part(series.segments)
 
     def one(j: int) -> ModelBandwidth | None:
-        columns = (np.ascontiguousarray(x[: spans[-1].stop, j]) for x in (effort, rigid_nm))
-        return _bandwidth(series, spans, j, *columns)
+        effort, rigid = (np.ascontiguousarray(x[: spans[-1].stop, j]) for x in (measured, rigid_nm))
+        if contact_nm is not None:
+            effort = effort - np.nan_to_num(contact_nm[: spans[-1].stop, j])
+        return _bandwidth(series, spans, j, effort, rigid)
 
     found = [b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None]
     if not found:

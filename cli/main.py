@@ -27,6 +27,7 @@ _COMMANDS = (
     CommandEntry("audit", "Everything above, for one log or thousands."),
     CommandEntry("trend", "What changed over the nights of a store of results."),
     CommandEntry("query", "Ask a store of results in SQL."),
+    CommandEntry("check", "Check configurations without a log."),
     CommandEntry("verify", "Compare an audit's folder with its manifest."),
     CommandEntry("simulate", "Make a log whose truth is known."),
     CommandEntry("selftest", "Prove this installation on logs whose truth is known."),

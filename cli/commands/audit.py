@@ -97,6 +97,12 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     metavar="KEY",
     help="Sign manifest.json with this minisign key (extra sign; password in COLLAUDIT_SIGN_PASSWORD).",
 )
+@click.option(
+    "--log-json",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Log of the run itself: a JSON object a line for its start, each log, its end.",
+)
 @click.option("--fail-fast", is_flag=True, help="End the audit at the first log that breaks the policy.")
 @click.option(
     "--keep-going", is_flag=True, help="An argument that names no log is not judged and listed, not an error."
@@ -125,6 +131,7 @@ def command(
     fails: tuple[str, ...],
     as_of: date | None,
     sign: Path | None,
+    log_json: Path | None,
     fail_fast: bool,
     keep_going: bool,
     store: str | None,
@@ -163,6 +170,7 @@ def command(
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.night_manifest import night_manifest
     from collaudit.cli.fleet.night_policy import NightPolicy
+    from collaudit.cli.fleet.run_log import SCHEMA, run_log
     from collaudit.cli.formats import parse_formats
     from collaudit.reports.files.atomic import atomic_write
     from collaudit.reports.files.json_writer import json_text
@@ -170,6 +178,7 @@ def command(
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.files.signature_file import signing_key, write_signature
     from collaudit.reports.page.index import summary_json, write_index
+    from collaudit.reports.values.entries import verdict_counts
 
     key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
@@ -183,10 +192,16 @@ def command(
     policy = NightPolicy(loaded.config.policy, None if baseline is None else read_baseline(baseline), fails, as_of)
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished before and are taken over")
-    with audit_under_way(output, [job.folder for job in left], force):
+    with run_log(log_json) as events, audit_under_way(output, [job.folder for job in left], force):
+        events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
+
+        def came(outcome: Outcome) -> None:
+            events.judged(outcome)
+            _say_error(outcome)
+
         with progress(f"auditing {len(left)} log{'s' if len(left) != 1 else ''}") as report:
             audit = partial(audit_logs, left, output, Limits(jobs, timeout, memory_limit, scheduler), report)
-            judged = until_failure(left, policy.verdict_of, audit, _say_error) if fail_fast else audit(_say_error)
+            judged = until_failure(left, policy.verdict_of, audit, came) if fail_fast else audit(came)
         outcomes = merged(len(work), kept, judged)
         decisions = policy.decide(work, outcomes)
         entries = decisions.entries
@@ -199,6 +214,8 @@ def command(
             write_signature(output, key)
         if store is not None:
             note(f"{append_night(store, work, outcomes)} logs added to the store {store}")
+        code = exit_code(decisions.verdicts)
+        events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
     print_findings(decisions.file.findings, err=True)
     if as_json:
         say_json(summary_json(entries))
@@ -206,7 +223,7 @@ def command(
         _say(entries, decisions.results, detail)
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
-    return exit_code(decisions.verdicts)
+    return code
 
 
 def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:

@@ -1,0 +1,54 @@
+"""``collaudit check``: whether configurations can be used, without a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from collaudit.cli.console import note, print_findings, say
+from collaudit.cli.group import example_command
+from collaudit.core.errors import EXIT_PASS, EXIT_USAGE, CollauditError, ConfigError
+
+
+@example_command("check", "collaudit check", "collaudit check collaudit.toml fleet/collaudit-cell1.toml")
+@click.argument("configs", nargs=-1, type=click.Path(path_type=Path), metavar="[CONFIG]...")
+def command(configs: tuple[Path, ...]) -> int:
+    """Check configurations: keys and values, the files they name, the fleet, and waivers that are over.
+
+    Without an argument collaudit.toml of this folder is checked. As a hook of pre-commit: collaudit-check.
+
+    Exit codes: 0 all can be used; 2 one cannot. An expired waiver is said, and is no error.
+    """
+    bad = 0
+    for path in configs or (Path("collaudit.toml"),):
+        try:
+            _check(path)
+        except CollauditError as error:
+            note(error.render())
+            bad += 1
+        else:
+            say(f"ok  {path}")
+    return EXIT_USAGE if bad else EXIT_PASS
+
+
+def _check(path: Path) -> None:
+    from collaudit.cli.fleet.log_settings import LogSettings
+    from collaudit.cli.fleet.night_policy import NightPolicy
+    from collaudit.cli.fleet.robot_matching import fleet_robots
+    from collaudit.core.config import load_config
+    from collaudit.core.config.relative_paths import located
+    from collaudit.reports.files.run_files import read_friction
+
+    loaded = load_config(path)
+    robots = fleet_robots(loaded)
+    for settings in (loaded, *LogSettings(loaded, {}, robots).robot_settings()):
+        urdf = settings.config.robot.urdf
+        if urdf is not None and not located(urdf, settings.base_dir).is_file():
+            raise ConfigError(
+                "the robot's description is not there", where=str(path), found=str(located(urdf, settings.base_dir))
+            )
+        if settings.friction_path is not None:
+            read_friction(settings.friction_path)
+    expired = NightPolicy(loaded.config.policy, None).decide((), ()).file.findings
+    print_findings([finding for finding in expired if finding.severity == "warning"], err=True)

@@ -1,0 +1,75 @@
+"""``--log-json``: what an audit does, as it does it, one JSON object a line."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from collaudit.core.errors import CollauditError
+
+if TYPE_CHECKING:
+    from collaudit.cli.batch.audit_one import Outcome
+
+SCHEMA = "collaudit/run-log/1"
+
+
+class RunLog:
+    """Events of one audit. Times are of the run, not of the logs; nothing of it is in the results."""
+
+    def __init__(self, stream: TextIO | None) -> None:
+        self._stream = stream
+        self._started = time.monotonic()
+
+    def event(self, name: str, **facts: object) -> None:
+        """Write one event, at once: a run that is killed leaves what it did."""
+        if self._stream is None:
+            return
+        head = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "event": name}
+        self._stream.write(
+            json.dumps({**head, "elapsed_s": round(time.monotonic() - self._started, 3), **facts}) + "\n"
+        )
+        self._stream.flush()
+
+    def judged(self, outcome: Outcome) -> None:
+        """One log has come out, with the verdict on it alone."""
+        entry = outcome.entry
+        self.event(
+            "log",
+            log=entry.name,
+            robot=entry.robot,
+            verdict=entry.verdict,
+            reasons=list(entry.reasons),
+            contacts=entry.contacts,
+            near_misses=entry.near_misses,
+        )
+
+
+@contextmanager
+def run_log(path: Path | None) -> Iterator[RunLog]:
+    """The log of a run; its last event tells how it ended.
+
+    Args:
+        path: file to write, which is replaced; None for no log.
+
+    Raises:
+        CollauditError: it cannot be written.
+    """
+    if path is None:
+        yield RunLog(None)
+        return
+    try:
+        stream = path.open("w", encoding="utf-8")
+    except OSError as error:
+        raise CollauditError(f"cannot be written: {error.strerror}", where=str(path)) from error
+    with stream:
+        log = RunLog(stream)
+        try:
+            yield log
+        except BaseException as error:
+            log.event("ended", error=type(error).__name__, text=str(error))
+            raise

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import log_writers as w
-import lz4.frame
-import numpy as np
 import pytest
+from packed_bombs import packed_columns, packed_messages, packed_text, packed_zeros
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
@@ -20,65 +19,6 @@ from collaudit.core.logs import describe, read_log
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 
 SECONDS, MEGABYTES = 10, 1000
-
-
-def mcap_of_chunks(path: Path, data: bytes, size: int, count: int = 1) -> Path:
-    """An MCAP file of equal chunks, compressed by lz4."""
-
-    def record(op: int, body: bytes) -> bytes:
-        return bytes([op]) + len(body).to_bytes(8, "little") + body
-
-    def text(value: str) -> bytes:
-        return len(value).to_bytes(4, "little") + value.encode()
-
-    definition = w.definition(w.JOINT_STATE, "cdr")
-    schema = (1).to_bytes(2, "little") + text(w.JOINT_STATE) + text("ros2msg") + text(definition)
-    channel = (1).to_bytes(2, "little") * 2 + text("/joint_states") + text("cdr") + (0).to_bytes(4, "little")
-    times = bytes(16) + size.to_bytes(8, "little") + bytes(4) + text("lz4") + len(data).to_bytes(8, "little")
-    magic = b"\x89MCAP0\r\n"
-    head = record(1, text("ros2") + text("")) + record(3, schema) + record(4, channel)
-    tail = record(15, bytes(4)) + record(2, bytes(20))
-    path.write_bytes(magic + head + count * record(6, times + data) + tail + magic)
-    return path
-
-
-def packed_zeros(path: Path) -> Path:
-    """8 MB that truly hold 1.9 GB of zeros."""
-    size = 1_900_000_000
-    context = lz4.frame.LZ4FrameCompressor()
-    block = bytes(50_000_000)
-    parts = [context.begin(size), *(context.compress(block) for _ in range(size // len(block))), context.flush()]
-    return mcap_of_chunks(path, b"".join(parts), size)
-
-
-def packed_messages(path: Path) -> Path:
-    """240 MB of joint states of 500 joints, all alike, in a megabyte."""
-    said = w.joint_state([f"joint{j}" for j in range(500)], np.zeros(500), np.zeros(500), np.zeros(500))
-    body = (1).to_bytes(2, "little") + bytes(4) + said.log_ns.to_bytes(8, "little") * 2 + w.encode(said, "cdr")
-    one = bytes([5]) + len(body).to_bytes(8, "little") + body
-    data = one * (120_000_000 // len(one))
-    return mcap_of_chunks(path, lz4.frame.compress(data), len(data), 2)
-
-
-def packed_text(path: Path) -> Path:
-    import gzip
-
-    path = path.with_suffix(".csv.gz")
-    with gzip.open(path, "wb", 6) as stream:
-        stream.write(b"t,q1,q2,dq1,dq2,tau1,tau2\n")
-        for _ in range(12):
-            stream.write(b"0,0,0,0,0,0,0\n" * 1_000_000)
-    return path
-
-
-def packed_columns(path: Path) -> Path:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    path = path.with_suffix(".parquet")
-    zeros = pa.array(np.zeros(4_000_000))
-    pq.write_table(pa.table(dict.fromkeys(("t", "q1", "q2", "dq1", "dq2", "tau1", "tau2"), zeros)), path)
-    return path
 
 
 BOMBS = [packed_zeros, packed_messages, packed_text, packed_columns]

@@ -12,9 +12,11 @@ from pydantic import TypeAdapter
 
 from collaudit.cli.commands.demo import DEMO_SCHEMA
 from collaudit.cli.commands.inspect import INSPECT_SCHEMA
+from collaudit.cli.commands.query import QUERY_SCHEMA
 from collaudit.cli.commands.recommend import RECOMMEND_SCHEMA
 from collaudit.cli.commands.report import BODY_REGIONS_SCHEMA, WRITTEN_SCHEMA
 from collaudit.cli.commands.simulate import SIMULATED_SCHEMA
+from collaudit.cli.commands.verify import VERIFY_SCHEMA
 from collaudit.cli.drafts.draft_json import INIT_SCHEMA
 from collaudit.cli.error_json import ERROR_SCHEMA
 from collaudit.core.data.audit_result import AuditResult, RecommendedRule, Verdict
@@ -28,15 +30,19 @@ from collaudit.core.data.recommendation_result import (
 )
 from collaudit.core.data.rule_study_result import PersistenceChoice, RuleStudy
 from collaudit.core.findings import Finding
+from collaudit.core.history.robot_trend import RateOfNights
+from collaudit.core.history.series_changes import Change
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.manifest_file import Difference
 from collaudit.reports.files.result_schemas import untitled
 from collaudit.reports.files.score_file import SCORE_SCHEMA
 from collaudit.reports.formats.audits_json import AUDITS_SCHEMA
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 from collaudit.reports.values.body_regions import BodyRegionRow
+from collaudit.reports.values.trend_values import TREND_SCHEMA
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -169,6 +175,69 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
+class Answer:
+    """What ``query --json`` prints: names of columns, and rows of what SQL gave."""
+
+    schema: Literal["collaudit/query/1"]
+    columns: list[str]
+    rows: list[list[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """What ``verify --json`` prints: how a folder differs from its manifest; ``signature`` says why it is not right."""
+
+    schema: Literal["collaudit/verify/1"]
+    same: bool
+    signature: str | None
+    counts: dict[str, int]
+    differences: list[Difference]
+
+
+@dataclass(frozen=True, slots=True)
+class TrendEvent:
+    """What happened to a robot, by its likely cause."""
+
+    cause: str
+    text: str
+    changes: list[Change]
+
+
+@dataclass(frozen=True, slots=True)
+class TrendSeries:
+    """A quantity of a joint by night, with standard errors; null where it is not known."""
+
+    nights: list[str]
+    value: list[float | None]
+    se: list[float | None]
+    temperature_c: list[float | None]
+    left_out: Any
+
+
+@dataclass(frozen=True, slots=True)
+class RobotOverNights:
+    """One robot of ``trend --json``; ``untold`` holds the series from which no change can be told yet."""
+
+    robot: str
+    nights: Any
+    logs: int
+    verdicts: dict[str, int]
+    contacts: RateOfNights
+    near_misses: RateOfNights
+    events: list[TrendEvent]
+    untold: Any
+    joints: dict[str, dict[str, TrendSeries]]
+
+
+@dataclass(frozen=True, slots=True)
+class Trends:
+    """What ``trend --json`` prints: every series, change and interval, by robot."""
+
+    schema: Literal["collaudit/trend/1"]
+    robots: list[RobotOverNights]
+
+
+@dataclass(frozen=True, slots=True)
 class Failed:
     """What a command that was given ``--json`` prints when it fails; the text is on stderr."""
 
@@ -193,6 +262,9 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     SELFTEST_SCHEMA: (Selftest, "selftest --json"),
     AUDITS_SCHEMA: (Audits, "report --format json of several runs"),
     SCORE_SCHEMA: (Scores, "score.json of a run"),
+    QUERY_SCHEMA: (Answer, "query --json"),
+    VERIFY_SCHEMA: (Verified, "verify --json"),
+    TREND_SCHEMA: (Trends, "trend --json"),
     ERROR_SCHEMA: (Failed, "any command with --json that fails"),
 }
 

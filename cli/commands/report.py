@@ -25,6 +25,7 @@ BODY_REGIONS_SCHEMA = "collaudit/body-regions/1"
     "collaudit report run/ -o - --format markdown",
     "collaudit report run/ -o run.mcap --format mcap,csv,parquet",
     "collaudit report before/ after/ --compare",
+    "collaudit report before/ after/ --compare -o compared.html",
 )
 @click.argument("runs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RUN...")
 @click.option(
@@ -59,9 +60,9 @@ def command(
     The first format keeps the name given with -o; others are written beside it with their own suffix. With
     -c, a run that was judged with other settings is pointed out.
 
-    With --limits, nothing is written: forces and limits are printed, with what cannot be concluded from them. With
-    --compare, the first run is taken as before and the second as after: what differs goes to stdout. A contact
-    that only one run has says whether the other judged that moment.
+    With --limits, forces and limits are shown side by side, with what cannot be concluded from them. With --compare,
+    the first run is taken as before and the second as after. A contact that only one run has says whether the other
+    judged that moment. Both go to stdout, or with -o to an HTML page.
 
     Exit code 0 when the report was written, whatever its verdict: detect and audit judge.
     """
@@ -118,11 +119,14 @@ def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:
 
     if len(runs) != 2:
         raise click.UsageError(f"--compare takes two runs, before and after; {len(runs)} given.")
-    _on_stdout(output, "--compare")
     found = compare(*(read_run(run) for run in runs))
+    if output is not None and str(output) != "-":
+        from collaudit.reports.page.comparison_page import comparison_html
+
+        _write_page(output, comparison_html(found))
     if as_json:
         say_json(json_text(found, indent=2))
-    else:
+    elif output is None or str(output) == "-":
         say(comparison_text(found, terminal_width()), nl=False)
     return EXIT_PASS
 
@@ -135,18 +139,23 @@ def _beside_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as
     from collaudit.reports.terminal.body_region_text import body_region_text
     from collaudit.reports.values.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
 
-    _on_stdout(output, "--limits")
     stated = read_limits(limits)
     results = [read_run(run).result for run in runs]
+    if output is not None and str(output) != "-":
+        from collaudit.reports.page.comparison_page import body_regions_html
+
+        _write_page(output, body_regions_html(results, stated))
     if as_json:
         logs = [{"log": r.log.name, "verdict": r.verdict, "contacts": body_region_rows(r, stated)} for r in results]
         content = {"schema": BODY_REGIONS_SCHEMA, "source": stated.source, "note": CANNOT_BE_CONCLUDED, "logs": logs}
         say_json(json_text(content, indent=2))
-    else:
+    elif output is None or str(output) == "-":
         say(body_region_text(results, stated, terminal_width()), nl=False)
     return EXIT_PASS
 
 
-def _on_stdout(output: Path | None, flag: str) -> None:
-    if output is not None:
-        raise click.UsageError(f"{flag} prints on stdout: leave -o away, and redirect the output.")
+def _write_page(output: Path, text: str) -> None:
+    from collaudit.reports.files.atomic import atomic_write
+
+    atomic_write(output, text)
+    note(f"page written to {output}")

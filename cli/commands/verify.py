@@ -10,6 +10,8 @@ from collaudit.cli.console import note, say, say_json
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_FAIL, EXIT_NOT_JUDGED, EXIT_PASS
 
+VERIFY_SCHEMA = "collaudit/verify/1"
+
 
 @example_command(
     "verify",
@@ -49,7 +51,7 @@ def command(folder: Path, inputs: bool, root: Path, key: Path | None, as_json: b
     differs = bool(unsigned) or any(counts[kind] for kind in ("changed", "missing", "added"))
     code = EXIT_FAIL if differs else EXIT_NOT_JUDGED if found else EXIT_PASS
     if as_json:
-        answer = {"schema": "collaudit/verify/1", "same": code == EXIT_PASS, "signature": unsigned, "counts": counts}
+        answer = {"schema": VERIFY_SCHEMA, "same": code == EXIT_PASS, "signature": unsigned, "counts": counts}
         say_json(json_text({**answer, "differences": found}))
         return code
     for one in found:

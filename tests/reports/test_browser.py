@@ -14,8 +14,11 @@ from browser import axe_source, keep_picture, launched, violations
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
+from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
+from collaudit.reports.values.body_regions import BodyLimits, BodyRegion
+from collaudit.reports.values.comparison import compare
 
 playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.browser
@@ -209,7 +212,11 @@ def pages(tmp_path: Path) -> dict[str, Path]:
     result = samples.failed(3000).result
     dated = [replace(entry_of(result, f"{k}/report.html"), name=f"{k}.bag") for k in range(3)]
     write_index(tmp_path, [*dated, entry_of_error("b.bag", LogError("cut short"))])
-    return {"several": tmp_path / "several.html", "index": tmp_path / "index.html"}
+    audit, other = samples.failed(3000), samples.passed(3000)
+    (tmp_path / "compared.html").write_text(comparison_html(compare(audit, other)))
+    limits = BodyLimits("our own measurements", (BodyRegion("hand", 140.0, 280.0),))
+    (tmp_path / "limits.html").write_text(body_regions_html([samples.busy(3).result, other.result], limits))
+    return {name: tmp_path / f"{name}.html" for name in ("several", "index", "compared", "limits")}
 
 
 def test_axe_finds_nothing_at_any_width_light_or_dark(chromium: Any, axe: str, report: Path, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.files.result_schemas import comparison_schema
+from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.terminal.body_region_text import body_region_text
 from collaudit.reports.terminal.comparison_text import comparison_text
 from collaudit.reports.values.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
@@ -165,3 +166,21 @@ def test_a_file_of_limits_says_whose_they_are_and_nothing_unknown(tmp_path: Path
     (tmp_path / "limits.toml").write_text(text)
     with pytest.raises(ConfigError):
         read_limits(tmp_path / "limits.toml")
+
+
+def test_the_page_of_a_comparison_holds_what_the_terminal_shows_and_nothing_runs_in_it(audit: Audit) -> None:
+    text = comparison_html(compare(audit, samples.hostile()))
+    assert "default-src 'none'" in text and "script-src 'none'" in text
+    assert "Contacts: " in text
+    assert "Friction" in text and "Residual level" in text
+    assert "<script" not in text.partition("</style>")[2]
+    assert comparison_html(compare(audit, samples.hostile())) == text
+
+
+def test_the_page_of_forces_says_what_cannot_be_concluded(audit: Audit, tmp_path: Path) -> None:
+    (tmp_path / "limits.toml").write_text(LIMITS)
+    limits = read_limits(tmp_path / "limits.toml")
+    text = body_regions_html([_with_force(audit, 300.0, 400.0, 0).result, samples.not_judged().result], limits)
+    assert "the whole interval is above" in text
+    assert "no evidence that the limit was kept" in text
+    assert "not judged</p>" in text

@@ -109,6 +109,21 @@ class StretchToConfirm:
 
 
 @dataclass(frozen=True, slots=True)
+class CleanPeak:
+    """A moment that gamma rests on: among the highest levels that count as clean.
+
+    Attributes:
+        log: its name.
+        time_s: s from the log's first sample.
+        level_nm: that the residual kept for n samples.
+    """
+
+    log: str
+    time_s: float
+    level_nm: float
+
+
+@dataclass(frozen=True, slots=True)
 class ArmRate:
     """False alarms of the whole arm at the recommended thresholds.
 

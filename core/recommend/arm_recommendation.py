@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from collaudit.core.data.audit_result import Audit, RecommendedRule
 from collaudit.core.data.recommendation_result import (
     ArmRate,
+    CleanPeak,
     PersistenceReason,
     RangeOfEvidence,
     SetRule,
@@ -30,10 +31,12 @@ from collaudit.core.recommend.joint_thresholds import (
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
 from collaudit.core.recommend.recommendation import CleanResidual
 from collaudit.core.recommend.set_rule import judge_set_rules
-from collaudit.core.recommend.sustained_levels import sustained_level
+from collaudit.core.recommend.sustained_levels import SustainedPeaks, sustained_level
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
 _DIFFERS = 1.05
+#: Moments that a joint's gamma rests on, to look at.
+_HIGHEST = 5
 
 #: What a recommendation takes for granted.
 ASSUMPTIONS = (
@@ -77,6 +80,8 @@ class ArmRecommendation:
         chosen_by: why it is this persistence: stated by the user; chosen by what contacts the studies of the logs
             notice; or as set, where no study tells.
         compared: the persistences that were compared, over all logs that have a study.
+        highest: of each joint the highest levels that count as clean, for a person to look at: a push no larger than
+            the rest is no outlier, and raises gamma.
     """
 
     persistence_s: float
@@ -91,6 +96,7 @@ class ArmRecommendation:
     assumptions: tuple[str, ...] = ASSUMPTIONS
     chosen_by: PersistenceReason = "set"
     compared: tuple[PersistenceChoice, ...] = ()
+    highest: dict[str, tuple[CleanPeak, ...]] = field(default_factory=dict)
 
 
 def recommend_arm(
@@ -128,6 +134,19 @@ def recommend_arm(
         if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
         set_rules=_set_rules(audits, evidence, per_hour),
         logs=tuple(_use(log) for log in evidence.logs),
+        highest={joint: _highest(found[joint].peaks, evidence, joint) for joint in joints},
+    )
+
+
+def _highest(peaks: SustainedPeaks, evidence: ArmEvidence, joint: str) -> tuple[CleanPeak, ...]:
+    logs = [log for log in evidence.logs if joint in log.watched]
+    return tuple(
+        CleanPeak(
+            logs[int(peaks.log[i])].name,
+            float(logs[int(peaks.log[i])].signals.time_s[0] + peaks.time_s[i]),
+            float(peaks.level_nm[i]),
+        )
+        for i in np.argsort(-peaks.level_nm, kind="stable")[:_HIGHEST]
     )
 
 

@@ -41,6 +41,7 @@ def recommendation_text(found: ArmRecommendation, width: int | None = None) -> s
         listed = ", ".join(f"{joint} {gamma:g}" for joint, gamma in found.if_clean_nm.items())
         lines.append(f"If nothing touched the arm there, gamma (N·m) has to be higher: {listed}")
     lines += _confirm(found.counted, "counted as clean, as stated, though beyond the usual of like motion")
+    lines += _highest(found, width)
     said = [(joint, text) for joint, rule in found.joints.items() for text in rule.missing]
     lines += [wrapped(f"missing: {line}", width, "  ") for line in joint_lines(said, len(found.joints))]
     return "\n".join(lines) + "\n"
@@ -104,6 +105,20 @@ def _rows(found: ArmRecommendation) -> list[tuple[str, ...]]:
             )
         )
     return rows
+
+
+def _highest(found: ArmRecommendation, width: int | None) -> list[str]:
+    """The moment that each gamma rests on most."""
+    first = {joint: peaks[0] for joint, peaks in found.highest.items() if peaks and found.joints[joint].gamma_nm}
+    if not first:
+        return []
+    several = len({peak.log for peak in first.values()}) > 1
+    listed = [
+        f"{joint} {f'{peak.log} ' if several else ''}{peak.time_s:.1f} s ({peak.level_nm:.2g} N·m)"
+        for joint, peak in first.items()
+    ]
+    words = "Highest level counted as clean (a push there would raise gamma; --json lists five a joint): "
+    return [wrapped(words + ", ".join(listed), width, "  ")]
 
 
 def _confirm(stretches: Sequence[StretchToConfirm], title: str) -> list[str]:

@@ -96,8 +96,11 @@ class Bench:
 
     def score(
         self, found: DetectorRun, watch: Sequence[str] | None = None, factor: float = FACTOR
-    ) -> tuple[Score, float]:
-        """Score of all joints combined against pushes above ``factor`` times γ, and the share of joint time judged."""
+    ) -> tuple[Score, tuple[float, float]]:
+        """Score of all joints combined against pushes above ``factor`` times γ, and shares of joint time.
+
+        The shares are those judged by friction's value, and judged at all (friction's range, too).
+        """
         series = self.prepared.judged_series
         rule = self.inputs.rule
         events = true_events(read_truth(self.truth), series.joint_names, factor, (rule.n + 1) * series.period_s)
@@ -107,8 +110,9 @@ class Bench:
         ratio = found.residual.torque_nm / found.threshold.all_joints()
         judged = JudgedResidual(series.time_s, ratio, found.detected.state, series.joint_names, rule.n)
         columns = [k for k, name in enumerate(series.joint_names) if watch is None or name in watch]
-        share = float(np.mean(found.detected.state[:, columns] <= State.FRICTION_INTERVAL))
-        return score(events, alarms, judged)[0], share
+        state = found.detected.state[:, columns]
+        shares = (float(np.mean(state == State.JUDGED)), float(np.mean(state <= State.FRICTION_INTERVAL)))
+        return score(events, alarms, judged)[0], shares
 
 
 def bench(log: Path, friction: FrictionFile, watch: Sequence[str] | None = None) -> Bench:

@@ -40,6 +40,20 @@ def test_contact_that_nobody_told_of_is_found_and_listed() -> None:
     assert found.to_confirm[0].level_nm is not None and found.to_confirm[0].level_nm > 4.0
 
 
+def test_pushes_no_larger_than_the_rest_are_no_outliers_and_are_listed_as_what_gamma_rests_on() -> None:
+    clean = recommend_arm([audit_of(coloured(0, 900.0, joints=2))])
+    audit, at = pushed(2.5)
+    found = recommend_arm([audit])
+    assert len(found.to_confirm) < len(at), "not all can be told from clean motion"
+    for joint, peaks in found.highest.items():
+        assert [p.level_nm for p in peaks] == sorted((p.level_nm for p in peaks), reverse=True) and len(peaks) == 5
+        assert peaks[0].level_nm == pytest.approx(found.joints[joint].largest_clean_nm or 0)
+        assert (found.joints[joint].gamma_nm or 0) >= (clean.joints[joint].gamma_nm or 9)
+        near = [any(abs(p.time_s - t) < 0.5 for t in at) for p in peaks]
+        outside = [s for s in found.to_confirm if joint in s.joints]
+        assert sum(near) >= 3 or outside, "the moments to look at are the pushes"
+
+
 def test_by_a_persons_word_it_counts() -> None:
     audit, at = pushed(6.0)
     found = recommend_arm([audit], contact=[()])

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.detection_result import DynamicThreshold
     from collaudit.core.data.recommendation_result import PersistenceReason
-    from collaudit.core.data.rule_study_result import PersistenceChoice
+    from collaudit.core.data.rule_study_result import JointPlane, PersistenceChoice
     from collaudit.core.recommend.arm_evidence import Times
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
@@ -94,6 +94,7 @@ def command(
     from collaudit.reports.files.dynamic_toml import dynamic_toml
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste
     from collaudit.reports.terminal.recommendation_text import recommendation_text
+    from collaudit.reports.terminal.study_text import planes_text
 
     audits, known = _audits(inputs, truth, per_hour, max_delay_ms)
     with progress("recommending") as report:
@@ -111,6 +112,7 @@ def command(
         say(text_to_paste(snippet, found), nl=False)
     else:
         say(recommendation_text(found, terminal_width()), nl=False)
+        say(planes_text(_planes(audits), terminal_width()) if len(audits) > 1 else "", nl=False)
         say_studies(audits, answer=False)
     if found.to_confirm:
         count = len(found.to_confirm)
@@ -231,6 +233,13 @@ def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
     return {joint: law for joint, law in pooled.items() if law is not None}
 
 
+def _planes(audits: Sequence[Audit]) -> dict[str, JointPlane]:
+    """The planes of all logs that were studied, as one."""
+    from collaudit.core.rule_study.pooled_planes import pooled_planes
+
+    return pooled_planes([audit.study for audit in audits if audit.study is not None])
+
+
 def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, DynamicThreshold]) -> str:
     from collaudit.reports.files.json_writer import json_text
 
@@ -250,6 +259,7 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, 
         "highest": {joint: [asdict(peak) for peak in peaks] for joint, peaks in found.highest.items()},
         "assumptions": found.assumptions,
         "dynamic": {joint: asdict(law) for joint, law in laws.items()},
+        "planes": {joint: asdict(plane) for joint, plane in _planes(audits).items()},
         "studies": [asdict(a.study) for a in audits if a.study is not None],
     }
     return json_text(content, indent=2)

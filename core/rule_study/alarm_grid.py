@@ -8,6 +8,7 @@ persistence only removes runs.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import floor, log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ IndexArray = NDArray[np.int32]
 GAMMAS, COUNTS = 100, 50
 #: The longest persistence of the grid is at least this, and at least ``COUNTS`` samples.
 _LONGEST_S = 0.25
+#: Ratio of neighbouring thresholds of the finest grid, as a logarithm.
+_STEP = 0.04
 
 
 def excess(residual_nm: FloatArray, uncertainty_nm: FloatArray, evidence: BoolArray) -> FloatArray:
@@ -97,16 +100,23 @@ def sustained_level(excess_nm: FloatArray, counts: IntArray) -> FloatArray:
 def grid_gammas(floor_nm: float, set_nm: Sequence[float], largest_nm: float) -> FloatArray:
     """(100,) thresholds in equal ratios, from the noise to well above everything seen or set, N·m.
 
+    They are powers of one ratio, or of its second, fourth, … power, so that grids of several logs share thresholds.
+
     Args:
         floor_nm: level of the clean residual.
         set_nm: thresholds that the grid must enclose.
         largest_nm: the largest clean excess.
     """
     known = [x for x in (*set_nm, largest_nm, floor_nm) if np.isfinite(x) and x > 0]
-    if not known:
-        return np.geomspace(0.01, 10.0, GAMMAS)
-    low = 0.5 * min(floor_nm if floor_nm > 0 else np.inf, *known)
-    return np.geomspace(low, max(2.5 * max(known), 10.0 * low), GAMMAS)
+    low, high = 0.01, 10.0
+    if known:
+        low = 0.5 * min(floor_nm if floor_nm > 0 else np.inf, *known)
+        high = max(2.5 * max(known), 10.0 * low)
+    stride = 1
+    while (GAMMAS - 2) * stride < log(high / low) / _STEP:
+        stride *= 2
+    first = floor(log(low) / _STEP / stride) * stride
+    return np.asarray(np.exp(_STEP * (first + stride * np.arange(GAMMAS))))
 
 
 def grid_counts(period_s: float, set_n: int) -> IntArray:

@@ -68,7 +68,7 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
             (joint, plane_map(plane, study.period_s, visible(f"Alarms and sensitivity of {joint} over γ and n")))
             for joint, plane in study.joints.items()
         ),
-        points=tuple(plane_rows(study)),
+        points=tuple(plane_rows(study.joints)),
         noticed=tuple(noticed_rows(study)),
         places=tuple(row for row in noticed_rows(study, places=True, motions=True) if row.where != "anywhere"),
         choices=tuple(choice_rows(study.choices)),

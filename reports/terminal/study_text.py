@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from collaudit.core.data.recommendation_result import SetRule
-from collaudit.core.data.rule_study_result import PersistenceChoice, RuleStudy
+from collaudit.core.data.rule_study_result import JointPlane, PersistenceChoice, RuleStudy
 from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.set_rule_rows import SET_RULE_HEAD, set_rule_rows
 from collaudit.reports.values.study_rows import (
@@ -51,15 +51,26 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False,
         title = "What thresholds are made of: by how much the level falls without each cause (causes overlap), N·m"
         parts.append("\n".join([wrapped(title, width, "  "), *(f"  {line}" for line in lines_of)]) + "\n")
     if detail:
-        head = ("joint", "rule", "gamma N·m", "n", "alarms", "push noticed N·m", "delay ms")
-        points = [(p.joint, p.rule, p.gamma, p.n, p.alarms, p.torque, p.delay) for p in plane_rows(study)]
-        parts.append(_titled("Each joint alone", head, points, width, 2))
+        parts.append(_points("Each joint alone", study.joints, width))
         parts.append(_titled("A dynamic threshold would be", ("joint", ""), list(dynamic_rows(study)), width, 2))
     sentences = [f"{place}: {text}." for place, text in blind_rows(study)]
     for group in (sentences, study.assumptions):
         if group:
             parts.append("".join(wrapped(text, width, "  ") + "\n" for text in group))
     return "\n".join(parts)
+
+
+def planes_text(planes: Mapping[str, JointPlane], width: int | None = None) -> str:
+    """The configured rule of each joint over several logs; empty where they have none in common."""
+    if not any(plane.configured for plane in planes.values()):
+        return ""
+    return "\n" + _points("Configured rule of each joint, over all logs", planes, width)
+
+
+def _points(title: str, planes: Mapping[str, JointPlane], width: int | None) -> str:
+    head = ("joint", "rule", "gamma N·m", "n", "alarms", "push noticed N·m", "delay ms")
+    points = [(p.joint, p.rule, p.gamma, p.n, p.alarms, p.torque, p.delay) for p in plane_rows(planes)]
+    return _titled(title, head, points, width, 2)
 
 
 def persistence_text(choices: Sequence[PersistenceChoice], width: int | None = None) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from collaudit.core.data.rule_study_result import (
     ContactSensitivity,
     DynamicGain,
     ForceNoticed,
+    JointPlane,
     PersistenceChoice,
     PlanePoint,
     RuleSensitivity,
@@ -98,11 +99,11 @@ def milliseconds(seconds: float | None) -> str:
     return "" if seconds is None else f"{1e3 * seconds:.0f}"
 
 
-def plane_rows(study: RuleStudy) -> list[PlaneRow]:
+def plane_rows(planes: Mapping[str, JointPlane]) -> list[PlaneRow]:
     """The configured and the recommended rule of every joint."""
     return [
         _plane(joint, name, point)
-        for joint, plane in study.joints.items()
+        for joint, plane in planes.items()
         for name, point in (("configured", plane.configured), ("recommended", plane.chosen))
         if point is not None
     ]

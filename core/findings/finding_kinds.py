@@ -561,8 +561,10 @@ KINDS: dict[str, Kind] = {
         setting="detect.gamma_nm",
     ),
     "friction-asymmetric": Kind(
-        "A joint's friction differs between its directions, and a law by direction was fitted.",
-        "Nothing; the residual follows it. The difference of the two levels also holds any zero error of the effort.",
+        "A joint's friction differs between its directions. Where points of each direction are at hand a law by "
+        "direction was fitted; of pairs of directions the law is the mean, and the difference changes with speed.",
+        'With a law by direction nothing: the residual follows it. With pairs, fit with [fit] motion = "any" and an '
+        "asymmetric law. A difference that is the same at every speed cannot be told from a zero error of the effort.",
         _INFO,
     ),
     "friction-any-motion": Kind(

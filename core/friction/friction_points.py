@@ -10,7 +10,8 @@ import numpy as np
 from collaudit.core.config.schema import FrictionConfig
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple
+from collaudit.core.friction.gear.direction_difference import PairSum
+from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -55,39 +56,55 @@ def friction_points(
     Returns:
         Points sorted by speed.
     """
+    return points_and_sums(series, sections, model_torque, config)[0]
+
+
+def points_and_sums(
+    series: UniformSeries, sections: Sequence[Section], model_torque: FloatArray | None, config: FrictionConfig
+) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
+    """:func:`friction_points`, and what half the sum of each pair leaves of the model's torque (none without one)."""
     if not sections:
-        return ()
+        return (), ()
     j = series.column(sections[0].joint)
     pairs = _match(series, sections, j, config)
     points = []
     used: set[int] = set()
     ripple = section_ripple(series, sections, j)
-    series = _without_ripple(series, sections, j, ripple)
+    series = without_ripple(series, sections, j, ripple)
     for pair in pairs:
         point = _pair_point(series, pair, j, ripple)
         if point is not None:
             points.append(point)
             used |= {id(pair.plus), id(pair.minus)}
+    sums: list[PairSum] = []
     if model_torque is not None:
+        modelled = replace(series, effort=model_torque)
+        sums = [found for pair in pairs if (found := _pair_sum(series, modelled, pair, j)) is not None]
         for section in sections:
             if id(section) not in used:
                 point = _model_point(series, section, model_torque, j, ripple)
                 if point is not None:
                     points.append(point)
-    return tuple(sorted(points, key=lambda p: p.speed_rad_s))
+    return tuple(sorted(points, key=lambda p: p.speed_rad_s)), tuple(sums)
 
 
-def _without_ripple(
-    series: UniformSeries, sections: Sequence[Section], j: int, ripple: SectionRipple | None
-) -> UniformSeries:
-    """The log without the waves in the effort of joint j, in its sections."""
-    if ripple is None or series.effort is None:
-        return series
-    effort = series.effort.copy(order="K")
-    for section in sections:
-        rows = section.span.slice
-        effort[rows, j] -= ripple.torque(series.position_rad[rows, j], section.velocity_rad_s)
-    return replace(series, effort=effort)
+def _pair_sum(series: UniformSeries, modelled: UniformSeries, pair: _Pair, j: int) -> PairSum | None:
+    """What a pair of directions says of gravity, the effort's zero, and how the directions differ."""
+    edges = _edges(pair)
+    (ahead, fast), (back, slow) = (_by_position(series, s, j, edges) for s in (pair.plus, pair.minus))
+    model = 0.5 * sum(_by_position(modelled, s, j, edges)[0] for s in (pair.plus, pair.minus))
+    half = 0.5 * (ahead + back) - model
+    known = np.isfinite(half)
+    if np.count_nonzero(known) < _MIN_BLOCKS:
+        return None
+    return PairSum(
+        speed_rad_s=0.5 * (fast + slow),
+        half_nm=float(np.mean(half[known])),
+        se_nm=_sd(half[known]) / float(np.sqrt(np.count_nonzero(known))),
+        time_s=0.25 * sum(s.span.start + s.span.stop for s in (pair.plus, pair.minus)) * series.period_s,
+        position_rad=0.5 * (pair.low_rad + pair.high_rad),
+        model_nm=float(np.mean(np.asarray(model)[known])),
+    )
 
 
 def _match(series: UniformSeries, sections: Sequence[Section], j: int, config: FrictionConfig) -> list[_Pair]:
@@ -130,12 +147,8 @@ def _candidate(series: UniformSeries, plus: Section, minus: Section, j: int, con
 
 
 def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRipple | None) -> FrictionPoint | None:
-    """Half the difference of both directions, block by block of position; None where too few blocks are common.
-
-    Slow sampling leaves few samples a section: blocks are then fewer, so that each holds some of both.
-    """
-    shorter = min(len(pair.plus.span), len(pair.minus.span))
-    edges = np.linspace(pair.low_rad, pair.high_rad, min(_BLOCKS, max(_MIN_BLOCKS, shorter // 3)) + 1)
+    """Half the difference of both directions, block by block of position; None where too few blocks are common."""
+    edges = _edges(pair)
     plus, speed_plus = _by_position(series, pair.plus, j, edges)
     minus, speed_minus = _by_position(series, pair.minus, j, edges)
     friction, gravity = 0.5 * (plus - minus), 0.5 * (plus + minus)
@@ -160,6 +173,12 @@ def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRippl
         others_moving=False,
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
     )
+
+
+def _edges(pair: _Pair) -> FloatArray:
+    """Of blocks of position; fewer where slow sampling leaves few samples a section, so that each has some of both."""
+    shorter = min(len(pair.plus.span), len(pair.minus.span))
+    return np.linspace(pair.low_rad, pair.high_rad, min(_BLOCKS, max(_MIN_BLOCKS, shorter // 3)) + 1)
 
 
 def _slope(x: FloatArray, y: FloatArray) -> float:

@@ -7,16 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.data.friction_result import DirectionDifference, FrictionFit, FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel, direction_words
-from collaudit.core.friction.friction_points import friction_points
+from collaudit.core.friction.friction_points import points_and_sums
+from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
 from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
-from collaudit.core.friction.sections import SectionSet, find_sections
+from collaudit.core.friction.sections import find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.effort_gain import EffortGain
 from collaudit.core.prepare.gear_torque import sensed
@@ -38,17 +39,18 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
     points: dict[str, list[FrictionPoint]] = {}
     counts: Counter[str] = Counter()
     rejected: dict[str, Counter[str]] = {}
+    sums: dict[str, list[tuple[PairSum, ...]]] = {}
     for log in prepared:
         found = find_sections(log.series, config.sections)
         for joint in log.judged:
             counts[joint] += len(found.of(joint))
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
-            points.setdefault(joint, []).extend(_section_points(log, found, joint, config))
-    return {joint: _fit_joint(joint, found, prepared, config, counts, rejected) for joint, found in points.items()}
-
-
-def _section_points(log: Prepared, found: SectionSet, joint: str, config: Config) -> tuple[FrictionPoint, ...]:
-    return friction_points(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
+            torque = _model_in_effort_unit(log, joint)
+            seen, both = points_and_sums(log.series, found.of(joint), torque, config.friction)
+            points.setdefault(joint, []).extend(seen)
+            sums.setdefault(joint, []).append(both)
+    fits = {joint: _fit_joint(joint, found, prepared, config, counts, rejected) for joint, found in points.items()}
+    return {joint: replace(fit, directions=direction_difference(sums[joint])) for joint, fit in fits.items()}
 
 
 def _fit_joint(
@@ -119,6 +121,13 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
                 f"at a speed): {apart}."
             )
             findings.append(Finding("friction-asymmetric", "info", text, joint=joint))
+        elif fit.directions is not None:
+            words = _difference_words(fit.directions, fit.effort_unit)
+            text = (
+                f"The friction of joint '{joint}' differs between the directions, beyond its errors and not alike at "
+                f"all speeds: {words}. The law is the mean of both; half of the difference stays in the residual."
+            )
+            findings.append(Finding("friction-asymmetric", "info", text, joint=joint))
         if fit.not_identifiable:
             text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
             findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
@@ -146,6 +155,17 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             )
             findings.append(Finding("friction-model-points", "info", text, joint=joint))
     return findings
+
+
+def _difference_words(part: DirectionDifference, unit: str) -> str:
+    between = f"from {part.slow_rad_s:.2g} to {part.fast_rad_s:.2g} rad/s"
+    low, high = part.ci95
+    if low < 0 < high:
+        return f"by how much is not determined {between} (95 %: {low:.3g} to {high:.3g} {unit})"
+    return (
+        f"what forward friction has more than backward friction changes by {part.change_nm:.3g} {unit} {between} "
+        f"(95 %: {low:.3g} to {high:.3g})"
+    )
 
 
 def _physics_findings(joint: str, fit: FrictionFit, known: Sequence[EffortGain]) -> list[Finding]:

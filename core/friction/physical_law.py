@@ -94,9 +94,8 @@ def physical(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw]
         return replace(found, refusal="Coulomb friction would be negative")
     if known and law.breakaway and rise < 0:
         return replace(found, refusal="breakaway friction would be below Coulomb friction")
-    below = [p.symbol for p in law.parameters if p.kind == "friction" and found.values[p.symbol] < 0]
-    if known and not law.breakaway and below:
-        return replace(found, refusal=f"{below[0]} would be negative")
+    if known and (below := _negative_friction(found)):
+        return replace(found, refusal=f"{below} would be negative")
     if _dissipates(found, speed):
         return found
     return _bounded_line(found, speed, refit) if law is LINE else replace(found, refusal=drives)
@@ -160,6 +159,18 @@ def _level_and_rise(found: Candidate) -> tuple[float, float]:
     linear, _ = law.natural(found.values)
     start = float(law.curve(found.values, np.array([1e-9]), np.ones(1))[0])
     return float(linear[0]), start - float(linear[0])
+
+
+def _negative_friction(found: Candidate) -> str:
+    """What friction cannot be below zero and is: a level; of a law by direction the mean of both, free of the zero."""
+    law = found.law
+    symbols = [p.symbol for p in law.parameters if p.kind == "friction"]
+    if law.directional:
+        for letter in sorted({symbol[0] for symbol in symbols}):
+            if sum(found.values[symbol] for symbol in symbols if symbol[0] == letter) < 0:
+                return f"{letter} on the mean of both directions"
+        return ""
+    return "" if law.breakaway else next((symbol for symbol in symbols if found.values[symbol] < 0), "")
 
 
 def _dissipates(found: Candidate, speed: FloatArray) -> bool:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from json import dumps, loads
 from pathlib import Path
 
@@ -30,7 +30,7 @@ from collaudit.core.friction.parameter_units import FrictionUnits, parameter_sym
 from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
-from collaudit.fixtures.imperfections.arm_imperfections import OF_THE_ARM
+from collaudit.fixtures.imperfections.arm_imperfections import loads_nm
 from collaudit.fixtures.imperfections.gear_imperfections import geared
 from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -79,8 +79,12 @@ def spoilt_points(cache: Path, robot: str, name: str, seed: int) -> list[Frictio
     if not kept.exists():
         rngs = streams("friction", seed)
         planned = friction_run(arm, (1,), FRICTION_SPEEDS)
-        loads = names if name in OF_THE_ARM else ()
-        trace = motion(planned, arm, model, cache / f"{robot}-second-{'-'.join(loads)}.npz", loads)
+        spring = names if name == "springs" else ()
+        bent = names if name == "elastic" else ()
+        trace = motion(planned, arm, model, cache / f"{robot}-second-{'-'.join(bent)}.npz", bent)
+        # Springs at the place where the arm is: that of the plan is ahead of it, by what the servo lags.
+        there = replace(planned, position=trace.position, velocity=trace.velocity)
+        trace = replace(trace, drive_nm=trace.drive_nm + loads_nm(spring, arm, there))
         rng = np.random.default_rng(seed)
         trace = geared(trace, names, arm, model, rng.uniform(0.0, 2.0 * np.pi, len(arm.joints)))
         file = described(arm, rng, 0.1, tool=True) if name == "wrong-cad" else model

@@ -158,6 +158,22 @@ def test_friction_that_differs_between_the_directions_is_said() -> None:
     assert "friction-asymmetric" not in {f.code for f in friction_findings({"joint1": same})}
 
 
+def test_a_law_by_direction_with_a_negative_level_is_refused() -> None:
+    """A level far below zero in one direction, and a breakaway that makes up for it."""
+    speeds = np.repeat(np.geomspace(0.3, 3.3, 12), 2)
+    way = np.tile([1, -1], 12)
+    fading = np.exp(-((0.3 * speeds) ** 2))
+    friction = np.where(way > 0, 0.2 + 0.4 * fading + 1.6 * speeds, -20.0 + 21.0 * fading + 7.5 * speeds)
+    noise = 0.02 * np.random.default_rng(0).standard_normal(24)
+    points = [
+        FrictionPoint(float(v), float(f), 0.07, 0.02, "model", int(d), True)
+        for v, f, d in zip(speeds, friction + noise, way, strict=True)
+    ]
+    row = next(r for r in fit_friction(points, UNITS).comparison if r.model == "asymmetric-stribeck-gauss")
+    assert not row.chosen
+    assert "negative" in row.note
+
+
 def test_damping_coulomb_holds_at_zero_what_would_be_negative() -> None:
     speeds = np.linspace(0.1, 1.0, 10)
     points = [FrictionPoint(float(v), float(5 - 0.5 * v), 0.02, 0.02, "pair", 0, False) for v in speeds]

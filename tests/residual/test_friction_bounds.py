@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from origins import log_source
 
+from collaudit.core.data.friction_correction import LoadFriction
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.residual.friction_bounds import friction_bounds
 from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
@@ -161,3 +165,16 @@ def test_an_unknown_velocity_is_no_reversal_in_either_direction(direction: float
     rows = np.arange(280, 340)
     for bound, whole in zip(after.bounds(rows), after.bounds(), strict=True):
         np.testing.assert_array_equal(bound, whole[rows])
+
+
+def test_friction_of_the_load_goes_with_the_temperature_too() -> None:
+    """A law at 0.8 of its friction has 0.8 of what the load adds to it."""
+    v = np.full(2000, 0.5)
+    load = LoadFriction(0.1, 0.01, (0.1, 1.0), (10.0, 10.0), (5.0, 40.0))
+    warm = replace(
+        law(), load=load, temperature_model=TemperatureModel(-0.02, 0.001, at_c=30.0, level=0.0, range_c=(20.0, 45.0))
+    )
+    series = replace(motion(v), temperature_c=np.full((v.size, 1), 40.0))
+    carried = np.full(v.size, 25.0)
+    bounds = friction_bounds(series, 0, v, warm, None, 0.01, carried)
+    assert bounds.sliding_nm[-1] == pytest.approx(0.8 * (law().torque(v)[-1] + 0.1 * 15.0))

@@ -9,7 +9,7 @@ sections of a joint together, each with a parabola of its own for gravity and fr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,6 +80,19 @@ def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -
     if np.ptp(data.position) < _LEAST_TRAVEL_RAD:
         return None
     return _fitted(data)
+
+
+def without_ripple(
+    series: UniformSeries, sections: Sequence[Section], j: int, ripple: SectionRipple | None
+) -> UniformSeries:
+    """The log without the waves in the effort of joint j, in its sections."""
+    if ripple is None or series.effort is None:
+        return series
+    effort = series.effort.copy(order="K")
+    for section in sections:
+        rows = section.span.slice
+        effort[rows, j] -= ripple.torque(series.position_rad[rows, j], section.velocity_rad_s)
+    return replace(series, effort=effort)
 
 
 def _ahead(sections: Sequence[Section]) -> IntArray:

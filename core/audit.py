@@ -45,8 +45,10 @@ from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
+from collaudit.core.detection.tight_thresholds import tight_threshold_findings
 from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
+from collaudit.core.findings.joint_units import in_joint_units
 from collaudit.core.friction.applied_friction import AppliedFriction, applied_friction
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
 from collaudit.core.friction.gear.correction_fit import correction_findings, friction_corrections
@@ -140,7 +142,7 @@ def fit_logs(
     return FrictionFile(
         schema=FRICTION_SCHEMA,
         joints=fits,
-        findings=tuple(findings),
+        findings=in_joint_units(findings, prepared[0].sliding),
         provenance=replace(
             provenance,
             logs=_hashes(prepared),
@@ -226,15 +228,17 @@ def audit_log(
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
-    findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *judged.findings]
+    tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, detected.collisions)
+    findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
+    findings = list(in_joint_units(findings, prepared.sliding))
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
         verdict=verdict,
         reasons=reasons,
-        log=_log_facts(series),
+        log=replace(_log_facts(series), units=prepared.units),
         rule=judged.inputs.rule,
         phases=phases,
         residual=judged.stats,

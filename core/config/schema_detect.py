@@ -46,8 +46,8 @@ class DetectConfig(ConfigTable):
     )
     gamma_nm: Positive | dict[str, Positive] | Literal["auto", "dynamic"] = Field(
         4.0,
-        description="Threshold, N·m; one number, or by joint; `auto`: of each joint from the held-out residual of the "
-        "fit, as kept in the friction file (without one nothing is judged); `dynamic`: see `dynamic`.",
+        description="Threshold, N·m (N if prismatic); one number, or by joint; `auto`: of each joint from the held-out "
+        "residual of the fit, as kept in the friction file (without one nothing is judged); `dynamic`: see `dynamic`.",
     )
     dynamic: dict[str, DynamicConfig] = Field(
         {},

@@ -83,7 +83,11 @@ class FrictionFile:
 
 @dataclass(frozen=True, slots=True)
 class LogFacts:
-    """The judged log. ``start`` is an ISO 8601 UTC time or None; ``sample_period_s`` of the uniform base."""
+    """The judged log. ``start`` is an ISO 8601 UTC time or None; ``sample_period_s`` of the uniform base.
+
+    ``units`` by joint of what its drive exerts: ``N·m``, or ``N`` of a prismatic joint, whose thresholds and residuals
+    (``*_nm``) are forces and whose positions and speeds (``*_rad``) are m and m/s; empty in files of earlier versions.
+    """
 
     name: str
     sha256: str
@@ -94,6 +98,7 @@ class LogFacts:
     joints: tuple[str, ...]
     topic: str
     time_source: str
+    units: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

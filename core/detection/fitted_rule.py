@@ -40,11 +40,11 @@ def with_fitted_thresholds(
         return config, []
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
-    usable, why = _usable(thresholds, config)
+    usable, why = usable_thresholds(thresholds, config)
     n, lasting_s = _persistence(config, series.period_s)
     for joint in series.joint_names:
         known = usable.joints.get(joint) if usable is not None else None
-        level = _level_at(known, n, lasting_s) if known is not None else None
+        level = level_at(known, n, lasting_s) if known is not None else None
         if level is not None and joint not in still:
             gamma[joint] = level.gamma_nm
     missing = [joint for joint in series.joint_names if joint not in gamma]
@@ -70,7 +70,9 @@ def _persistence(config: Config, period_s: float) -> tuple[int, float]:
     return n, n * period_s
 
 
-def _usable(thresholds: FittedThresholds | None, config: Config) -> tuple[FittedThresholds | None, str | None]:
+def usable_thresholds(
+    thresholds: FittedThresholds | None, config: Config
+) -> tuple[FittedThresholds | None, str | None]:
     """Thresholds that belong to this residual, or why there are none."""
     if thresholds is None:
         return None, "there is no friction file with thresholds (collaudit fit writes them)"
@@ -87,7 +89,7 @@ def _words(detector: str, causal: bool) -> str:
     return f"the detector '{detector}' ({'causal' if causal else 'offline'})"
 
 
-def _level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel | None:
+def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel | None:
     """The threshold of the longest persistence on file that is no longer than the rule's, in samples and in time.
 
     A threshold for a shorter persistence is higher, so it is safe for a longer one. A rule that is shorter than

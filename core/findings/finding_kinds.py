@@ -642,6 +642,13 @@ KINDS: dict[str, Kind] = {
         "Alarms at these positions are in doubt.",
         _LEVEL,
     ),
+    "gamma-too-tight": Kind(
+        "A stated threshold is below what the fitted logs' residual reaches without contact: motion alone alarms.",
+        'State [detect] gamma_nm = "auto", which takes the thresholds of the fit; for lower ones, correct the model '
+        '(payload, springs, cables, [fit] estimate = ["friction", "inertials"]) and fit again.',
+        _DOUBTS,
+        setting="detect.gamma_nm",
+    ),
     "gamma-out-of-reach": Kind(
         "A threshold lies above the joint's torque limit, or above its largest torque on record: hardly anything, or "
         "nothing, could exceed it.",

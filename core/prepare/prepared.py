@@ -17,6 +17,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
+from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.calibration import (
     Calibration,
@@ -103,6 +104,17 @@ class Prepared:
     def effort_source(self) -> EffortSource:
         """On which side of the gears the effort is measured."""
         return self.start.effort_source
+
+    @property
+    def sliding(self) -> tuple[str, ...]:
+        """Prismatic joints: forces in N, ways in m."""
+        kinds = zip(self.robot.joint_names, self.robot.joint_types, strict=True)
+        return tuple(name for name, kind in kinds if kind == "prismatic")
+
+    @property
+    def units(self) -> dict[str, str]:
+        """By judged joint the unit of what its drive exerts."""
+        return {joint: torque_unit_of(joint, self.sliding) for joint in self.judged}
 
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
@@ -216,6 +228,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
                 friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
             )
     findings += about
+    names = robot.joint_names
     return Prepared(
         series,
         robot,
@@ -225,7 +238,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         start.phases,
         gains,
         delay,
-        tuple(findings),
+        in_joint_units(findings, [n for n, kind in zip(names, robot.joint_types, strict=True) if kind == "prismatic"]),
         calibration,
         start,
         quiet,

@@ -27,12 +27,14 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
             f"{intended} of them {'looks' if intended == 1 else 'look'} intended. The policy counts every contact, "
             "since what was intended is an estimate."
         )
-    doubtful = sorted({f.joint for f in findings if f.effect == "doubts-alarms" and f.joint in joints})
+    doubting = [f for f in findings if f.effect == "doubts-alarms" and f.joint in joints]
+    doubtful = sorted({f.joint for f in doubting if f.joint is not None})
     if doubtful:
         reasons.append(
             f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "
             "be errors of the model (see the findings)."
         )
+    reasons += [f.text for f in doubting if f.kind.setting == "detect.gamma_nm"]
     return reasons
 
 

@@ -82,7 +82,7 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
     if findings:
         parts.append("\nFindings\n")
         parts += [f"  {severity:<8}{line}\n" for severity, line in finding_lines(findings)]
-    parts.append(f"\n{rule_text(result.rule)}\n{wrapped(STATEMENT, width)}\n")
+    parts.append(f"\n{rule_text(result)}\n{wrapped(STATEMENT, width)}\n")
     return "".join(parts)
 
 

@@ -37,7 +37,7 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
     if not nothing_judged(result):
         parts += sensitivity_text(result, width)
     parts += _findings(result, width)
-    parts.append(f"\n{wrapped(rule_text(result.rule), width, '  ')}\n")
+    parts.append(f"\n{wrapped(rule_text(result), width, '  ')}\n")
     parts += [] if more is None else [f"More: {more}.\n"]
     parts.append(f"{wrapped(STATEMENT, width)}\n")
     return "".join(parts)

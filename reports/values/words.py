@@ -42,6 +42,10 @@ def reason_text(code: str) -> str:
 def torque_unit(result: AuditResult, joint: str) -> str:
     """Unit of a joint's torque: N·m, N for a prismatic joint, raw when the log's unit is not known."""
     fit = result.friction.get(joint)
+    if fit is not None and fit.effort_unit == "raw":
+        return "raw"
+    if result.log.units:
+        return "N" if result.log.units.get(joint) == "N" else "N·m"
     return effort_unit(fit) if fit is not None else "N·m"
 
 

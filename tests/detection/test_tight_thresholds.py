@@ -1,0 +1,46 @@
+"""A log that fails at a stated threshold which the fit's residual exceeds says so, and what ``auto`` would take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from collaudit.core import api
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
+from collaudit.fixtures.simulation import SimulatedFiles
+
+Maker = Callable[..., SimulatedFiles]
+Fitted = Callable[[str], FrictionFile]
+
+
+def asking(friction: FrictionFile, gamma_nm: float) -> FrictionFile:
+    """The friction file, with this threshold on every joint."""
+    assert friction.thresholds is not None
+    level = ThresholdLevel(1, 0.002, gamma_nm, None)
+    known = {joint: JointThreshold((level,), 1.0, 2.5, 1.0, 1.0, 1.0) for joint in friction.joints}
+    return replace(friction, thresholds=replace(friction.thresholds, joints=known))
+
+
+def test_a_threshold_below_the_clean_residual_is_said_with_its_remedy(made: Maker, friction_of: Fitted) -> None:
+    files = made("free-hits", "paper6")
+    settings = load_config(files.config, {"detect.gamma_nm": 4.0})
+    result = api.audit(files.log, settings, asking(friction_of("paper6"), 7.5)).result
+    found = {f.joint: f.text for f in result.findings if f.code == "gamma-too-tight"}
+    assert set(found) == {f"joint{k}" for k in range(1, 7)}
+    assert "4 N·m, is below" in found["joint2"]
+    assert 'gamma_nm = "auto" takes 7.5 N·m' in found["joint2"]
+    below = [c for c in result.collisions if c.joint == "joint2" and abs(c.peak_nm) < 7.5]
+    alarms = [c for c in result.collisions if c.joint == "joint2"]
+    assert f"{len(below)} of this joint's {len(alarms)} alarms" in found["joint2"]
+    assert result.verdict == "fail"
+    assert any('gamma_nm = "auto"' in reason for reason in result.reasons)
+
+
+def test_a_threshold_that_the_fit_supports_says_nothing(made: Maker, friction_of: Fitted) -> None:
+    files = made("free-hits", "paper6")
+    for gamma, asked in ((4.0, 4.9), (8.0, 7.5), ("auto", 7.5)):  # within the margin; above; the fit's own
+        settings = load_config(files.config, {"detect.gamma_nm": gamma})
+        result = api.audit(files.log, settings, asking(friction_of("paper6"), asked)).result
+        assert "gamma-too-tight" not in {f.code for f in result.findings}

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
     from collaudit.core.data.joint_log import JointLog
     from collaudit.core.logs import LogSummary
+    from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
     from collaudit.core.robot.robot_model import RobotModel
@@ -160,6 +161,7 @@ def fit(
     settings: LoadedConfig,
     progress: Progress | None = None,
     truth: Sequence[TruthFile | None] = (),
+    loads: Sequence[KnownLoad] = (),
 ) -> FrictionFile:
     """Fit friction, and what else ``[fit] estimate`` asks for, from one or several logs together.
 
@@ -168,6 +170,7 @@ def fit(
         settings: robot, log, sections, friction law.
         progress: of reading the logs and of the fit.
         truth: for each log its known contacts, which are left out; without, the fit looks for contact.
+        loads: for each log the known mass that its arm carries beyond the configured tool; none when empty.
 
     Returns:
         By joint: law, parameters with 95 % intervals, what the data cannot determine.
@@ -185,6 +188,10 @@ def fit(
     for log in logs:
         part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 0.5) / len(logs))
         prepared.append(log if isinstance(log, Prepared) else prepare(log, settings, progress=part))
+    if loads:
+        from collaudit.core.prepare.known_load import loaded
+
+        prepared = [loaded(log, load, settings.config) for log, load in zip(prepared, loads, strict=True)]
     provenance = make_provenance(settings, None, prepared[0].robot.sha256)
     return fit_logs(prepared, settings.config, provenance, truth, stage(progress, reading, 1.0))
 

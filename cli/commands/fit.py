@@ -9,6 +9,7 @@ import click
 from collaudit.cli.console import note, print_findings, say, say_json, terminal_width
 from collaudit.cli.contact_arguments import contact_options, known_contact
 from collaudit.cli.group import example_command
+from collaudit.cli.load_arguments import known_loads
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import config_option, friction_options, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
@@ -19,16 +20,27 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
     "collaudit fit friction-run.mcap -c collaudit.toml -o friction.json",
     "collaudit fit day1.bag day2.bag --urdf arm.urdf -o friction.json",
     "collaudit fit run.db3 -c collaudit.toml --model coulomb-viscous --json",
+    "collaudit fit empty.mcap laden.mcap -c collaudit.toml --load 0 --load 2.5,0,0,0.06 -o friction.json",
     "collaudit fit touched.mcap -c collaudit.toml --truth contacts.csv -o friction.json",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to write friction.json.")
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
+@click.option(
+    "--load",
+    "loads",
+    multiple=True,
+    metavar="KG[,X,Y,Z]",
+    help="Known mass beyond the configured tool, and where in the tool's frame, m; once for each log, in order. Logs "
+    'that differ by it tell the drive gains ([fit] estimate with "gain").',
+)
 @contact_options
 @config_option
 @robot_options
 @friction_options
-def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tuple[Path, ...]) -> int:
+def command(
+    logs: tuple[str, ...], output: Path | None, as_json: bool, loads: tuple[str, ...], truth: tuple[Path, ...]
+) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
     Every parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
@@ -46,7 +58,7 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: tu
     found = api.find_logs(logs, loaded)
     known = known_contact(truth, len(found))
     with progress("fitting") as report:
-        friction = api.fit(found, loaded, report, known)
+        friction = api.fit(found, loaded, report, known, known_loads(loads, len(found)))
     if output is not None:
         write_friction(output, friction)
     if as_json:

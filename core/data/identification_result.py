@@ -28,6 +28,7 @@ class IdentifiedJoint:
         rms_file_nm, rms_nm: residual in motion with the inertials of the robot's description, and as identified.
         held_out_rms_file_nm, held_out_rms_nm: the same on blocks of time that were left out.
         gain_kept: the gain is the stated one, since the motion tells no better; its interval is that of the statement.
+        gain_by_load: the gain follows from logs that differ by a known load, whatever the inertials are.
     """
 
     gain: float | None
@@ -43,6 +44,7 @@ class IdentifiedJoint:
     held_out_rms_nm: float | None
     armature_ci95: Bounds | None = None
     gain_kept: bool = False
+    gain_by_load: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -365,6 +365,11 @@ KINDS: dict[str, Kind] = {
         "Log faster, or with finer positions. A stated [conditioning] bandwidth_hz is used as it is.",
         _INFO,
     ),
+    "gain-by-load": Kind(
+        "Drive gains follow from logs that differ by a known load.",
+        "Nothing. For joints that are not told, record both logs in poses where the load weighs on them.",
+        _INFO,
+    ),
     "gain-kept": Kind(
         "A drive's gain could not be determined from the motion; the stated one is kept.",
         "Nothing, if the torque constant is right. More load on the joint, or a known load, determines the gain.",

@@ -183,6 +183,7 @@ def _joints(job: _Job, blocks: int) -> dict[str, IdentifiedJoint]:
             gain=float(gain[j]) if known else None,
             gain_ci95=_interval(float(gain[j]), float(job.gains.sd[j])) if job.gains is not None and known else None,
             gain_kept=job.gains is not None and bool(job.gains.kept[j]),
+            gain_by_load=job.gains is not None and bool(job.gains.by_load[j]),
             offset_nm=offset if known and not job.terms.one_way[j] else 0.0,
             offset_ci95=_interval(offset, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_kg_m2=float(job.solution.armature[j]),

@@ -11,6 +11,14 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
     if identified is None:
         return []
     findings = []
+    told = [name for name, joint in identified.joints.items() if joint.gain_by_load]
+    if told:
+        others = [name for name in identified.joints if name not in told]
+        rest = f"; they do not tell those of {', '.join(others)}" if others else ""
+        text = (
+            f"The logs' known loads tell the drive gains of {', '.join(told)}, whatever the arm's inertials are{rest}."
+        )
+        findings.append(Finding("gain-by-load", "info", text))
     for name, joint in identified.joints.items():
         if joint.gain is None:
             text = f"The motion does not show the gain of joint '{name}': its torque stays unknown and is not judged."

@@ -37,6 +37,8 @@ class Motion:
         block: (n,) block of time to be held out together.
         rate_hz: samples a second.
         loss: what the thinning costs, in words.
+        load: (n, j) torque of the logs' known loads, also part of ``contact``.
+        log: (n,) number of the log that a sample is of.
     """
 
     position: FloatArray
@@ -51,6 +53,8 @@ class Motion:
     block: IntArray
     rate_hz: float
     loss: str
+    load: FloatArray
+    log: IntArray
 
     @property
     def count(self) -> int:
@@ -84,7 +88,7 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
         for p, (rows, effort), motion in zip(prepared, found, moved, strict=True)
     ]
     sizes = [part[0].shape[0] for part in parts]
-    columns = [np.concatenate([part[k] for part in parts]) for k in range(6)]
+    columns = [np.concatenate([part[k] for part in parts]) for k in range(7)]
     clocks = [p.series.time_s[rows[::step]] for p, (rows, _) in zip(prepared, found, strict=True)]
     cluster = np.concatenate([np.floor(t / _CLUSTER_S) + 1e7 * k for k, t in enumerate(clocks)])
     _, cluster = np.unique(cluster, return_inverse=True)
@@ -106,6 +110,8 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
         np.asarray(block, dtype=np.int64),
         rate,
         _loss(step, rate, bandwidth),
+        columns[6],
+        np.repeat(np.arange(len(sizes), dtype=np.int64), sizes),
     )
 
 
@@ -134,7 +140,8 @@ def _part(
         use[:, j] &= steady(velocity[:, j], MOVING_RAD_S, margin)[rows]
     for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding
         use[:, weights != 0] &= steady(velocity @ weights, MOVING_RAD_S, margin)[rows, None]
-    return q, v, a, np.nan_to_num(effort[rows]), contact, use.astype(np.float64)
+    load = np.zeros_like(q) if prepared.start.load_nm is None else prepared.start.load_nm[rows]
+    return q, v, a, np.nan_to_num(effort[rows]), contact + load, use.astype(np.float64), load
 
 
 def _coupled(prepared: Prepared) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
+from collaudit.core.identification.load_pairs import pair_gains
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.identification.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
@@ -86,12 +87,14 @@ def rotor_prior_sd(robot: RobotModel, prepared: Prepared, armature: FloatArray) 
 class Gains:
     """Gains (j,), NaN where the motion does not show one and none is stated, and their standard errors.
 
-    ``kept`` (j,) are those that keep their stated value, because the motion tells no better one.
+    ``kept`` (j,) are those that keep their stated value, because the motion tells no better one;
+    ``by_load`` those that known loads tell.
     """
 
     gain: FloatArray
     sd: FloatArray
     kept: BoolArray
+    by_load: BoolArray
 
 
 def drive_gains(
@@ -125,7 +128,11 @@ def drive_gains(
     kept = np.isfinite(prior) & ~((error < _TOLD * prior) & _seen(terms, free, first.gain))
     gain = np.where(kept, unknowns.gain, first.gain)
     shown = np.isfinite(prior) | ((error < _SHOWN * np.abs(first.gain)) & _seen(terms, free, first.gain))
-    return Gains(np.where(shown, gain, np.nan), np.where(kept, prior, error), np.asarray(kept))
+    pair = pair_gains(terms)
+    gain, sd = np.where(shown, gain, np.nan), np.where(kept, prior, error)
+    return Gains(
+        np.where(pair.told, pair.gain, gain), np.where(pair.told, pair.sd, sd), np.asarray(kept & ~pair.told), pair.told
+    )
 
 
 def _seen(terms: Terms, unknowns: Unknowns, gain: FloatArray) -> BoolArray:

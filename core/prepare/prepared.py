@@ -48,6 +48,7 @@ class ConditionedLog:
         phases: (n,) phase labels (``core/prepare/phases.py``).
         findings: of the log, the description, positions and phases.
         effort_source: on which side of the gears the effort is measured.
+        load_nm: (n, j) torque of a known load that this log's arm carries beyond the model; None for none.
     """
 
     series: UniformSeries
@@ -56,6 +57,7 @@ class ConditionedLog:
     phases: NDArray[np.int8]
     findings: tuple[Finding, ...]
     effort_source: EffortSource = "motor"
+    load_nm: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,6 +185,12 @@ def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> P
     return _modelled(start, prepared.calibration, config, prepared)
 
 
+def with_known_load(prepared: Prepared, load_nm: FloatArray, config: Config) -> Prepared:
+    """The same log of an arm that carries more than its model, with the torque of that (n, j)."""
+    start = replace(prepared.start, load_nm=load_nm)
+    return _modelled(start, prepared.calibration, config, None)
+
+
 def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, known: Prepared | None) -> Prepared:
     """Model torque, commanded force and the effort's checks; of ``known`` what the calibration leaves as it was."""
     robot, about = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
@@ -193,12 +201,13 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         commanded = known.commanded
         if robot.has_inertials:
             same = robot is start.robot and known.robot is start.robot
-            rigid = known.rigid_nm if same else robot.inverse_dynamics(*motion)
+            rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
     elif robot.has_inertials and calibration.sensor is None:
         rigid, commanded = model_torques(series, robot, start.phases, config)
+        rigid = _carried(rigid, start)
     else:
         commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
-        rigid = robot.inverse_dynamics(*motion) if robot.has_inertials else None
+        rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None
     quiet: tuple[Finding, ...] = ()
     if known is not None and rigid is known.rigid_nm:
         quiet = known.quiet
@@ -243,6 +252,11 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         start,
         quiet,
     )
+
+
+def _carried(rigid_nm: FloatArray, start: ConditionedLog) -> FloatArray:
+    """Rigid-body torque with that of the log's known load."""
+    return rigid_nm if start.load_nm is None else np.asfortranarray(rigid_nm + start.load_nm)
 
 
 def _signed(config: Config) -> frozenset[str]:

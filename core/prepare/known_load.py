@@ -1,0 +1,65 @@
+"""A load of known mass at the tool of one log: what it adds to the joints' torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.numeric.arrays import FloatArray, frozen
+from collaudit.core.prepare.prepared import Prepared, with_known_load
+from collaudit.core.robot.point_mass import point_mass_parameters
+from collaudit.core.robot.robot_model import RobotModel
+
+
+@dataclass(frozen=True, slots=True)
+class KnownLoad:
+    """A point mass that a log's arm carries beyond the configured tool.
+
+    Attributes:
+        mass_kg: 0 for none.
+        com_m: (3,) where, in the tool's frame.
+    """
+
+    mass_kg: float
+    com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def loaded(prepared: Prepared, load: KnownLoad, config: Config) -> Prepared:
+    """The log with its load in the model's torque.
+
+    Raises:
+        NotJudgedError: the robot has no inertials. ConfigError: a detector that has no place for the load.
+    """
+    if not prepared.robot.has_inertials:
+        raise NotJudgedError("a known load needs a robot with inertials", hint="give a URDF with <inertial> elements")
+    if config.detect.detector != "direct":
+        raise ConfigError(
+            "known loads go with the direct detector only: the others have the torque of one arm",
+            where="[detect] detector",
+            found=config.detect.detector,
+            expected="direct",
+        )
+    return with_known_load(prepared, frozen(_torque(prepared, load, config)), config)
+
+
+def _torque(prepared: Prepared, load: KnownLoad, config: Config) -> FloatArray:
+    """(n, j) N·m that the load adds."""
+    series, robot = prepared.series, prepared.robot
+    if load.mass_kg <= 0.0:
+        return np.zeros_like(series.position_rad)
+    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+    return np.asarray(_carrying(robot, load, config).inverse_dynamics(*motion) - robot.inverse_dynamics(*motion))
+
+
+def _carrying(robot: RobotModel, load: KnownLoad, config: Config) -> RobotModel:
+    """The arm with the load at its tool."""
+    assert robot.bodies is not None
+    frame = config.robot.tool.frame or robot.bodies.frame_names[-1]
+    turn, place, body = robot.bodies.frame_in_joint(frame)
+    parameters = robot.inertial_parameters.copy()
+    first = load.mass_kg * (turn @ np.array(load.com_m) + place)
+    parameters[10 * body : 10 * body + 10] += point_mass_parameters(load.mass_kg, first)
+    return replace(robot.with_inertials(parameters, robot.armature))

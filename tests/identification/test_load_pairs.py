@@ -27,7 +27,7 @@ def logs(made: Maker, loads: tuple[KnownLoad, KnownLoad]) -> tuple[list[Prepared
     """Two runs with drives of wrong gains, the second one really carrying LOAD; the robot file is wrong by 15 %."""
     out = []
     for seed, (stated, real) in enumerate(zip(loads, (KnownLoad(0.0), LOAD), strict=True), start=31):
-        files = made("free-clean", "paper6", seed, duration_s=40.0, mismatch_percent=15.0)
+        files = made("free-clean", "paper6", seed, duration_s=24.0, mismatch_percent=15.0)
         settings = load_config(files.config, {"fit.estimate": ["friction", "gain"]})
         true = robot_named("paper6").model()
         log = api.open_log(files.log, settings)

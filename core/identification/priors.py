@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.identification.gains.load_pairs import pair_gains
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.load_pairs import pair_gains
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.identification.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray

@@ -71,6 +71,11 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
 
     if job.problem is not None:
         raise job.problem
+    if job.url is not None:
+        from collaudit.cli.fleet.remote_logs import local_copy
+
+        with local_copy(job.url) as file:
+            return _judged(job._replace(files=(file,), url=None), out, progress)
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")

@@ -38,7 +38,7 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
 
     run = out / job.folder
     note = read_note(run)
-    if job.problem is not None or note is None or not (run / "report.html").is_file():
+    if job.problem is not None or job.url is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
         if note != rests_on(job.files, sha256_of(job.files), job.loaded):

@@ -22,13 +22,14 @@ class LogJob(NamedTuple):
     """One log of an audit.
 
     Attributes:
-        files: of the log; none where it was not found.
+        files: of the log; none where it was not found, or is remote.
         name: what the index calls it.
         folder: name of its run folder.
         loaded: its effective configuration.
         robot: whose log it is, None without a fleet.
         problem: why it cannot be judged, where that is known beforehand.
         wanted: what is to be recorded of it for a store, if anything.
+        url: where a remote log is fetched from.
     """
 
     files: LogFiles
@@ -38,6 +39,7 @@ class LogJob(NamedTuple):
     robot: str | None = None
     problem: CollauditError | None = None
     wanted: RecordWanted | None = None
+    url: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,7 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     "find nightly -name '*.mcap' | collaudit audit - -c fleet.toml -o out/",
     "collaudit audit 'logs/*.bag' --urdf arm.urdf --gamma 4 --n 13 -o out/ --format junit",
 )
-@click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB|-...")
+@click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB|URL|-...")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="OUT", help="Folder for everything."
 )

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.log_jobs import LogJob, log_names, run_folders
 from collaudit.cli.fleet.log_settings import LogSettings
+from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
 from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_of
 from collaudit.core.api import find_logs
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
@@ -36,7 +40,7 @@ def night_of(
     """The jobs that arguments stand for.
 
     Args:
-        arguments: files, folders, patterns, or ``-`` for a list of them on stdin, one a line.
+        arguments: files, folders, patterns, URLs, or ``-`` for a list of them on stdin, one a line.
         loaded: the common configuration.
         flags: settings given as flags, which win over those of a robot.
         keep_going: an argument that names nothing becomes a log that is not judged, not an error.
@@ -51,9 +55,14 @@ def night_of(
     missing: list[tuple[str, CollauditError]] = []
     if keep_going:
         listed, missing = _there(listed, loaded)
-    logs = find_logs(listed, loaded) if listed else []
-    named = zip(logs, log_names(logs), run_folders(logs), strict=True)
-    jobs = [_job(files, name, folder, robots, settings, loaded) for files, name, folder in named]
+    local = [argument for argument in listed if not is_url(argument)]
+    logs: list[LogFiles] = find_logs(local, loaded) if local else []
+    urls = [None] * len(logs) + list(
+        dict.fromkeys(url for argument in listed if is_url(argument) for url in remote_logs(argument))
+    )
+    logs += [(Path(url),) for url in urls if url is not None]
+    named = zip(logs, log_names(logs), run_folders(logs), urls, strict=True)
+    jobs = [_job(LogJob(files, name, folder, loaded, url=url), robots, settings) for files, name, folder, url in named]
     jobs += [LogJob((), name, f"missing-{k}", loaded, None, error) for k, (name, error) in enumerate(missing, 1)]
     return Night(tuple(jobs), tuple(settings.robot_settings()))
 
@@ -83,7 +92,7 @@ def _there(arguments: Sequence[str], loaded: LoadedConfig) -> tuple[list[str], l
     missing: list[tuple[str, CollauditError]] = []
     for argument in arguments:
         try:
-            find_logs([argument], loaded)
+            remote_logs(argument) if is_url(argument) else find_logs([argument], loaded)
         except (ConfigError, LogError) as error:
             missing.append((argument, NotJudgedError(error.message, where=argument, hint=error.hint)))
         else:
@@ -91,20 +100,18 @@ def _there(arguments: Sequence[str], loaded: LoadedConfig) -> tuple[list[str], l
     return there, missing
 
 
-def _job(
-    files: LogFiles,
-    name: str,
-    folder: str,
-    robots: Mapping[str, FleetRobot],
-    settings: LogSettings,
-    loaded: LoadedConfig,
-) -> LogJob:
-    place = files[0].as_posix()
-    if not robots:
-        return LogJob(files, name, folder, settings.of(place, None))
-    try:
-        robot = robot_of(LogTraits(place, lambda: files, loaded), robots)
-    except (CollauditError, OSError) as error:
-        problem = error if isinstance(error, CollauditError) else NotJudgedError(str(error), where=place)
-        return LogJob(files, name, folder, settings.of(place, None), None, problem)
-    return LogJob(files, name, folder, settings.of(place, robot), robot)
+def _job(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) -> LogJob:
+    """The job with its robot and settings. A remote log is fetched for rules about its content only."""
+    place = job.url or job.files[0].as_posix()
+    robot, problem = None, None
+    with ExitStack() as fetched:
+        url, files = job.url, job.files
+        there = (lambda: files) if url is None else cache(lambda: (fetched.enter_context(local_copy(url)),))
+        try:
+            robot = robot_of(LogTraits(place, there, job.loaded), robots) if robots else None
+        except CollauditError as error:
+            problem = error
+        except OSError as error:
+            problem = NotJudgedError(str(error), where=place)
+    own = settings.of(place, robot)
+    return job._replace(files=() if url else files, loaded=own, robot=robot, problem=problem)

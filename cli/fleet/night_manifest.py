@@ -77,6 +77,9 @@ def _log(job: LogJob, outcome: Outcome, verdict: str) -> ManifestLog:
 
 def _log_files(job: LogJob, outcome: Outcome) -> Iterator[ManifestFile]:
     """The files of a log; the hash that its result has is not computed again."""
+    if job.url is not None:
+        digest = None if outcome.result is None else outcome.result.log.sha256
+        yield ManifestFile(job.url, digest, None, "log")
     for path in job.files:
         try:
             files = data_files(path)

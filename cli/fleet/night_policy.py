@@ -98,7 +98,7 @@ class NightPolicy:
         return WaiverBook(self._policy.waivers, self._as_of, matches)
 
     def _decision(self, job: LogJob, outcome: Outcome) -> LogDecision:
-        entry, place = outcome.entry, job.files[0].as_posix() if job.files else job.name
+        entry, place = outcome.entry, job.url or (job.files[0].as_posix() if job.files else job.name)
         if outcome.result is None:
             return LogDecision(entry.name, job.robot, place, job.folder, "not_judged", entry.reasons, ())
         path = job.loaded.friction_path

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter
 
+from collaudit.cli.commands.check import CHECK_SCHEMA
 from collaudit.cli.commands.demo import DEMO_SCHEMA
 from collaudit.cli.commands.inspect import INSPECT_SCHEMA
 from collaudit.cli.commands.query import QUERY_SCHEMA
@@ -175,6 +176,14 @@ class Scores:
 
 
 @dataclass(frozen=True, slots=True)
+class Checked:
+    """What ``check --json`` prints: configuration to what keeps it from being used, null where it can be."""
+
+    schema: Literal["collaudit/check/1"]
+    problems: dict[str, str | None]
+
+
+@dataclass(frozen=True, slots=True)
 class Answer:
     """What ``query --json`` prints: names of columns, and rows of what SQL gave."""
 
@@ -262,6 +271,7 @@ _PRINTED: dict[str, tuple[Any, str]] = {
     SELFTEST_SCHEMA: (Selftest, "selftest --json"),
     AUDITS_SCHEMA: (Audits, "report --format json of several runs"),
     SCORE_SCHEMA: (Scores, "score.json of a run"),
+    CHECK_SCHEMA: (Checked, "check --json"),
     QUERY_SCHEMA: (Answer, "query --json"),
     VERIFY_SCHEMA: (Verified, "verify --json"),
     TREND_SCHEMA: (Trends, "trend --json"),

@@ -6,30 +6,39 @@ from pathlib import Path
 
 import click
 
-from collaudit.cli.console import note, print_findings, say
+from collaudit.cli.console import note, print_findings, say, say_json
 from collaudit.cli.group import example_command
 from collaudit.core.errors import EXIT_PASS, EXIT_USAGE, CollauditError, ConfigError
+
+CHECK_SCHEMA = "collaudit/check/1"
 
 
 @example_command("check", "collaudit check", "collaudit check collaudit.toml fleet/collaudit-cell1.toml")
 @click.argument("configs", nargs=-1, type=click.Path(path_type=Path), metavar="[CONFIG]...")
-def command(configs: tuple[Path, ...]) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: whether each can be used, and why not.")
+def command(configs: tuple[Path, ...], as_json: bool) -> int:
     """Check configurations: keys and values, the files they name, the fleet, and waivers that are over.
 
     Without an argument collaudit.toml of this folder is checked. As a hook of pre-commit: collaudit-check.
 
     Exit codes: 0 all can be used; 2 one cannot. An expired waiver is said, and is no error.
     """
-    bad = 0
+    from collaudit.reports.files.json_writer import json_text
+
+    problems: dict[str, str | None] = {}
     for path in configs or (Path("collaudit.toml"),):
         try:
             _check(path)
         except CollauditError as error:
             note(error.render())
-            bad += 1
+            problems[str(path)] = error.render()
         else:
-            say(f"ok  {path}")
-    return EXIT_USAGE if bad else EXIT_PASS
+            problems[str(path)] = None
+            if not as_json:
+                say(f"ok  {path}")
+    if as_json:
+        say_json(json_text({"schema": CHECK_SCHEMA, "problems": problems}, indent=2))
+    return EXIT_USAGE if any(problems.values()) else EXIT_PASS
 
 
 def _check(path: Path) -> None:

@@ -86,7 +86,7 @@ def set_rule_text(set_rules: Mapping[str, SetRule], width: int | None = None) ->
     """The verdict on the thresholds that are set, as a table with its title; empty without any."""
     if not set_rules:
         return ""
-    title = "Verdict on what is set"
+    title = "Verdict on what is set (false alarms as the tails have them, beyond what the hours support)"
     return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules)), width, 1)
 
 

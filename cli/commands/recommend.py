@@ -39,7 +39,9 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend run/ --snippet config >> collaudit.toml",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
 )
-@click.argument("inputs", nargs=-1, required=True, metavar="RUN...|LOG...")
+@click.argument("inputs", nargs=-1, metavar="RUN...|LOG...")
+@click.option("--store", metavar="STORE", help="Rest on the nights of a store instead (docs/history.md).")
+@click.option("--robot", metavar="NAME", help="The robot, where the store holds several.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: every assumption, the hours, what to confirm.")
 @click.option(
     "--per-hour",
@@ -69,6 +71,8 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
 @rule_options
 def command(
     inputs: tuple[str, ...],
+    store: str | None,
+    robot: str | None,
     as_json: bool,
     per_hour: float,
     max_delay_ms: float | None,
@@ -88,8 +92,16 @@ def command(
     --persistence-ms fix it. Runs have been studied where they were judged with `collaudit detect --study`; runs
     without a study keep the persistence that they were judged with.
 
+    With --store, the clean hours of all nights of a robot count, and it says since when they support the rate.
+
     Exit code 3 when nothing could be recommended for any joint.
     """
+    if store is not None and not inputs:
+        from collaudit.cli.stored_evidence import recommend_from_store
+
+        return recommend_from_store(store, robot, per_hour, as_json)
+    if store is not None or not inputs:
+        raise click.UsageError("Name runs or logs, or a store with --store; not both.")
     from collaudit.core.api import recommend_arm
     from collaudit.reports.files.dynamic_toml import dynamic_toml
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste

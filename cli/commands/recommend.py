@@ -97,7 +97,7 @@ def command(
     Exit code 3 when nothing could be recommended for any joint.
     """
     if store is not None and not inputs:
-        from collaudit.cli.stored_evidence import recommend_from_store
+        from collaudit.cli.fleet.stored_evidence import recommend_from_store
 
         return recommend_from_store(store, robot, per_hour, as_json)
     if store is not None or not inputs:

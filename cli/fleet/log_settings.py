@@ -56,7 +56,7 @@ class LogSettings:
         """
         base = self._common if robot is None else self._of_robot[robot]
         policy = policy_of(self._common.config.policy, place, robot)
-        key = f"{robot}\n{policy.model_dump_json()}"
+        key = f"{robot}\n{policy!r}"
         if key not in self._made:
             config = base.config.model_copy(update={"policy": policy, "fleet": FleetConfig()})
             self._made[key] = replace(base, config=config, sha256=config_sha256(config))

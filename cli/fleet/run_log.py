@@ -31,7 +31,8 @@ class RunLog:
             return
         head = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "event": name}
         self._stream.write(
-            json.dumps({**head, "elapsed_s": round(time.monotonic() - self._started, 3), **facts}) + "\n"
+            json.dumps({**head, "elapsed_s": round(time.monotonic() - self._started, 3), **facts}, allow_nan=False)
+            + "\n"
         )
         self._stream.flush()
 

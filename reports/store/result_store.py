@@ -121,7 +121,7 @@ class ResultStore:
                 "schema": f"collaudit/store/{STORE_SCHEMA}",
                 "note": "Results of collaudit audit --store. Append only.",
             }
-            self._write(_NAME, (json.dumps(text, indent=1) + "\n").encode())
+            self._write(_NAME, (json.dumps(text, indent=1, allow_nan=False) + "\n").encode())
             return
         try:
             schema = str(json.loads(content or b"{}").get("schema", ""))
@@ -154,8 +154,7 @@ class ResultStore:
                 else []
             )
         else:
-            folder = Path(self.place)
-            names = [path.name for path in folder.iterdir()] if folder.is_dir() else [folder.name] * folder.exists()
+            names = _names_in(Path(self.place))
         own = (_FOLDER, _NAME)
         return any(name not in own and not name.startswith(f".{_NAME}.") for name in names)
 
@@ -218,3 +217,13 @@ class ResultStore:
                 "there is no way to this URL", where=self.place, found=str(error), hint="install what the message names"
             ) from error
         return fs, str(root).rstrip("/")
+
+
+def _names_in(folder: Path) -> list[str]:
+    """Names in a folder, asked for once: another writer may make it meanwhile. A file's own name."""
+    try:
+        return [path.name for path in folder.iterdir()]
+    except FileNotFoundError:
+        return []
+    except NotADirectoryError:
+        return [folder.name]

@@ -13,12 +13,14 @@ import pytest
 from collaudit.reports.files.json_writer import json_text
 
 PROJECT = Path(__file__).resolve().parents[2]
-#: Who else may call json.dumps, since what they write is no result; both refuse NaN.
+#: Who else may call json.dumps, since what they write is no result; all refuse NaN.
 OTHERS = {
     "cli/error_json.py": "what went wrong, for scripts",
+    "cli/fleet/run_log.py": "events of the run, one a line",
     "fixtures/truth.py": "known truth",
     "reports/files/signals_file.py": "metadata inside Parquet",
     "reports/page/signal_block.py": "curves inside the page, on one line",
+    "reports/store/result_store.py": "what the folder is, not a result",
 }
 
 

@@ -156,5 +156,5 @@ def _bug_text(error: BaseException, args: list[str]) -> str:
     return (
         f"collaudit failed unexpectedly: {type(error).__name__}: {error}\n"
         "  This is a bug, and nothing was judged. Please report it with the output of\n"
-        f"  collaudit --debug {' '.join(args)}"
+        f"  collaudit --debug {' '.join(args[1:] if args[:1] == ['--debug'] else args)}"
     )

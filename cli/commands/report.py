@@ -70,6 +70,9 @@ def command(
     from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.files.run_files import open_run, read_run
 
+    page_alone = compare or limits is not None
+    if page_alone and output is not None and str(output) != "-" and output.suffix.lower() not in (".html", ".htm"):
+        raise ConfigError("this is written as HTML", where=f"-o {output}", found=output.suffix, expected=".html")
     if compare:
         return _compare(runs, output, as_json)
     if limits is not None:

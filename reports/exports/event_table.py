@@ -10,6 +10,7 @@ import pyarrow as pa
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.visible_text import visible
 
 _TEXT, _NUMBER = pa.string(), pa.float64()
 EVENT_COLUMNS: dict[str, pa.DataType] = {
@@ -49,7 +50,7 @@ def event_table(audits: Sequence[Audit]) -> pa.Table:
 def _log_rows(result: AuditResult) -> Iterator[dict[str, Any]]:
     log = result.log
     common = {"log": log.name, "log_sha256": log.sha256, "log_start": log.start, "verdict": result.verdict}
-    common = {key: None if value is None else _text(value) for key, value in common.items()}
+    common = {key: None if value is None else visible(value) for key, value in common.items()}
     found = sorted(_events(result), key=lambda event: (event["onset_s"], event["event"], event["joints"]))
     for event in found or [{"event": "none"}]:
         yield {**common, **event}
@@ -63,9 +64,9 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
             "onset_s": contact.onset_s,
             "detected_s": contact.detected_s,
             "duration_s": contact.end_s - contact.onset_s,
-            "joints": _text(" ".join(contact.joints)),
+            "joints": visible(" ".join(contact.joints)),
             "kind": contact.kind,
-            "link": _text(contact.link) or None,
+            "link": visible(contact.link) or None,
             "force_low_n": force[0],
             "force_high_n": force[1],
         }
@@ -75,7 +76,7 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
             "onset_s": alarm.onset_s,
             "detected_s": alarm.detected_s,
             "duration_s": alarm.duration_s,
-            "joints": _text(alarm.joint),
+            "joints": visible(alarm.joint),
             "peak_nm": alarm.peak_nm,
             "gamma_nm": alarm.gamma_nm,
             "ratio": abs(alarm.peak_nm) / alarm.gamma_nm,
@@ -86,14 +87,10 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
             "event": "near miss",
             "onset_s": near.onset_s,
             "duration_s": near.duration_s,
-            "joints": _text(near.joint),
+            "joints": visible(near.joint),
             "peak_nm": near.peak_nm,
             "gamma_nm": near.gamma_nm,
             "ratio": near.ratio,
             "kind": near.kind,
             "phase": near.phase,
         }
-
-
-def _text(value: str) -> str:
-    return value.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -93,7 +93,7 @@ def joint_states(stamps_ns: NDArray[np.int64], names: Sequence[str], effort: NDA
     seconds, rest = np.divmod(stamps_ns, _NANO)
     out[:, 4:8] = seconds.astype("<i4")[:, None].view(np.uint8)
     out[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
-    out[:, start:] = np.ascontiguousarray(effort, "<f8").view(np.uint8).reshape(len(stamps_ns), -1)
+    out[:, start:] = np.ascontiguousarray(effort, "<f8").view(np.uint8).reshape(len(stamps_ns), 8 * effort.shape[1])
     return out
 
 

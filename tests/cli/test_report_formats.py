@@ -84,7 +84,9 @@ def test_compare_and_limits_on_the_command_line(arm, collaudit, tmp_path: Path) 
     assert done.code == 0, done.err
     assert "0 in both, 0 gained, 1 lost" in done.out and "judged after, and no alarm" in done.out
     assert json.loads(collaudit("report", before, after, "--compare", "--json").out)["same_log"] is True
-    for wrong in ((before,), (before, after, "-o", "x.html")):
+    page = tmp_path / "compared.html"
+    assert collaudit("report", before, after, "--compare", "-o", page).code == 0 and "<html" in page.read_text()
+    for wrong in ((before,), (before, after, "-o", tmp_path / "x.csv")):
         assert collaudit("report", "--compare", *wrong).code == 2
     limits = tmp_path / "limits.toml"
     limits.write_text('source = "ours"\n[[region]]\nname = "hand"\ntransient_n = 200\n')

@@ -38,6 +38,7 @@ from collaudit.core.detection.detector_run import (
     run_detector,
 )
 from collaudit.core.detection.fitted_rule import isolated_peak_findings, with_fitted_thresholds
+from collaudit.core.detection.guided_log import judged_log
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
@@ -61,7 +62,6 @@ from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothin
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.guided_stretches import without_guiding
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
 from collaudit.core.recommend.arm_evidence import evidence_of
@@ -195,11 +195,10 @@ def audit_log(
         coupled, about_axes = fit_coupled([prepared], config, with_inertia=False)
         known = replace(known, coupled=coupled)
     prepared = calibrated(prepared, known, config)
-    series = prepared.judged_series
+    series, units, sliding = prepared.judged_series, prepared.units, prepared.sliding
     phases = phase_spans(series.time_s, prepared.phases, series.period_s)
     applied = applied_friction(prepared, friction, config)
-    prepared = without_guiding(prepared, {joint: law.torque for joint, law in applied.laws.items()}, config)
-    series = prepared.judged_series
+    prepared, series = judged_log(prepared, applied, config)
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     auto = config.detect.gamma_nm == "auto"
     on_file = None if friction is None else friction.thresholds
@@ -208,6 +207,8 @@ def audit_log(
     step = stage(progress, 0.0, judging)
     step(2, 10)
     judged = _detect(prepared, applied, config)
+    found = judged.run.detected.collisions
+    tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, found)
     step(6, 10)
     contacts = find_contacts(prepared, judged.run, config)
     alarms = compare_controller_alarms(
@@ -228,17 +229,16 @@ def audit_log(
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
-    tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, detected.collisions)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
-    findings = list(in_joint_units(findings, prepared.sliding))
+    findings = list(in_joint_units(findings, sliding))
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
         verdict=verdict,
         reasons=reasons,
-        log=replace(_log_facts(series), units=prepared.units),
+        log=replace(_log_facts(series), units=units),
         rule=judged.inputs.rule,
         phases=phases,
         residual=judged.stats,

@@ -9,9 +9,9 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 _SPEEDS = 9
-_NORMAL_975 = 1.959964
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ def friction_change(before: FrictionFit, after: FrictionFit) -> FrictionChange |
         return "a fit states no uncertainty"
     if old <= 0:
         return "friction of the baseline does not oppose the motion"
-    half = _NORMAL_975 * float(np.hypot(old_se, new_se))
+    half = NORMAL_QUANTILE_975 * float(np.hypot(old_se, new_se))
     return FrictionChange((new - old) / old, (new - old - half) / old, (new - old + half) / old)
 
 

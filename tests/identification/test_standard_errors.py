@@ -43,6 +43,8 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
         moving=np.ones((count, 1), dtype=bool),
         drift=np.zeros((count, 0)),
         coupled=np.zeros((0, 1)),
+        load=zeros,
+        log=np.zeros(count, dtype=np.intp),
         cluster=cluster,
         block=cluster % 5,
         rate_hz=60.0,

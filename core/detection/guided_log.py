@@ -1,0 +1,21 @@
+"""The log to be judged, without the stretches in which friction shows that the arm was guided by hand."""
+
+from __future__ import annotations
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.friction.applied_friction import AppliedFriction
+from collaudit.core.prepare.guided_stretches import without_guiding
+from collaudit.core.prepare.prepared import Prepared
+
+
+def judged_log(prepared: Prepared, applied: AppliedFriction, config: Config) -> tuple[Prepared, UniformSeries]:
+    """The log with guided stretches marked, and its series to judge.
+
+    Args:
+        prepared: the log.
+        applied: friction, which tells what the drives supply.
+        config: ``[detect] hand_guiding``.
+    """
+    marked = without_guiding(prepared, {joint: law.torque for joint, law in applied.laws.items()}, config)
+    return marked, marked.judged_series

@@ -11,7 +11,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 #: Samples that are enough to see it.
 _MOST_SAMPLES = 4000
@@ -23,6 +23,10 @@ _LEAST_S, _LEAST_SHARE = 2.0, 0.05
 _LOADED = 0.3
 #: Share of either part's effort that its own gain explains; share of the rest that one gain for both leaves.
 _EXPLAINED, _LEFT = 0.6, 0.4
+#: Share of what the model leaves that friction must explain for its sign to be known: it turns with the effort's.
+_FRICTION = 0.3
+#: Friction at rest in sizes of friction in motion, at most.
+_HELD = 2.0
 #: Sizes that differ by more than this factor are no change of friction or load; joints are
 #: alike within the next one; gains with a turned sign within the last one.
 _FACTOR, _LIKE, _ALIKE = 15.0, 3.0, 2.0
@@ -131,13 +135,17 @@ def _turn(
 def _best_cut(sums: FloatArray, cuts: IntArray) -> tuple[int, float, float] | None:
     """The likeliest of the cuts at which the sign turns, and the gains before and after; None where it does not."""
     left, right, whole = _part(sums[cuts]), _part(sums[-1] - sums[cuts]), _part(sums[-1:])[2][0]
-    first, second = cuts + 1.0, sums.shape[0] - cuts - 1.0
+    first = np.asarray(cuts + 1.0, dtype=np.float64)
+    second = sums.shape[0] - first
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = right[0] / np.where(left[0] == 0, np.nan, left[0])
         turned = (ratio < -1.0 / _ALIKE) & (ratio > -_ALIKE) & (left[2] + right[2] < _LEFT * whole)
         load = np.minimum(sums[cuts, 0, 0] / first, (sums[-1, 0, 0] - sums[cuts, 0, 0]) / second)
         loaded = load > _LOADED**2 * sums[-1, 0, 0] / sums.shape[0]
         good = loaded & turned & (left[1] > _EXPLAINED) & (right[1] > _EXPLAINED)
+        good &= ~((left[3] * right[3] > 0) & (np.minimum(left[4], right[4]) > _FRICTION))
+        good &= (left[4] > _FRICTION) | _beyond_friction(sums[cuts], first, right)
+        good &= (right[4] > _FRICTION) | _beyond_friction(sums[-1] - sums[cuts], second, left)
     if not good.any():
         return None
     unlikely = first * np.log(left[2] / first + 1e-12) + second * np.log(right[2] / second + 1e-12)
@@ -145,16 +153,26 @@ def _best_cut(sums: FloatArray, cuts: IntArray) -> tuple[int, float, float] | No
     return int(cuts[best]), float(left[0][best]), float(right[0][best])
 
 
-def _part(sums: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Gain, share of the squares explained, and squares left, of (k, 4, 4) sums of model, friction's shapes, effort.
+def _beyond_friction(sums: FloatArray, count: FloatArray, other: tuple[FloatArray, ...]) -> BoolArray:
+    """(k,) whether friction cannot hide that this part has the other one's sign: at rest it may bear either way."""
+    gain, coulomb = other[0], other[5]
+    away = sums[:, 3, 3] - 2.0 * gain * sums[:, 0, 3] + gain**2 * sums[:, 0, 0]
+    return np.asarray(away > count * (_HELD * coulomb) ** 2)
 
-    The share is the smaller one of two: of the whole effort's, and, times two, of what friction alone leaves.
+
+def _part(sums: FloatArray) -> tuple[FloatArray, ...]:
+    """What (k, 4, 4) sums of model, friction's shapes and effort tell: gain, share explained, squares left, friction.
+
+    The share is the smaller one of two: of the whole effort's squares, and, times two, of what friction alone leaves.
+    Of friction: its power, whose sign turns with the effort's, the share of what the model alone leaves, and its size.
     """
     found, left = _fitted(sums, (0, 1, 2))
     without = _fitted(sums, (1, 2))[1]
     whole = np.maximum(sums[:, 3, 3], 1e-30)
     beside = 1.0 - left / np.maximum(without, 1e-30)
-    return found[:, 0], np.minimum(1.0 - left / whole, 2.0 * beside), left
+    power = found[:, 1] * sums[:, 1, 2] + found[:, 2] * sums[:, 2, 2]
+    rubs = 1.0 - left / np.maximum(_fitted(sums, (0,))[1], 1e-30)
+    return found[:, 0], np.minimum(1.0 - left / whole, 2.0 * beside), left, power, rubs, np.abs(found[:, 1])
 
 
 def _fitted(sums: FloatArray, columns: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:

@@ -20,7 +20,7 @@ from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
 from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
-from collaudit.core.recommend.held_out_residual import HeldOutResidual, held_out_residuals
+from collaudit.core.recommend.held_out_residual import Folds, HeldOutResidual, held_out_residuals, laws_of_folds
 from collaudit.core.recommend.isolated_peaks import without_isolated_peaks
 from collaudit.core.recommend.recommendation import MARGIN, TARGET_H, CleanResidual, sustained_peaks
 
@@ -40,6 +40,7 @@ def fitted_thresholds(
     variation: Mapping[str, FrictionVariation],
     corrections: Mapping[str, FrictionCorrection],
     config: Config,
+    folds: Folds | None = None,
 ) -> FittedThresholds:
     """Thresholds of every judged joint.
 
@@ -48,8 +49,9 @@ def fitted_thresholds(
         fits: their friction.
         variation, corrections: what friction goes with besides speed.
         config: detector, persistence, folds.
+        folds: laws without each fold in turn, where they are at hand.
     """
-    residuals = held_out_residuals(prepared, fits, variation, corrections, config)
+    residuals = held_out_residuals(prepared, fits, variation, corrections, config, folds)
     joints = {
         joint: replace(_joint(joint, fit, residuals, config), rated_nm=_rated(prepared, joint))
         for joint, fit in fits.items()
@@ -74,10 +76,11 @@ def corrections_that_help(
     Args:
         prepared, fits, variation, corrections, config: as of :func:`fitted_thresholds`.
     """
-    plain = fitted_thresholds(prepared, fits, variation, {}, config)
+    folds = laws_of_folds(prepared, fits, config)
+    plain = fitted_thresholds(prepared, fits, variation, {}, config, folds)
     if not corrections:
         return {}, plain
-    corrected = fitted_thresholds(prepared, fits, variation, corrections, config)
+    corrected = fitted_thresholds(prepared, fits, variation, corrections, config, folds)
     kept = {j: c for j, c in corrections.items() if _helps(corrected.joints[j], plain.joints[j])}
     return kept, plain
 

@@ -23,6 +23,9 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import ResidualInputs
 
+#: Laws by joint without each fold of the time in turn.
+Folds = Sequence[Mapping[str, FrictionModel]]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldOutResidual:
@@ -63,6 +66,7 @@ def held_out_residuals(
     variation: Mapping[str, FrictionVariation],
     corrections: Mapping[str, FrictionCorrection],
     config: Config,
+    folds: Folds | None = None,
 ) -> list[HeldOutResidual]:
     """Residuals of logs whose effort is in N·m and whose robot has inertials; the others have none.
 
@@ -71,12 +75,24 @@ def held_out_residuals(
         fits: friction of all of them together, where a stretch cannot be held out.
         variation, corrections: what friction goes with besides speed, as an audit would use it.
         config: detector and rule.
+        folds: laws of :func:`laws_of_folds`, where they are at hand; they are the same whatever is corrected.
     """
-    usable = [log for log in prepared if log.rigid_nm is not None and log.series.effort_unit == "Nm"]
-    if not usable:
-        return []
-    folds = [held_out_laws(usable, fits, config, k) for k in range(config.fit.blocks)]
-    return [_of_log(log, fits, variation, corrections, folds, config) for log in usable]
+    laws = laws_of_folds(prepared, fits, config) if folds is None else folds
+    return [_of_log(log, fits, variation, corrections, laws, config) for log in _usable(prepared)]
+
+
+def laws_of_folds(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config) -> Folds:
+    """Laws without each fold in turn, of the logs that have residuals; none where no log has.
+
+    Args:
+        prepared, fits, config: as of :func:`held_out_residuals`.
+    """
+    usable = _usable(prepared)
+    return [held_out_laws(usable, fits, config, k) for k in range(config.fit.blocks)] if usable else []
+
+
+def _usable(prepared: Sequence[Prepared]) -> list[Prepared]:
+    return [log for log in prepared if log.rigid_nm is not None and log.series.effort_unit == "Nm"]
 
 
 def _of_log(
@@ -84,7 +100,7 @@ def _of_log(
     fits: Mapping[str, FrictionFit],
     variation: Mapping[str, FrictionVariation],
     corrections: Mapping[str, FrictionCorrection],
-    folds: Sequence[Mapping[str, FrictionModel]],
+    folds: Folds,
     config: Config,
 ) -> HeldOutResidual:
     series = log.judged_series

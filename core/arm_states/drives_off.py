@@ -29,6 +29,8 @@ _CHANCE, _TIMES = 1e-6, 5.0
 _REST_S, _BRAKING_S = 0.2, 2.0
 #: The speed of a ramp may rise again by this much, rad/s: encoder noise.
 _RIPPLE_RAD_S = 0.01
+#: Samples by which most efforts are seen to change, before all are looked at.
+_GLANCE = 200
 #: Braking is as steep as this share of the steepest of the ramp; its slope is told over this time, s.
 _STEEP, _SLOPE_S = 0.3, 0.02
 
@@ -59,13 +61,14 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
     """
     if series.effort is None or series.effort.shape[1] == 0:
         return []
+    effort, rigid_nm = _alive(series.effort, rigid_nm)
     speed = _fastest(series.velocity_rad_s)
-    same = _repeats(series.effort)
+    same = _repeats(effort)
     exact = same.copy()
-    for column in series.effort.T:
+    for column in effort.T:
         exact &= column == 0.0
-    zero = np.asarray(_zero(series.effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
-    zero |= noisy_zero(series.effort, rigid_nm, speed < MOVING_RAD_S, series.period_s, zero)
+    zero = np.asarray(_zero(effort, same, rigid_nm) | (exact & (speed >= MOVING_RAD_S)))
+    zero |= noisy_zero(effort, rigid_nm, speed < MOVING_RAD_S, series.period_s, zero)
     out: list[DrivesOff] = []
     for spans, is_zero in ((_long(zero, _ZERO_S, series.period_s), True), (_repeated(series, same, speed), False)):
         for off in spans:
@@ -75,6 +78,24 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
             braked = start < off.start or float(speed[off.start]) >= MOVING_RAD_S
             out.append(DrivesOff(Span(start, off.stop), off, braked, is_zero))
     return sorted(out, key=lambda found: found.span.start)
+
+
+def _alive(effort: FloatArray, rigid_nm: FloatArray | None) -> tuple[FloatArray, FloatArray | None]:
+    """Both without joints whose effort is one value all through the log; whole where that is every joint.
+
+    Such a channel is dead, which is a finding of its own; what it does not bear says nothing of the drives.
+    """
+    alive = [j for j in range(effort.shape[1]) if not _constant(effort[:, j])]
+    if not alive or len(alive) == effort.shape[1]:
+        return effort, rigid_nm
+    return np.asfortranarray(effort[:, alive]), None if rigid_nm is None else np.asfortranarray(rigid_nm[:, alive])
+
+
+def _constant(column: FloatArray) -> bool:
+    few = column[:: max(1, column.size // _GLANCE)]
+    return bool(np.nanmin(few, initial=np.inf) >= np.nanmax(few, initial=-np.inf)) and bool(
+        np.nanmin(column, initial=np.inf) >= np.nanmax(column, initial=-np.inf)
+    )
 
 
 def _repeats(effort: FloatArray) -> BoolArray:

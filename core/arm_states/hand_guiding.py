@@ -6,16 +6,19 @@ effort beside gravity, y = effort - g(q), the *share* <s, y> / <s, s> is 1 where
 where a hand does; what is left of y against s must be small too. A contact on a driven arm adds its own torque to s: it
 makes y larger, or smaller on the joints that it loads and for as long as it lasts. Therefore at least two joints, and
 every joint that tells anything, must show it for a second. Where the drives act within such a stretch (y as large as s,
-a push against a drive), the stretch is interrupted.
+a push against a drive), the stretch is interrupted. What is left of it must last half a second: a single spike of s,
+as a jump of the clock makes, outweighs all else in the windows around it. An effort that is what the drive supplies,
+only late (a slow low-pass), is no sign of a hand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.runs import run_bounds
@@ -30,11 +33,8 @@ _SHARE, _REST, _DRIVEN = 0.4, 0.5, 0.6
 _LEAST_JOINTS = 2
 #: Quantile of the blocks' residual that is taken for its noise: most of a log may be guided.
 _QUIET = 0.2
-#: Longest pause within one stretch, s.
-_PAUSE_S = 3.0
-
-Gravity = Callable[[FloatArray], FloatArray]
-Friction = Callable[[FloatArray], FloatArray]
+#: Longest pause within one stretch, and shortest stretch, s.
+_PAUSE_S, _LEAST_S = 3.0, 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,9 +105,14 @@ def hand_guiding(
     expected = own + rigid_nm[np.ix_(rows, pick)] - weight
     sums = _sums(block, speed[:, columns], expected, rest + expected, rest, near)
     mask, telling = _guided(sums, _noise(rest, speed[:, columns], block))
-    return [
+    least = round(_LEAST_S / _BLOCK_S)
+    found = [
         HandGuiding(_span(series, a, b), *_told(sums, telling, columns, a, b))
         for a, b in zip(*run_bounds(mask), strict=True)
+        if b - a >= least
+    ]
+    return [
+        one for one in found if not follows_late(series, one.span, one.joints, drive_nm, rigid_nm, gravity, friction)
     ]
 
 

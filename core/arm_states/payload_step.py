@@ -7,6 +7,7 @@ of friction make it. A step counts that stands out of it and stays.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,15 +36,18 @@ class PayloadStep:
     spread_kg: float
 
 
-def payload_findings(series: UniformSeries, robot: RobotModel, model_nm: FloatArray | None) -> tuple[Finding, ...]:
+def payload_findings(
+    series: UniformSeries, robot: RobotModel, model_nm: FloatArray | None, joints: Collection[str]
+) -> tuple[Finding, ...]:
     """A finding where the tool's weight changes for good.
 
     Args:
         series: all joints of the log, effort in N·m.
         robot: the model.
         model_nm: (n, j) model torque, the tool's commanded force included.
+        joints: names of those that are to tell it: judged, with an effort that goes with the model's torque.
     """
-    step = None if model_nm is None else payload_step(series, robot, model_nm)
+    step = None if model_nm is None else payload_step(series, robot, model_nm, joints)
     if step is None:
         return ()
     verb = "gains" if step.mass_kg > 0 else "loses"
@@ -55,8 +59,10 @@ def payload_findings(series: UniformSeries, robot: RobotModel, model_nm: FloatAr
     return (Finding("payload-changed", "warning", text, start_s=step.at_s),)
 
 
-def payload_step(series: UniformSeries, robot: RobotModel, model_nm: FloatArray) -> PayloadStep | None:
-    """The step that explains most; None where none stands out."""
+def payload_step(
+    series: UniformSeries, robot: RobotModel, model_nm: FloatArray, joints: Collection[str]
+) -> PayloadStep | None:
+    """The step that explains most of these joints; None where none stands out."""
     frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])
     if frame is None or series.effort is None or series.effort_unit != "Nm" or robot.bodies is None:
         return None
@@ -68,10 +74,12 @@ def payload_step(series: UniformSeries, robot: RobotModel, model_nm: FloatArray)
     force[:, :3] = -robot.gravity_in(position, frame)
     per_kg = robot.wrench_torque(position, force, frame)
     beside = series.effort[rows] - model_nm[rows]
+    telling = _telling(series.effort[rows], [series.column(joint) for joint in joints])
+    beside, per_kg = beside[:, telling], per_kg[:, telling]
     known = np.isfinite(beside).all(axis=1) & np.isfinite(per_kg).all(axis=1)
     if np.count_nonzero(known) < 0.5 * known.size:
         return None
-    velocity = series.velocity_rad_s[rows][known]
+    velocity = series.velocity_rad_s[rows][known][:, telling]
     told = _sliding(velocity)
     return _step(
         np.where(told, beside[known], 0.0),
@@ -80,6 +88,12 @@ def payload_step(series: UniformSeries, robot: RobotModel, model_nm: FloatArray)
         block[known],
         series.time_s[rows][known],
     )
+
+
+def _telling(effort: FloatArray, columns: list[int]) -> list[int]:
+    """Those of the columns whose effort changes: beside one that never does stands the whole model's torque."""
+    low, high = np.nanmin(effort, axis=0, initial=np.inf), np.nanmax(effort, axis=0, initial=-np.inf)
+    return [j for j in sorted(columns) if low[j] < high[j]]
 
 
 def _sliding(velocity: FloatArray) -> BoolArray:

@@ -9,7 +9,8 @@ from functools import partial
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import ArmStates, without_states
-from collaudit.core.arm_states.hand_guiding import Friction, HandGuiding, hand_guiding
+from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
+from collaudit.core.arm_states.late_drives import Friction
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding

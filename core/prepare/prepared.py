@@ -225,9 +225,10 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     gains: tuple[EffortGain, ...] = ()
     delay = None
     if rigid is not None and series.effort is not None:
-        if not switched:
-            findings += payload_findings(series, robot, explained)
         gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
+        if not switched:
+            inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
+            findings += payload_findings(series, robot, explained, [j for j in start.judged if j not in inverted])
         late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.model_fields_set else None
         signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from origins import NOBODY
+from scipy.signal import lfilter
 
 from collaudit.core import api
 from collaudit.core.audit import Audit, audit_log
@@ -100,6 +101,23 @@ def test_clamps_and_long_pushes_of_any_size_are_no_hand_guiding(made: Maker, fri
         size[rng.integers(1, torque.size + 1) :] = 0.0
         start, length = rng.uniform(1.5, 8.0), rng.uniform(0.5, 3.0)
         assert looked_at(pushed(clean, start, length, size), files, friction) == [own], (size, start, length)
+
+
+@pytest.mark.parametrize("lag_s", [0.3, 1.0])
+def test_drives_that_are_logged_late_are_no_hand_guiding(
+    made: Maker, friction_of: Fitted, robot: str, lag_s: float
+) -> None:
+    files = made("free-clean", robot, duration_s=30.0)
+    friction = friction_of(robot)
+    clean = api.prepare(files.log, load_config(files.config), friction)
+    series = clean.series
+    assert series.effort is not None
+    known = np.isfinite(series.effort).all(axis=1)
+    share = series.period_s / lag_s
+    slow = np.full_like(series.effort, np.nan)
+    slow[known] = lfilter([share], [1.0, share - 1.0], series.effort[known] - series.effort[known][0], axis=0)
+    slow[known] += series.effort[known][0]
+    assert looked_at(replace(clean, series=replace(series, effort=slow)), files, friction) == []
 
 
 def test_a_fit_leaves_it_out(made: Maker, robot: str) -> None:

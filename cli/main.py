@@ -17,6 +17,8 @@ from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_li
 
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
 
+#: How the dynamic loader says that a library did not fit.
+_WITHOUT_MEMORY = "failed to map segment from shared object"
 _COMMANDS = (
     CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
     CommandEntry("init", "Write a commented configuration for a log."),
@@ -131,6 +133,9 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
         return error.exit_code
     if isinstance(error, MemoryError):
         note("not enough memory for this log: nothing was judged")
+        return EXIT_NOT_JUDGED
+    if isinstance(error, ImportError) and _WITHOUT_MEMORY in str(error):
+        note(f"not enough memory to load the program: nothing was judged\n  found:    {error}")
         return EXIT_NOT_JUDGED
     _show_traceback(error, debug)
     if isinstance(error, OSError):

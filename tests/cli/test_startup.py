@@ -58,3 +58,14 @@ def test_warnings_of_libraries_do_not_reach_users(debug: str, shown: bool) -> No
     environment = os.environ | {"COLLAUDIT_DEBUG": debug}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
     assert ("overflow encountered" in done.stderr) is shown
+
+
+def test_too_little_memory_to_start_is_no_bug() -> None:
+    code = (
+        "import sys\nfrom collaudit.cli import main as entry\n"
+        "def fail(args): raise ImportError('libx.so.6: failed to map segment from shared object')\n"
+        "entry._run = fail\nsys.exit(entry.run([]))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 3
+    assert "not enough memory to load the program: nothing was judged" in done.stderr and "bug" not in done.stderr

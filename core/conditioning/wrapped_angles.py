@@ -157,6 +157,6 @@ def _restless(joint: str, jumps: int, steps: int) -> Finding:
     text = (
         f"The position of joint '{joint}' jumps in {jumps} of {steps} steps as no joint moves: values that are held or "
         "disturbed. Too many to be cut out: the joint is not judged, and the model's torque of joints before it "
-        "rests on them."
+        "is computed from them."
     )
     return Finding("log-position-break", "error", text, joint=joint)

@@ -132,7 +132,7 @@ class ArmRate:
         extrapolated_per_hour: bound (95 %): the sum over joints of what their tails leave room for. None without.
         bound_per_hour: what is stated: that sum, and no less than the evidence supports. None without evidence.
         supported_per_hour: the rarest alarms that these hours support: one in five times the hours.
-        observed_per_hour: bound (95 %) of the hours alone, without any tail: the rule of three.
+        observed_per_hour: bound (95 %) from observed hours only, without any tail: the rule of three.
         supported: whether the target is met by what is stated.
         hours: clean hours of the joint that has fewest.
         more_hours: further hours of such logs that would support the target; 0 when it is supported.

@@ -88,7 +88,7 @@ def joints_not_judged(findings: Iterable[Finding], joints: Collection[str]) -> f
 
 
 def without_errors_of(findings: Iterable[Finding], joints: Collection[str]) -> tuple[Finding, ...]:
-    """The findings, where errors that concern only these joints, which nobody asked to judge, are warnings."""
+    """The findings, where errors that concern only these joints, which are not to be judged, are warnings."""
     return tuple(
         replace(finding, severity="warning")
         if finding.effect == "not-judged-joint" and finding.joint in joints and "warning" in finding.kind.effects

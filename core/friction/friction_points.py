@@ -19,7 +19,7 @@ _MIN_OVERLAP = 0.5  # share of the shorter section's stroke that both directions
 _MIN_BLOCKS = 3
 #: Effort and position may be up to half a sample apart in time: a drive that holds its torque until the next sample is
 #: half of one early in all that it logs, one that averages or waits as much late. Standard deviation in samples, early,
-#: on time and late being alike likely. What gravity changes in that time has the sign of the motion, as friction has.
+#: on time and late being equally likely. What gravity changes in that time has the sign of the motion, as friction has.
 _SIMULTANEOUS = 6.0**-0.5
 _PLACES = 400  # at which the mean of ripple over a stroke is taken
 _BLOCKS = 12  # blocks of positions (pairs) or time (model) for the standard error

@@ -77,7 +77,7 @@ def gains_stated(prepared: Prepared, config: Config) -> bool:
 
 
 def rotor_prior_sd(robot: RobotModel, prepared: Prepared, armature: FloatArray) -> FloatArray:
-    """(j,) standard deviation of rotor inertias that nobody stated, kg·m²; 0 for those that somebody did."""
+    """(j,) standard deviation of rotor inertias that are not stated, kg·m²; 0 for stated ones."""
     # behind gears a rotor may outweigh a light wrist's link hundreds of times
     widest = ARMATURE_SHARE * float(_joint_inertia(robot, prepared).max())
     return np.asarray(np.where(armature > 0.0, 0.0, widest))
@@ -105,7 +105,7 @@ def drive_gains(
     robot: RobotModel,
     estimate: tuple[str, ...],
 ) -> Gains:
-    """Drive gains given the description's inertials, with rotor inertias that nobody stated and a tool beside them.
+    """Drive gains given the description's inertials, with rotor inertias that are not stated and a tool beside them.
 
     No motion tells a common scale of gains from one of inertials; so gains come first and are then held.
     """

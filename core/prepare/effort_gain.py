@@ -239,7 +239,7 @@ def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]
 
 
 def raw_effort_findings(series: UniformSeries) -> list[Finding]:
-    """That nothing can be judged in N·m while the effort is in a unit that nobody stated."""
+    """That nothing can be judged in N·m while the effort is in a unit that is not stated."""
     if series.effort is None or series.effort_unit != "raw":
         return []
     text = "The effort is stated not to be in N·m: friction is fitted in the log's unit, and nothing is judged in N·m."

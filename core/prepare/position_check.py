@@ -11,7 +11,7 @@ from collaudit.core.robot.robot_model import RobotModel
 
 #: Most joints stay within two turns either way from their zero; degrees pass this at once.
 _TWO_TURNS_RAD = 4.0 * np.pi
-#: Beyond a joint limit by this much is no calibration error, rad. (A limit within two turns proves nothing: the
+#: Beyond a joint limit by this much is no calibration error, rad. (Passing a limit within two turns tells nothing: the
 #: UR3's last wrist turns on past its URDF's.)
 _BEYOND_LIMIT_RAD = 1.0
 #: A joint with limits that turns on past them, as wrists do, does so by few turns.

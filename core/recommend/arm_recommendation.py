@@ -195,7 +195,7 @@ def _if_clean(
     persistence_s: float,
     per_hour: float,
 ) -> dict[str, float]:
-    """Gamma of the joints for which it were higher if nothing had touched the arm where nobody knows."""
+    """Gamma of the joints for which it were higher if nothing had touched the arm where contacts are not known."""
     clean = gather_evidence(audits, [() if times is None else times for times in known])
     rules, _ = recommend_joints(clean, persistence_s, per_hour, others=False)
     out = {}

@@ -230,7 +230,7 @@ def _missing(item: JointEvidence, left_out_s: float) -> tuple[str, ...]:
     if tail.drift is not None:
         missing.append(
             f"a steady residual: its level changed by a factor of {tail.drift:.2g} from the first to the last third of "
-            "the time; gamma rests on the worse third"
+            "the time; gamma is taken from the worse third"
         )
     if tail.fit_p < _POOR_FIT:
         missing.append(

@@ -1,4 +1,4 @@
-"""Peaks that do not belong to the rest: what may be contact that nobody told of.
+"""Peaks that do not belong to the rest: what may be unknown contact.
 
 The peaks of a clean residual thin out upwards at least as fast as an exponential tail, whose normalised spacings
 i (x_(i) - x_(i+1)), i counted from the largest, all have the same mean (Renyi 1953). Peaks of contacts lie further out:

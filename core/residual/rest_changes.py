@@ -1,4 +1,4 @@
-"""The residual of an arm that never moves and whose friction nobody knows: the change of its torque."""
+"""The residual of an arm that never moves and whose friction is not known: the change of its torque."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def locked_findings(
     """Which joints are held, and how much that matters.
 
     A joint between the base and a judged joint changes every torque after it; one beside or beyond them changes
-    where its mass is. With one between judged joints, whose position nobody stated, no torque of theirs is known.
+    where its mass is. With one between judged joints, whose position is not known, no torque of theirs is known.
 
     Args:
         description: the robot's.

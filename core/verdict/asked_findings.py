@@ -8,7 +8,7 @@ from collaudit.core.prepare.prepared import Prepared
 
 
 def asked_findings(prepared: Prepared, config: Config) -> tuple[Finding, ...]:
-    """The findings of a prepared log; errors of joints that nobody asked to judge are warnings.
+    """The findings of a prepared log; errors of joints that are not to be judged are warnings.
 
     A joint is asked for when it is judged (``[robot] joints``) and watched (``[detect] watch``).
 

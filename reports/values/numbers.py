@@ -31,7 +31,7 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 
 def stated(value: float | None) -> str:
-    """A number somebody chose, such as a threshold: in full, without zeros nobody wrote."""
+    """A number somebody chose, such as a threshold: in full, without added zeros."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
     return f"{value:.12g}"

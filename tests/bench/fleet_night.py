@@ -162,7 +162,7 @@ def check(
         name, verdict = entry["name"], entry["verdict"]
         ill = name in bad[0] or any(name.endswith(h[-9:]) for h in bad[1])
         expected = "not_judged" if ill else "fail" if planted.get(name) == "contact" else "pass"
-        swapped = name.startswith(SWAPPED)  # a tool nobody stated may alarm
+        swapped = name.startswith(SWAPPED)  # a tool that is not stated may alarm
         near = planted.get(name) == "near miss" and not entry["near_misses"]
         if (verdict != expected and not swapped) or near:
             wrong.append(f"{name!r}: {verdict}, expected {expected}, {entry['near_misses']} near misses")

@@ -20,7 +20,7 @@ from collaudit.reports.files.run_files import write_run
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Ten minutes of two joints, with one push that nobody told of."""
+    """Ten minutes of two joints, with one push that is not stated."""
     x = coloured(1, 600.0, joints=2)
     x[100_000:100_100] += np.array([8.0, 0.0])
     folder = tmp_path_factory.mktemp("recommend") / "run"

@@ -1,4 +1,4 @@
-"""Columns as robot software heads them, by public documentation: what is measured, and what stands beside it."""
+"""Columns as robot software heads them, by public documentation: what is measured, and what comes with it."""
 
 from __future__ import annotations
 

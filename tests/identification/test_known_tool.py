@@ -81,7 +81,7 @@ def test_accelerating_the_tool_is_no_contact(moved: tuple[FixtureRobot, Trace]) 
 
 
 def test_a_calibrated_tool_is_in_the_model(moved: tuple[FixtureRobot, Trace]) -> None:
-    """A tool that nobody wrote down: the file's calibration brings the residual to that of a described one."""
+    """A tool that is not described: the file's calibration brings the residual to that of a described one."""
     described, _ = seen(moved, 0.8, "estimate")
     unknown, config = seen(moved, 0.0, "calibrated")
     facts, _ = audit_channels(unknown, config)

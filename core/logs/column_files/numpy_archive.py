@@ -33,7 +33,7 @@ def open_npz(path: Path, settings: CsvConfig) -> NamedColumns:
             for name in loaded.files:
                 try:
                     value = loaded[name]
-                except ValueError:  # objects: what they would run when loaded, nobody knows
+                except ValueError:  # objects: loading them may run any code
                     continue
                 fields = value.dtype.names
                 arrays |= {name: value} if fields is None else {f"{name}.{field}": value[field] for field in fields}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +12,11 @@ from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.scalar_search import root
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
+_CLEARLY = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +29,9 @@ class Quality:
     @classmethod
     def of(cls, sum_squares: float, freedom: int) -> Quality:
         """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio)."""
-        from scipy.stats import t
+        from scipy.special import stdtrit
 
-        return cls(max(1.0, sum_squares / freedom), float(t.ppf(_LEVEL, freedom)))
+        return cls(max(1.0, sum_squares / freedom), float(stdtrit(freedom, _LEVEL)))
 
     @property
     def allowance(self) -> float:
@@ -89,8 +92,14 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
 
 def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
     """The variance that the points need about the law that needs least, and that law."""
-    laws = _flexible(data) or [LINE]
-    return min(((_variance_needed(data, law), law) for law in laws), key=lambda found: found[0])
+    first, *others = _flexible(data) or [LINE]
+    least, of = _variance_needed(data, first), first
+    for law in others:
+        if least == 0.0:
+            break
+        if not _surely_needs_more(data, law, least) and (found := _variance_needed(data, law)) < least:
+            least, of = found, law
+    return least, of
 
 
 def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
@@ -98,8 +107,6 @@ def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> fl
 
     They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
     """
-    from scipy.optimize import brentq
-
     c = ls.quick_rate(pairs, law) if law.rate is not None else 0.0
     k = len(law.symbols) - (law.rate is not None)
     columns = np.stack(law.shape(rest.speed, rest.direction, c), axis=-1)
@@ -112,7 +119,7 @@ def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> fl
         return float(np.sum(weight * (left - mean * rest.direction) ** 2)) - freedom
 
     top = rest.n * float(np.max(left**2)) + 1e-12
-    return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, top, xtol=1e-12 * top))
+    return 0.0 if excess(0.0) <= 0 else root(excess, 0.0, top, 1e-12 * top)
 
 
 def _flexible(data: ls.Points) -> list[SeparableLaw]:
@@ -135,22 +142,33 @@ def _free(data: ls.Points, law: SeparableLaw) -> int:
     return len(law.symbols) + (data.offset is not None and not law.directional)
 
 
-def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:
-    """Common variance that brings a law's chi-square down to its degrees of freedom; 0 where it is there already."""
-    from scipy.optimize import brentq
-
-    c = ls.best_rate(data, law) if law.rate is not None else 0.0
-    freedom = max(1, data.n - _free(data, law))
+def _excess(data: ls.Points, law: SeparableLaw, c: float) -> Callable[[float], float]:
+    """Chi-square of a law at a rate less its degrees of freedom, as a function of the common variance: it falls."""
+    columns, freedom = data.raw(law, c), max(1, data.n - _free(data, law))
 
     def excess(variance: float) -> float:
-        return ls.fit_at(replace(data, sd=np.sqrt(data.sd**2 + variance)), law, c).sum_squares - freedom
+        weighed = replace(data, sd=np.sqrt(data.sd**2 + variance))
+        return ls.solve(weighed.weighted(columns), weighed.target).sum_squares - freedom
 
+    return excess
+
+
+def _surely_needs_more(data: ls.Points, law: SeparableLaw, variance: float) -> bool:
+    """Whether chi-square is still too large at this variance, by more than a rate of the second best can change it."""
+    c = ls.quick_rate(data, law) if law.rate is not None else 0.0
+    return _excess(data, law, c)(variance) > _CLEARLY * data.n
+
+
+def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:
+    """Common variance that brings a law's chi-square down to its degrees of freedom; 0 where it is there already."""
+    c = ls.best_rate(data, law) if law.rate is not None else 0.0
+    excess = _excess(data, law, c)
     top = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
     if excess(0.0) <= 0:
         return 0.0
     if excess(top) >= 0:
         return top
-    return float(brentq(excess, 0.0, top, xtol=1e-12 * top))
+    return root(excess, 0.0, top, 1e-12 * top)
 
 
 def robust_weights(data: ls.Points, method: str) -> FloatArray:

@@ -13,6 +13,7 @@ from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 
 _SIGNIFICANT = 0.01
 
@@ -91,12 +92,13 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
 
 def _non_negative(design: FloatArray, target: FloatArray, law: SeparableLaw) -> tuple[ls.LinearFit, tuple[str, ...]]:
     """Coefficients held at zero or above; the offset stays free."""
-    from scipy.optimize import lsq_linear
-
     k = len(law.symbols)
-    low = np.concatenate([np.zeros(k), np.full(design.shape[1] - k, -np.inf)])
-    found = lsq_linear(design, target, bounds=(low, np.inf), method="bvls")
-    estimate = np.asarray(found.x)
+    basis = np.linalg.qr(design[:, k:])[0]
+    held_out = [x - basis @ (basis.T @ x) for x in (design[:, :k], target)]
+    bounded = nonnegative_fit(*held_out)
+    left = target - design[:, :k] @ bounded
+    free = np.linalg.lstsq(design[:, k:], left, rcond=None)[0] if design.shape[1] > k else np.empty(0)
+    estimate = np.concatenate([bounded, free])
     rest = target - design @ estimate
     held = tuple(s for s, x in zip(law.symbols, estimate, strict=False) if x <= 1e-12)
     return ls.LinearFit(estimate, ls.solve(design).covariance, float(rest @ rest)), held
@@ -181,14 +183,14 @@ def _why_not(
     line_beside: SeparableLaw,
 ) -> tuple[str, ...]:
     """Sentences on why the rate is not determined beside Coulomb + viscous friction; empty when it is."""
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     slowest, fastest = float(data.speed.min()), float(data.speed.max())
     span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
     line = ls.fit_at(data, line_beside, 0.0)
     more = prof.estimate.shape[1] + 1 - line.estimate.size
     gain = (line.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
-    p_value = float(f.sf(gain, more, data.n - prof.estimate.shape[1] - 1))
+    p_value = float(fdtrc(more, data.n - prof.estimate.shape[1] - 1, max(gain, 0.0)))
     low, high = c_interval
     verb = "are" if len(term.unknown) > 1 else "is"
     open_rate = f"{' and '.join(term.unknown)} {verb} not determined"

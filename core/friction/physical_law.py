@@ -43,7 +43,7 @@ def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
 
     An error of the model's gravity torque raises one direction and lowers the other: their mean is free of it.
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     value = np.array([p.friction_nm for p in points])
     way = np.array([p.direction for p in points])
@@ -61,7 +61,7 @@ def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
         return None
     scatter = float(np.std(free, ddof=1)) / np.sqrt(len(points))
     timing = float(np.mean([p.timing_nm for p in points]))
-    bound = level + float(t.ppf(_CLEAR, freedom)) * float(np.hypot(scatter, timing))
+    bound = level + float(stdtrit(freedom, _CLEAR)) * float(np.hypot(scatter, timing))
     return Dissipation(level, bound, bound < 0 and float(np.mean(free < 0)) >= _SHARE)
 
 

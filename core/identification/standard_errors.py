@@ -83,10 +83,10 @@ def scaled_inverse(hessian: FloatArray) -> FloatArray:
 
 def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
     """(f, f) from what each cluster moves (c, f), and the information (c, f) that each brings."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     part = share / np.maximum(share.sum(axis=0), 1e-300)
     clusters = 1.0 / np.maximum(np.sum(part**2, axis=0), 1e-12)
-    reach = t.ppf(0.975, np.clip(clusters - 1.0, 1.0, 1e6)) / NORMAL_QUANTILE_975
+    reach = stdtrit(np.clip(clusters - 1.0, 1.0, 1e6), 0.975) / NORMAL_QUANTILE_975
     raised = influence / (1.0 - np.minimum(part, _MOST)) * reach
     return np.asarray(raised.T @ raised)

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from collaudit.core.numeric import linear_filter, nonnegative_fit
+from collaudit.core.numeric import linear_filter, nonnegative_fit, scalar_search
 from collaudit.core.numeric.compiled_scipy import compiled_function
 
 
-def test_both_functions_are_found_in_this_scipy() -> None:
+def test_the_functions_are_found_in_this_scipy() -> None:
     assert linear_filter._compiled() is not None
     assert nonnegative_fit._compiled() is not None
+    assert scalar_search._compiled() is not None
 
 
-@pytest.mark.parametrize("agrees", [linear_filter._agrees, nonnegative_fit._agrees])
+@pytest.mark.parametrize("agrees", [linear_filter._agrees, nonnegative_fit._agrees, scalar_search._agrees])
 @pytest.mark.parametrize("other", [lambda *arguments: arguments[2:], lambda: None, lambda *_: (np.zeros(2), 1.0, 1)])
 def test_another_function_of_the_name_is_refused(agrees: Any, other: Any) -> None:
     found = compiled_function("signal/_sigtools", "_linear_filter", lambda _: agrees(other))

@@ -74,24 +74,24 @@ def direction_difference(logs: Sequence[Sequence[PairSum]]) -> DirectionDifferen
 
 def _shows(column: FloatArray, target: FloatArray, whole: FloatArray, freedom: int) -> bool:
     """Whether one shape alone stands clear of zero: if nothing differs, that is wrong at the stated level only."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     power = float(column @ column)
     if power < _RANK * float(whole @ whole):
         return False
     slope = float(column @ target) / power
     sd = float(np.sqrt(np.sum((target - slope * column) ** 2) / freedom / power))
-    return abs(slope) > float(t.ppf(_LEVEL, freedom)) * sd
+    return abs(slope) > float(stdtrit(freedom, _LEVEL)) * sd
 
 
 def _change(columns: FloatArray, target: FloatArray, apart: FloatArray, freedom: int) -> tuple[float, float]:
     """The change and half of its 95 % interval, with either shape allowed: which of them it is, is not known."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     inverse = np.linalg.pinv(columns.T @ columns)
     estimate = inverse @ (columns.T @ target)
     scale = float(np.sum((target - columns @ estimate) ** 2)) / freedom
-    return float(apart @ estimate), float(t.ppf(0.975, freedom)) * float(np.sqrt(scale * apart @ inverse @ apart))
+    return float(apart @ estimate), float(stdtrit(freedom, 0.975)) * float(np.sqrt(scale * apart @ inverse @ apart))
 
 
 def _viscous(speed: FloatArray, _slowest: float) -> FloatArray:

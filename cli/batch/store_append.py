@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, date, datetime
+from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome
 from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.batch.night_records import RecordWanted
 from collaudit.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collaudit.reports.values.entries import IndexEntry
 
 #: In ``--robot``: the name of the folder that a log lies in.
 FOLDER = "{folder}"
@@ -40,12 +45,13 @@ def with_records(jobs: Sequence[LogJob], store: str | None, robot: str | None, n
     return made
 
 
-def append_night(store: str, jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> int:
+def append_night(store: str, jobs: Sequence[LogJob], outcomes: Sequence[Outcome], decided: Sequence[IndexEntry]) -> int:
     """Append the records of all logs as one batch.
 
     Args:
         store: folder or URL.
         jobs, outcomes: of the audit, in one order.
+        decided: in that order, with the verdicts that the policy of the night came to.
 
     Returns:
         How many records were added.
@@ -53,11 +59,12 @@ def append_night(store: str, jobs: Sequence[LogJob], outcomes: Sequence[Outcome]
     from collaudit.reports.store.result_store import ResultStore
 
     made = []
-    for job, one in zip(jobs, outcomes, strict=True):
-        if one.record is not None:
-            made.append(one.record)
-        elif job.wanted is not None:
-            made.append(job.wanted.of_unread(job.files, one.entry.name, one.entry.error or ""))
+    for job, one, entry in zip(jobs, outcomes, decided, strict=True):
+        record = one.record
+        if record is None and job.wanted is not None:
+            record = job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
+        if record is not None:
+            made.append(replace(record, decided_verdict=entry.verdict, decided_reasons=entry.reasons))
     ResultStore(store).append(made)
     return len(made)
 

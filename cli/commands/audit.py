@@ -213,7 +213,7 @@ def command(
         if key is not None:
             write_signature(output, key)
         if store is not None:
-            note(f"{append_night(store, work, outcomes)} logs added to the store {store}")
+            note(f"{append_night(store, work, outcomes, entries)} logs added to the store {store}")
         code = exit_code(decisions.verdicts)
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
     print_findings(decisions.file.findings, err=True)

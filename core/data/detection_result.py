@@ -90,6 +90,7 @@ class LevelFacts:
         lowest, median, highest: friction over its calibration, 1 = as calibrated.
         sd: median standard error.
         followed: False when the level was taken as calibrated.
+        mean: over the motion that tells it; None in results of earlier versions.
     """
 
     lowest: float
@@ -97,6 +98,7 @@ class LevelFacts:
     highest: float
     sd: float
     followed: bool
+    mean: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

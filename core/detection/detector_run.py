@@ -73,7 +73,12 @@ def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]
     for joint, level in residual.levels.items():
         share = 1.0 + level.deviation
         facts[joint] = LevelFacts(
-            float(share.min()), float(np.median(share)), float(share.max()), float(np.median(level.sd)), followed
+            lowest=float(share.min()),
+            median=float(np.median(share)),
+            highest=float(share.max()),
+            sd=float(np.median(level.sd)),
+            followed=followed,
+            mean=1.0 + level.mean,
         )
     return facts
 

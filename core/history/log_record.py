@@ -1,11 +1,11 @@
-"""What a store keeps of one judged log: the types of store schema 1. Fields are added by a new schema only."""
+"""What a store keeps of one judged log: the types of store schema 2. Fields are added by a new schema only."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal
 
-STORE_SCHEMA = 1
+STORE_SCHEMA = 2
 NightFrom = Literal["stated", "log", "audit"]
 
 
@@ -33,7 +33,9 @@ class JointRecord:
         gamma_margin: gamma over the largest clean level that lasted n samples.
         temperature_c: mean over the log.
         friction_excess, friction_excess_se: friction in excess of the law it was judged with, as a share of it, and its
-            standard error; None where friction was fitted on the log itself or the motion does not tell.
+            standard error; None where friction was fitted on the log itself or the motion does not tell, and in
+            records of schema 1.
+        friction_level: what the residual followed of that, as a multiple of the law; None in records of schema 1.
         load_excess, load_excess_se: the same of the rigid-body torque: another payload or tool.
         offset_nm, offset_nm_se: constant torque that is left.
         freedom: degrees of freedom of these three.
@@ -70,6 +72,7 @@ class JointRecord:
     law_nm_low: float | None
     law_nm_high: float | None
     law_speed_rad_s: float | None
+    friction_level: float | None = None
     peaks_nm: tuple[float, ...] = ()
     peaks_minute: tuple[int, ...] = ()
     peaks_count: int = 0
@@ -140,6 +143,8 @@ class LogRecord:
             friction was fitted on the log itself.
         collaudit: version.
         persistence_s: of the rule.
+        decided_verdict, decided_reasons: what the policy of the night, its waivers and baseline made of the verdict;
+            None in records of schema 1.
     """
 
     robot: str
@@ -165,6 +170,8 @@ class LogRecord:
     contacts: tuple[ContactRecord, ...] = ()
     near_misses: tuple[NearMissRecord, ...] = ()
     findings: tuple[FindingRecord, ...] = ()
+    decided_verdict: str | None = None
+    decided_reasons: tuple[str, ...] = ()
 
     @property
     def identity(self) -> tuple[str, str]:

@@ -112,7 +112,7 @@ def _joint(audit: Audit, log: LogEvidence, joint: str) -> JointRecord:
     coverage, stats = result.coverage.joints[joint], result.residual.get(joint)
     time = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
     law, speed, bounds = _law(result.friction.get(joint))
-    shares = _shares(audit, log, joint)
+    shares, level = _shares(audit, log, joint), _level(result, joint)
     friction, load, offset = (None, None, None) if shares is None else (shares.friction, shares.load, shares.offset)
     peaks, count = _kept(_peaks(log, joint, result))
     recommended = result.recommended.get(joint)
@@ -132,7 +132,7 @@ def _joint(audit: Audit, log: LogEvidence, joint: str) -> JointRecord:
         clean_mean_abs_nm=None if stats is None else stats.clean_mean_abs_nm,
         gamma_margin=gamma / largest if gamma and largest else None,
         temperature_c=None if stats is None else stats.temperature_c,
-        friction_excess=None if friction is None else friction.value,
+        friction_excess=None if friction is None or level is None else level - 1.0 + friction.value,
         friction_excess_se=None if friction is None else friction.se,
         load_excess=None if load is None else load.value,
         load_excess_se=None if load is None else load.se,
@@ -143,6 +143,7 @@ def _joint(audit: Audit, log: LogEvidence, joint: str) -> JointRecord:
         law_nm_low=bounds[0],
         law_nm_high=bounds[1],
         law_speed_rad_s=speed,
+        friction_level=level,
         peaks_nm=tuple(peaks.level_nm.tolist()),
         peaks_minute=tuple(peaks.window.tolist()),
         peaks_count=count,
@@ -162,6 +163,12 @@ def _shares(audit: Audit, log: LogEvidence, joint: str) -> ResidualShares | None
     return residual_shares(
         signals.time_s[used], signals.residual_nm[used, k], friction, signals.model_nm[used, k] - friction
     )
+
+
+def _level(result: AuditResult, joint: str) -> float | None:
+    """The level of friction that the residual followed: the residual shows only what friction exceeds that by."""
+    facts = None if result.detection is None else result.detection.friction_level.get(joint)
+    return None if facts is None else facts.mean
 
 
 def _model(fit: FrictionFit | None) -> FrictionModel | None:

@@ -1,6 +1,6 @@
-"""Records as an Arrow table and back: the columns of store schema 1, which never change.
+"""Records as an Arrow table and back: the columns of store schema 2, which never change.
 
-A new schema gets a new number, a new folder, and a way to read the older ones; see docs/history.md.
+A new schema gets a new number, a new folder, and a way to read the older ones (``older_schemas``); docs/history.md.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ JOINT = pa.struct(
         *[(name, _NUMBER) for name in ("friction_excess", "friction_excess_se", "load_excess", "load_excess_se")],
         *[(name, _NUMBER) for name in ("offset_nm", "offset_nm_se", "freedom")],
         *[(name, _NUMBER) for name in ("law_nm", "law_nm_low", "law_nm_high", "law_speed_rad_s")],
+        ("friction_level", _NUMBER),
         ("peaks_nm", pa.list_(_SMALL)),
         ("peaks_minute", pa.list_(pa.int32())),
         ("peaks_count", _COUNT),
@@ -80,13 +81,28 @@ SCHEMA = pa.schema(
         ("contacts", pa.list_(CONTACT)),
         ("near_misses", pa.list_(NEAR_MISS)),
         ("findings", pa.list_(FINDING)),
+        ("decided_verdict", _TEXT),
+        ("decided_reasons", pa.list_(_TEXT)),
     ]
 )
-#: What trends need: all but the peaks of the residual and the findings.
-LIGHT_COLUMNS = (
-    *(name for name in SCHEMA.names if name not in ("joints", "friction", "findings")),
-    *(f"joints.list.element.{f.name}" for f in JOINT if f.name not in ("peaks_nm", "peaks_minute", "minute_hours")),
+_HEAVY = ("peaks_nm", "peaks_minute", "minute_hours")
+_LIGHT_JOINT = pa.struct([field for field in JOINT if field.name not in _HEAVY])
+#: What trends need: all but the peaks of the residual, parameters and findings.
+LIGHT_SCHEMA = pa.schema(
+    [
+        pa.field("joints", pa.list_(_LIGHT_JOINT)) if field.name == "joints" else field
+        for field in SCHEMA
+        if field.name not in ("friction", "findings")
+    ]
 )
+
+
+def column_paths(schema: pa.Schema) -> list[str]:
+    """Names of a schema's columns, as Parquet calls them: those inside joints one by one."""
+    flat = [name for name in schema.names if name != "joints"]
+    return flat + [f"joints.list.element.{field.name}" for field in schema.field("joints").type.value_type]
+
+
 _PARTS: Mapping[str, type] = {
     "joints": JointRecord,
     "friction": ParameterRecord,

@@ -51,7 +51,8 @@ class ResultStore:
 
         if not records:
             return None
-        self.check()
+        if self.check() < STORE_SCHEMA:
+            self._begin()  # versions that know only the older schema are to refuse it from now on
         buffer = io.BytesIO()
         pq.write_table(record_table(records), buffer, compression="zstd", compression_level=9)
         month = max(record.night for record in records)[:7]
@@ -65,24 +66,37 @@ class ResultStore:
         Raises:
             CollauditError: it is no store, or of a later version.
         """
-        self.check(must_exist=True)
-        return sorted(self._list(), key=lambda name: name.rpartition("/")[2])
+        from collaudit.reports.store.older_schemas import schema_of
 
-    def table(self, columns: Sequence[str] | None = None) -> pa.Table:
+        self.check(must_exist=True)
+        names = sorted(self._list(), key=lambda name: name.rpartition("/")[2])
+        self._refuse_later(max(map(schema_of, names), default=0))
+        return names
+
+    def _begin(self) -> None:
+        """Write the file that says what this is."""
+        import json
+
+        text = {"schema": f"collaudit/store/{STORE_SCHEMA}", "note": "Results of collaudit audit --store. Append only."}
+        self._write(_NAME, (json.dumps(text, indent=1, allow_nan=False) + "\n").encode())
+
+    def table(self, light: bool = False) -> pa.Table:
         """All records, oldest batch first, with the batch and the row in it as further columns.
 
         Args:
-            columns: to be read; None for all.
+            light: without what only thresholds and questions need.
         """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        from collaudit.reports.store.record_table import SCHEMA
+        from collaudit.reports.store.older_schemas import as_latest, schema_of
+        from collaudit.reports.store.record_table import LIGHT_SCHEMA, SCHEMA, column_paths
 
+        schema = LIGHT_SCHEMA if light else SCHEMA
         parts = []
         for name in self.batches():
             try:
-                part = pq.ParquetFile(io.BytesIO(self._read(name))).read(columns and list(columns))
+                part = pq.ParquetFile(io.BytesIO(self._read(name))).read(column_paths(schema) if light else None)
             except (pa.ArrowInvalid, OSError) as error:
                 raise LogError(
                     "a batch of the store cannot be read",
@@ -90,9 +104,11 @@ class ResultStore:
                     found=str(error),
                     hint="move the file out of the store; the audit it came from can append again",
                 ) from error
+            number = schema_of(name)
+            part = part.select(schema.names) if number == STORE_SCHEMA else as_latest(part, number, schema)
             part = part.append_column("batch", pa.array([name] * part.num_rows, pa.string()))
             parts.append(part.append_column("batch_row", pa.array(range(part.num_rows), pa.int64())))
-        empty = pa.schema([*SCHEMA, ("batch", pa.string()), ("batch_row", pa.int64())]).empty_table()
+        empty = pa.schema([*schema, ("batch", pa.string()), ("batch_row", pa.int64())]).empty_table()
         return pa.concat_tables(parts) if parts else empty
 
     def records(self, evidence: bool = False) -> list[LogRecord]:
@@ -101,14 +117,17 @@ class ResultStore:
         Args:
             evidence: with the peaks of the residual; without, they and the findings are not read.
         """
-        from collaudit.reports.store.record_table import LIGHT_COLUMNS, records_of
+        from collaudit.reports.store.record_table import records_of
 
-        rows = self.table(None if evidence else LIGHT_COLUMNS).to_pylist()
+        rows = self.table(light=not evidence).to_pylist()
         latest = {record.identity: record for record in records_of(rows)}
         return sorted(latest.values(), key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
 
-    def check(self, must_exist: bool = False) -> None:
+    def check(self, must_exist: bool = False) -> int:
         """Make a new store, or see that this is one that can be read.
+
+        Returns:
+            Number of the latest schema in it.
 
         Raises:
             CollauditError: it is not.
@@ -117,12 +136,8 @@ class ResultStore:
 
         content = self._read_if_there(_NAME)
         if content is None and not must_exist and not self._holds_other():
-            text = {
-                "schema": f"collaudit/store/{STORE_SCHEMA}",
-                "note": "Results of collaudit audit --store. Append only.",
-            }
-            self._write(_NAME, (json.dumps(text, indent=1, allow_nan=False) + "\n").encode())
-            return
+            self._begin()
+            return STORE_SCHEMA
         try:
             schema = str(json.loads(content or b"{}").get("schema", ""))
         except (ValueError, AttributeError):
@@ -135,7 +150,11 @@ class ResultStore:
                 expected=f"a folder or URL that collaudit audit --store made, with {_NAME}",
                 hint=None if must_exist else "name a new or empty folder",
             )
-        if int(number) > STORE_SCHEMA:
+        self._refuse_later(int(number))
+        return int(number)
+
+    def _refuse_later(self, number: int) -> None:
+        if number > STORE_SCHEMA:
             raise CollauditError(
                 "this store was begun by a later version of collaudit",
                 where=self.place,
@@ -155,7 +174,7 @@ class ResultStore:
             )
         else:
             names = _names_in(Path(self.place))
-        own = (_FOLDER, _NAME)
+        own = (_NAME, *(f"v{number}" for number in range(1, STORE_SCHEMA + 1)))
         return any(name not in own and not name.startswith(f".{_NAME}.") for name in names)
 
     def _write(self, name: str, content: bytes) -> None:
@@ -198,9 +217,9 @@ class ResultStore:
     def _list(self) -> list[str]:
         if not self.is_remote:
             root = Path(self.place)
-            return [path.relative_to(root).as_posix() for path in root.glob("v*/*/[!.]*.parquet")]
+            return [path.relative_to(root).as_posix() for path in root.glob("v[0-9]*/*/[!.]*.parquet")]
         fs, root_name = self._remote()
-        found = fs.glob(f"{root_name}/v*/*/*.parquet")
+        found = fs.glob(f"{root_name}/v[0-9]*/*/*.parquet")
         return [str(name)[len(root_name) :].lstrip("/") for name in found]
 
     def _remote(self) -> tuple[Any, str]:

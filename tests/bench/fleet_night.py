@@ -26,6 +26,7 @@ RUN = [sys.executable, "-c", "import sys; from collaudit.cli.main import main; s
 WORN, SWAPPED, GROWTH, TOOL_KG = "robot-07", "robot-13", 0.005, 0.4
 SAMPLES = 15_000  # a minute at 250 Hz
 SAMPLE_LOGS = 24  # of the comparisons
+FIRST, TOGETHER = np.datetime64("2026-09-01"), 10  # first night; nights of the history that one audit takes
 
 
 def small_arm() -> object:
@@ -60,8 +61,10 @@ class Arm:
         self.q, self.dq = q[part], dq[part]
         self.friction = np.sign(self.dq) * (1.0 + 0.8 * np.exp(-np.abs(self.dq) / 0.08)) + 1.5 * self.dq
 
-    def write(self, path: Path, seed: int, wear: float = 0.0, heavy: bool = False, push_nm: float = 0.0) -> None:
-        """One log."""
+    def write(
+        self, path: Path, seed: int, start_s: float, wear: float = 0.0, heavy: bool = False, push_nm: float = 0.0
+    ) -> None:
+        """One log that begins at ``start_s`` since 1970."""
         import pyarrow as pa
         from pyarrow import csv
 
@@ -73,7 +76,7 @@ class Arm:
             start = fast[len(fast) // 2]
             friction = tau[start, 0] - self.rigid[start, 0] - self.friction[start, 0]
             tau[start : start + 75, 0] += push_nm * np.sign(friction + 1e-9)
-        t = np.arange(SAMPLES) / 250.0
+        t = start_s + np.arange(SAMPLES) / 250.0
         names = ("t", "q1", "q2", "dq1", "dq2", "tau1", "tau2")
         columns = np.column_stack([t, self.q, self.dq, tau]).round(6)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -130,16 +133,16 @@ def main(work: Path, logs: int, nights: int, robots: int, followed: int) -> int:
                 name = f"{robot}-{night:03d}-{k:03d}.csv"
                 if push:
                     planted[name] = "contact" if push > 4 else "near miss"
-                place = last if night == nights - 1 else history / f"{night:03d}"
+                place = last if night == nights - 1 else history / f"{night // TOGETHER:03d}"
                 wear = GROWTH * max(0, night - begin) if robot == WORN else 0.0
                 seed = number + robots * (night + nights * k)
-                arm.write(place / robot / name, seed, wear, robot == SWAPPED and night >= swap, push)
+                start = (FIRST + night).astype("datetime64[s]").astype(float) + 60.0 * k
+                arm.write(place / robot / name, seed, start, wear, robot == SWAPPED and night >= swap, push)
     bad = damaged(last / names[0]), hostile(last / names[1])
-    first = np.datetime64("2026-09-01")
-    for night in range(nights - 1):
-        run("audit", history / f"{night:03d}", *settings, "-o", work / "out-history", "--store", work / "store",
-            "--robot", "{folder}", "--night", first + night, "-j", 2, "--timeout", 120)  # fmt: skip
-    return check(work, settings, (last, first + nights - 1), planted, bad, (str(first + begin), str(first + swap)))
+    for part in sorted(history.iterdir()):  # several nights an audit: each log counts to its own date
+        run("audit", part, *settings, "-o", work / "out-history", "--store", work / "store",
+            "--robot", "{folder}", "-j", 2, "--timeout", 120)  # fmt: skip
+    return check(work, settings, (last, FIRST + nights - 1), planted, bad, (str(FIRST + begin), str(FIRST + swap)))
 
 
 def check(

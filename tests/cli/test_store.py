@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from histories import history
 
@@ -35,6 +36,31 @@ def test_an_audit_appends_what_it_found_and_query_reads_it(collaudit, arm, tmp_p
     joints = "SELECT joint, friction_excess, friction_excess_se, law_nm FROM joints WHERE log = 'clean.csv'"
     for _, excess, error, law in json.loads(collaudit("query", store, joints, "--json").out)["rows"]:
         assert abs(excess) < 4 * error < 0.05 and law > 1.0
+
+
+def test_friction_that_the_residual_follows_is_recorded_as_friction(collaudit, arm, tmp_path: Path) -> None:
+    rows = np.loadtxt(arm.clean, delimiter=",", skiprows=1)
+    speed = rows[:, 4]
+    rows[:, 6] += 0.06 * (np.sign(speed) * (1.0 + 0.8 * np.exp(-np.abs(speed) / 0.08)) + 1.5 * speed)
+    worn = tmp_path / "worn.csv"
+    np.savetxt(worn, rows, delimiter=",", header="t,q1,q2,dq1,dq2,tau1,tau2", comments="", fmt="%.9g")
+    assert _audit(collaudit, arm, tmp_path, worn, store=tmp_path / "store", robot="a").code == 0
+    same, more = ResultStore(str(tmp_path / "store")).records()[0].joints
+    assert abs(same.friction_excess) < 4 * same.friction_excess_se
+    assert more.friction_level == pytest.approx(1.06, abs=0.01)
+    assert abs(more.friction_excess - 0.06) < 4 * more.friction_excess_se < 0.01
+
+
+def test_the_decision_of_the_night_is_recorded_beside_the_verdict(collaudit, arm, tmp_path: Path) -> None:
+    waived = tmp_path / "waived.toml"
+    waiver = 'rule = "contacts"\nup_to = 1\nreason = "pushed by hand"\nowner = "cell lead"\nexpires = 2999-01-01\n'
+    waived.write_text(f"{arm.config.read_text()}\n[[policy.waivers]]\n{waiver}")
+    done = collaudit("audit", arm.pushed, "-c", waived, "--friction", arm.friction, "-o", tmp_path / "out",
+                     "--store", tmp_path / "store", "--robot", "a")  # fmt: skip
+    assert done.code == 0
+    (record,) = ResultStore(str(tmp_path / "store")).records()
+    assert (record.verdict, record.decided_verdict) == ("fail", "pass")
+    assert record.reasons
 
 
 def test_a_log_audited_again_counts_once(collaudit, arm, tmp_path: Path) -> None:

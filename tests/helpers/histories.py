@@ -44,6 +44,7 @@ def joint_record(joint: str, friction: float, load: float, rng: np.random.Genera
         "law_nm_low": 7.8,
         "law_nm_high": 8.2,
         "law_speed_rad_s": 0.3,
+        "friction_level": 1.0 + friction,
     }
     return JointRecord(**{**values, **besides})  # type: ignore[arg-type]
 

@@ -133,6 +133,8 @@ def test_warming_up_is_followed() -> None:
     friction, excess = noisy(600.0, true)
     found = follow_level(excess, friction, np.abs(friction) > 0, T, 0.1, False)
     assert np.max(np.abs(1 + found.deviation - true)) < 0.02
+    weight = np.where(np.isfinite(friction), friction, 0.0) ** 2
+    assert 1 + found.mean == pytest.approx(float(true @ weight / weight.sum()), abs=0.002)
 
 
 def test_without_data_the_calibration_and_its_stated_uncertainty_stand() -> None:

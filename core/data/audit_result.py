@@ -199,6 +199,8 @@ class RecommendedRule:
         tail: the tail of the clean residual that it is extrapolated by; None in files of earlier versions, too.
         noticed_nm: an external torque of this size that lasts n samples is noticed at 95 % of the moments, whatever the
             residual is: gamma and the residual's 95 % quantile.
+        loose: gamma is at most (95 %) so many times the least threshold that would have no alarm in 50 h of such logs;
+            above 1.5 it is loose, which ``missing`` says. None without gamma.
     """
 
     gamma_nm: float | None
@@ -212,6 +214,7 @@ class RecommendedRule:
     missing: tuple[str, ...]
     tail: TailFacts | None = None
     noticed_nm: float | None = None
+    loose: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ def detection_findings(series: UniformSeries, run: DetectorRun, inputs: Detectio
     """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged."""
     findings = _slow_kernel(run, inputs.rule, series.period_s)
     findings += _friction_levels(run.residual)
+    findings += _ripple_not_shown(run.residual)
     for j, joint in enumerate(series.joint_names):
         if inputs.watch[joint].watched and joint in inputs.rule.gamma_nm:
             findings += _cut_events(series, run, j, joint, inputs.rule.n)
@@ -54,6 +55,15 @@ def _friction_levels(residual: Residual) -> list[Finding]:
             )
             findings.append(Finding("friction-level", "info", text, joint=joint))
     return findings
+
+
+def _ripple_not_shown(residual: Residual) -> list[Finding]:
+    """Thresholds that are raised since the ripple of the friction file is not where the file has it."""
+    if not residual.ripple_not_shown_nm:
+        return []
+    listed = ", ".join(f"'{joint}' {nm:.2g} N·m" for joint, nm in residual.ripple_not_shown_nm.items())
+    text = f"The log does not show the friction file's gear ripple at its place; thresholds are raised by it: {listed}."
+    return [Finding("ripple-not-shown", "info", text)]
 
 
 def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Finding]:

@@ -529,6 +529,13 @@ KINDS: dict[str, Kind] = {
         "Nothing. Fit again after a joint was opened or its zero was set anew.",
         _INFO,
     ),
+    "ripple-not-shown": Kind(
+        "The log does not show a gear ripple of the friction file where the file has it: it is not subtracted, and the "
+        "threshold is raised by its amplitude.",
+        "Fit friction again: the joint was opened, or counts from another zero. With the ripple in place the residual, "
+        "and so gamma, is lower.",
+        _INFO,
+    ),
     "model-no-gain": Kind(
         "Subtracting model and friction does not make a joint's torque smaller; the likely cause is named.",
         "Check what is named: sign and gain of the effort, its delay, inertials and tool, or the filter's bandwidth.",

@@ -42,12 +42,13 @@ _HIGHEST = 5
 ASSUMPTIONS = (
     "The logs to be judged are like these in motion, load, temperature and wear.",
     "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
-    f"Tails are believed {REACH:g} times further than the hours they were seen in; rarer alarms are not claimed: "
-    "where the rate asked for is rarer, gamma meets it with four chances in five (one log alone: 95 %), and what is "
-    "claimed with 95 %.",
+    f"Tails are believed {REACH:g} times further than the hours they were seen in; rarer alarms are not claimed. Gamma "
+    "keeps what is claimed with 95 %, and is no lower than any number of further hours like these would ask for, up to "
+    "those that support the rate asked for.",
     "Peaks thin out upwards at least as fast as Gaussian ones, unless they show otherwise themselves.",
     "Joints add up: the arm's bound is the sum of the joints' bounds, whether their alarms coincide or not.",
-    "gamma is compared with the residual as logged; what a run's own uncertainty of friction adds is not counted on.",
+    "gamma is compared with the residual as logged; what a run's own uncertainty of friction adds to it, as for a gear "
+    "ripple that is not at its place, is not counted on.",
     f"Less than {LEAST_S / 60.0:g} min of clean time of a joint give no threshold.",
 )
 

@@ -24,9 +24,10 @@ DEFAULT_PER_HOUR = 1e-3
 LEAST_S = 180.0
 #: A tail is believed this many times further than the hours it was seen in.
 REACH = 5.0
-#: Signed root of the deviance for four chances in five: beyond what is claimed.
-UNCLAIMED_QUANTILE = 0.84
-_FEW_LOGS = 2
+#: Further hours for which the bound is looked at: so many steps in each tenfold.
+_STEPS = 8
+#: gamma is compared with the level that so many hours without an alarm would ask for; more than so many times is loose.
+BEST_H, LOOSE = 50.0, 1.5
 _ZERO_EVENTS_95 = -log(0.05)  # one-sided 95 % Poisson bound on the mean when nothing was seen: the rule of three
 _OTHERS = (0.5, 2.0, 4.0)
 _TOGETHER_S = 1.0
@@ -139,8 +140,8 @@ def _rule(
     item: JointEvidence, data: Sequence[CleanResidual], asked: tuple[float, int], others: tuple[tuple[int, float], ...]
 ) -> RecommendedRule:
     hours, tail = item.peaks.hours, item.tail
-    missing = _missing(item, sum(d.left_out_s for d in data))
     gamma = threshold(tail, *asked)
+    missing = _missing(item, gamma, sum(d.left_out_s for d in data))
     if tail is None or gamma is None:
         return RecommendedRule(None, item.n, None, None, hours, None, None, (), missing)
     quiet = np.concatenate([np.abs(d.residual_nm[d.clean]) for d in data])
@@ -156,18 +157,18 @@ def _rule(
         missing=missing,
         tail=_facts(tail),
         noticed_nm=gamma + float(np.quantile(quiet, 0.95)),
+        loose=looseness(tail, gamma),
     )
 
 
 def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float | None:
     """The threshold of one joint, two digits; None without a tail.
 
-    At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. Rarer
-    alarms that are asked for are not claimed: there the tail keeps its part with four chances in five, since a
-    bound (95 %) of minutes, carried on to years, is a factor and no knowledge. With hours enough for what is asked for
-    both are one. One log does not show how much logs differ: from one, 95 % hold at the rate asked for as well,
-    which is the only room left for that. No level is chosen that the clean data passed, where less than one alarm is
-    expected in them.
+    At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. More
+    hours support a rarer rate, by a narrower bound; if they are like these, the level asked for may first rise and then
+    falls. gamma is the highest of these levels, from the hours at hand to those that support the rate asked for, so
+    that more hours of the same never raise it. No level is chosen that the clean data passed, where less than one
+    alarm is expected in them.
 
     Args:
         tail: of the joint.
@@ -176,11 +177,16 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
     """
     if tail is None:
         return None
-    share, claimed = per_hour / joints, 1.0 / (REACH * tail.hours) / joints
-    level = tail.level_bound(max(share, claimed))
-    if claimed > share:
-        level = max(level, tail.level_bound(share, UNCLAIMED_QUANTILE if tail.logs >= _FEW_LOGS else None))
+    share, enough = per_hour / joints, 1.0 / (REACH * per_hour)
+    later = 10.0 ** (np.arange(int(_STEPS * np.log10(enough)) - 5 * _STEPS, _STEPS * np.log10(enough)) / _STEPS)
+    hours = [tail.hours, *(h for h in (*later, enough) if h > tail.hours)]
+    level = max(tail.level_bound(max(share, 1.0 / (REACH * h) / joints), h / tail.hours) for h in hours)
     return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
+
+
+def looseness(tail: JointTail, gamma_nm: float) -> float:
+    """At most (95 %) so many times the least threshold without an alarm in ``BEST_H`` hours is a threshold."""
+    return gamma_nm / max(tail.least_level(1.0 / BEST_H), tail.largest_nm)
 
 
 def _falling(tried: Sequence[JointEvidence], asked: tuple[float, int]) -> tuple[tuple[int, float], ...]:
@@ -208,7 +214,7 @@ def _facts(tail: JointTail) -> TailFacts:
     )
 
 
-def _missing(item: JointEvidence, left_out_s: float) -> tuple[str, ...]:
+def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> tuple[str, ...]:
     """What would make the recommendation firmer, or be needed for one."""
     peaks, tail = item.peaks, item.tail
     if peaks.hours * 3600.0 < LEAST_S:
@@ -225,8 +231,18 @@ def _missing(item: JointEvidence, left_out_s: float) -> tuple[str, ...]:
             f"confirmation that something touched the arm in the {left_out_s:.3g} s left out here: if nothing did, "
             "this gamma is too low (state it by --clean, --truth or --labels)"
         )
+    if gamma_nm is not None and (times := looseness(tail, gamma_nm)) > LOOSE:
+        missing.append(
+            f"more hours: this gamma is loose, up to {times:.2g} times the least without an alarm in {BEST_H:g} h"
+        )
     if peaks.log_of_window.size and peaks.log_of_window.max() == 0:
         missing.append("another log: one log does not show how much logs differ")
+    apart = _logs_apart(peaks)
+    if apart > LOOSE:
+        missing.append(
+            f"logs that are alike: the median level of the residual differs between them by a factor of {apart:.2g} "
+            "(their findings may tell why: ripple-not-shown, friction-level, log-velocity-late)"
+        )
     if tail.drift is not None:
         missing.append(
             f"a steady residual: its level changed by a factor of {tail.drift:.2g} from the first to the last third of "
@@ -237,6 +253,13 @@ def _missing(item: JointEvidence, left_out_s: float) -> tuple[str, ...]:
             f"peaks that follow the tail's law: they do not (p = {tail.fit_p:.2g}), so the rate is uncertain"
         )
     return tuple(missing)
+
+
+def _logs_apart(peaks: SustainedPeaks) -> float:
+    """The highest median level of a log over the lowest; 1 with one log."""
+    medians = [float(np.median(own)) for k in np.unique(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
+    least = min(medians, default=0.0)
+    return max(medians) / least if least > 0 else 1.0
 
 
 def _coincident(found: Mapping[str, JointEvidence]) -> float | None:

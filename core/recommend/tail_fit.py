@@ -71,9 +71,13 @@ class JointTail:
         """The likeliest rate of alarms, 1/h, above the tail's beginning."""
         return self.likelihood.rate_at(gamma_nm**2)
 
-    def level_bound(self, rate_per_hour: float, quantile: float | None = None) -> float:
-        """The level that is passed no more often, N·m: at 95 % confidence, or at that of another quantile."""
-        return sqrt(self.likelihood.level_bound(rate_per_hour, self.quantile if quantile is None else quantile))
+    def level_bound(self, rate_per_hour: float, times: float = 1.0) -> float:
+        """The level that at 95 % confidence is passed no more often, N·m; of so many times the hours."""
+        return sqrt(self.likelihood.level_bound(rate_per_hour, self.quantile, times))
+
+    def least_level(self, rate_per_hour: float) -> float:
+        """The level that at 95 % confidence is passed at least that often, N·m; the tail's beginning at least."""
+        return sqrt(self.likelihood.least_level(rate_per_hour, self.quantile))
 
     @property
     def begins_nm(self) -> float:

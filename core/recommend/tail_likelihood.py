@@ -73,10 +73,22 @@ class TailLikelihood:
         left = _survival(self.shapes[inside], self.scales[inside], gamma - self.level)
         return float(np.max(rates * left))
 
-    def level_bound(self, rate_per_hour: float, quantile: float) -> float:
-        """The level that with a confidence is passed no more often than this; u at least,"""
-        rates, inside = self._rates(quantile)
+    def level_bound(self, rate_per_hour: float, quantile: float, times: float = 1.0) -> float:
+        """The level that with a confidence is passed no more often than this; u at least.
+
+        Args:
+            rate_per_hour: the rate.
+            quantile: as of :meth:`rate_bound`.
+            times: the bound as it would be of so many times the hours, if they continue as these do.
+        """
+        rates, inside = self._rates(quantile, times)
         return float(np.max(_level(self.shapes[inside], self.scales[inside], rates / rate_per_hour))) + self.level
+
+    def least_level(self, rate_per_hour: float, quantile: float) -> float:
+        """The level that with a confidence is passed at least that often; u at least."""
+        inside = self.deviance <= quantile**2
+        ratio = np.full(int(np.count_nonzero(inside)), self.rate_per_hour / rate_per_hour)
+        return float(np.min(_level(self.shapes[inside], self.scales[inside], ratio))) + self.level
 
     def level_at(self, rate_per_hour: float) -> float:
         """The level that is likeliest to be passed that often; u at least,"""
@@ -88,9 +100,9 @@ class TailLikelihood:
         inside = self.deviance <= quantile**2
         return float(self.shapes[inside].min()), float(self.shapes[inside].max())
 
-    def _rates(self, quantile: float) -> tuple[FloatArray, np.ndarray]:
+    def _rates(self, quantile: float, times: float = 1.0) -> tuple[FloatArray, np.ndarray]:
         """For the points of the grid inside the bound: the largest lambda there, and which points they are."""
-        room = quantile**2 - self.deviance
+        room = quantile**2 / times - self.deviance
         inside = np.flatnonzero(room >= 0.0)
         ratio = np.interp(self.count_dispersion * room[inside] / (2.0 * self.peaks), _ROOM, _RATIO, left=1.0)
         return self.rate_per_hour * ratio, inside

@@ -67,6 +67,8 @@ class Residual:
             external torque; 0 where friction is a value. None: nothing is hidden anywhere.
         span_nm: least and greatest (n, j) residual that friction within its interval allows, meaningful in state
             FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
+        ripple_not_shown_nm: by joint the amplitude of a ripple that the friction file knows and this log does not show
+            at its place; the threshold is raised by it.
     """
 
     torque_nm: FloatArray
@@ -78,6 +80,7 @@ class Residual:
     isolation: Isolation
     hidden_nm: FloatArray | None = None
     span_nm: tuple[FloatArray, FloatArray] | None = None
+    ripple_not_shown_nm: dict[str, float] = field(default_factory=dict)
 
     @property
     def model_nm(self) -> FloatArray:
@@ -113,13 +116,15 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
     hidden, least, most = (np.zeros((n, count), order="F") for _ in range(3))  # pages not written to cost no memory
 
-    def fill_joint(j: int) -> FrictionLevel:
-        """Fill one joint's columns; only its level is handed on."""
+    def fill_joint(j: int) -> tuple[FrictionLevel, float]:
+        """Fill one joint's columns; only its level is handed on, and the ripple that the log does not show."""
         columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], hidden[:, j], least[:, j], most[:, j])
         law = inputs.laws[names[j]]
         return _fill_joint(series, j, balance, law, config, columns, carried_load(prepared, names[j], law))
 
-    levels = {names[j]: level for j, level in zip(known, ordered_map(fill_joint, known), strict=True)}
+    filled = {names[j]: made for j, made in zip(known, ordered_map(fill_joint, known), strict=True)}
+    levels = {joint: level for joint, (level, _) in filled.items()}
+    not_shown = {joint: ripple_nm for joint, (_, ripple_nm) in filled.items() if ripple_nm > 0}
     if usable:
         fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
         hidden[:, missing] = np.where(state[:, missing] == State.FRICTION_INTERVAL, np.inf, 0.0)
@@ -129,7 +134,8 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     if prepared.calibration.coupled and known:
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
-    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names), hidden, (least, most))
+    span = (least, most)
+    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names), hidden, span, not_shown)
 
 
 def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
@@ -159,8 +165,8 @@ def _fill_joint(
     config: DetectConfig,
     columns: _Columns,
     load_nm: FloatArray | None,
-) -> FrictionLevel:
-    """Residual, state and uncertainty of one joint with a friction law, and its friction level."""
+) -> tuple[FrictionLevel, float]:
+    """Residual, state and uncertainty of one joint with a friction law; its friction level, and ripple not shown."""
     assert balance.total_nm is not None
     velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
@@ -193,7 +199,7 @@ def _fill_joint(
         np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
     if ripple_doubt_nm > 0:
         np.add(columns.uncertainty_nm, ripple_doubt_nm, out=columns.uncertainty_nm)
-    return level
+    return level, ripple_doubt_nm if isinstance(ripple, float) else 0.0
 
 
 def _take_off(total: FloatArray, friction: FloatArray, level: FrictionLevel, columns: _Columns) -> None:

@@ -166,7 +166,7 @@ def _events(
 
 if __name__ == "__main__":
     lines = []
-    for line in report(FilePath(sys.argv[1]), range(201, 201 + int(sys.argv[2])), float(sys.argv[3])):
+    for line in report(FilePath(sys.argv[1]), range(801, 801 + int(sys.argv[2])), float(sys.argv[3])):
         print(line, flush=True)
         lines.append(line)
     if len(sys.argv) > 4:

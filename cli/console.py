@@ -18,6 +18,7 @@ from collaudit.reports.values.visible_text import visible_json, visible_lines
 _COLOUR = re.compile(r"(\x1b\[[0-9;]*m)")
 _VERDICT = re.compile(r"^(PASS|FAIL|NOT JUDGED)(, WITH EXCLUSIONS)?(?=  )", re.MULTILINE)
 _WARNING = re.compile(r"^  (warning|error)(?= )", re.MULTILINE)
+_LABEL = re.compile(r" *(?:found|expected|try): +|- ")
 _VERDICT_COLOR = {"PASS": "green", "FAIL": "red", "NOT JUDGED": "yellow"}
 _SEVERITY_COLOR = {"info": None, "warning": "yellow", "error": "red"}
 
@@ -59,8 +60,17 @@ def say_document(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """A line on stderr."""
-    say(text, err=True)
+    """Lines on stderr; on a terminal they are folded at words, under the text behind a label such as ``found:``."""
+    from collaudit.reports.terminal.text_table import wrapped
+
+    width = shutil.get_terminal_size().columns if sys.stderr.isatty() else None
+    say("\n".join(wrapped(line, width, _under(line)) for line in text.split("\n")), err=True)
+
+
+def _under(line: str) -> str:
+    """What the lines that a line goes on in begin with."""
+    label = _LABEL.match(line)
+    return " " * len(label[0]) if label else " " * (len(line) - len(line.lstrip()) + 2)
 
 
 def terminal_width() -> int | None:

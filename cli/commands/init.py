@@ -90,7 +90,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     elif output is not None:
         atomic_write(output, text)
         note(f"configuration written to {output}; {text.count('GUESS:')} lines in it are guesses: check them")
-    print_findings([finding for finding in trial.findings if finding.severity != "info"], err=True)
+    print_findings([finding for finding in trial.findings if finding.severity != "info"], err=True, brief=True)
     if trial.result is not None:
         note(came_of_it(trial))
     reasons = missing(trial, draft.problems, robot=robot is not None)

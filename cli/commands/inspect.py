@@ -61,7 +61,7 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
             described = log_text(look.summary, terminal_width())
             name = visible(look.summary.name)
             say(click.style(name, bold=True) + described.removeprefix(look.summary.name).removeprefix(name))
-            print_findings(look.findings)
+            print_findings(look.findings, brief=True)
     obstacles = [(look.summary.name, text) for look in looks if (text := look.obstacle())]
     for name, text in obstacles:
         note(f"{name}: cannot be judged as it is: {text}")

@@ -126,7 +126,7 @@ def command(
         say(recommendation_text(found, terminal_width()), nl=False)
         say(planes_text(_planes(audits), terminal_width()) if len(audits) > 1 else "", nl=False)
         say_studies(audits, answer=False)
-    if found.to_confirm:
+    if found.to_confirm and (as_json or as_dynamic or snippet is not None):
         count = len(found.to_confirm)
         note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
     return EXIT_PASS if any(rule.gamma_nm is not None for rule in found.joints.values()) else EXIT_NOT_JUDGED

@@ -78,6 +78,8 @@ def command(
     if limits is not None:
         return _beside_limits(runs, output, limits, as_json)
     if output is None:
+        for run in runs:
+            open_run(run)  # a folder that is no run offers the runs inside
         raise click.UsageError("Missing option '-o' / '--output': the file to write, or - for stdout.")
     wanted = parse_formats(formats)
     paths = {} if str(output) == "-" else report_paths(output, wanted)

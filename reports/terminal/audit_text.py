@@ -8,7 +8,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.terminal.finding_text import finding_lines
 from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.screen_text import contact_table, sensitivity_text, verdict_text
-from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.terminal.text_table import table, table_with_text, wrapped
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
@@ -46,7 +46,7 @@ def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most:
     ]
     left = len(entries) - len(listed)
     more = f"… and {plural(left, 'more log')}; -v lists all\n" if left else ""
-    return table(head, lines, (2, 3, 4), width) + more + "\n" + total_text(entries)
+    return table_with_text(head, lines, (2, 3, 4), width) + more + "\n" + total_text(entries)
 
 
 def _reasons(entry: IndexEntry, brief: bool) -> str:
@@ -54,7 +54,7 @@ def _reasons(entry: IndexEntry, brief: bool) -> str:
     every = (*entry.reasons, *entry.exclusions)
     if not brief or not every:
         return "; ".join(every)
-    first = every[0] if len(every[0]) <= _REASON else every[0][: _REASON - 1].rstrip() + "…"
+    first = every[0] if len(every[0]) <= _REASON else every[0][:_REASON].rpartition(" ")[0] + "…"
     return f"{first} (and {len(every) - 1} more)" if len(every) > 1 else first
 
 
@@ -81,8 +81,11 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
     findings = [finding for finding in rows.worst_first(result.findings) if finding.severity != "info"]
     if findings:
         parts.append("\nFindings\n")
-        parts += [f"  {severity:<8}{line}\n" for severity, line in finding_lines(findings)]
-    parts.append(f"\n{rule_text(result)}\n{wrapped(STATEMENT, width)}\n")
+        parts += [
+            f"{wrapped(f'  {severity:<8}{line}', width, ' ' * 10)}\n"
+            for severity, line in finding_lines(findings, brief=True)
+        ]
+    parts.append(f"\n{wrapped(rule_text(result), width, '  ')}\n{wrapped(STATEMENT, width)}\n")
     return "".join(parts)
 
 

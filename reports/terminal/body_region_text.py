@@ -24,6 +24,8 @@ def body_region_text(results: Sequence[AuditResult], limits: BodyLimits, width: 
         lines = [(r.onset, r.joints, r.force, r.region, r.limit, r.beside) for r in body_region_rows(result, limits)]
         head = ("onset", "joints", "estimated force (95 %)", "region", "limit", "force beside limit")
         none = "not judged\n" if nothing_judged(result) else "no contact was found in the time that was judged\n"
-        parts.append(f"\n{visible(result.log.name)}\n" + (table(head, lines, (0,), width) if lines else none))
+        parts.append(
+            f"\n{visible(result.log.name)}\n" + (table(head, lines, (0,), width, fold=True) if lines else none)
+        )
     parts.append(f"\n{wrapped(CANNOT_BE_CONCLUDED, width)}\n")
     return "".join(parts)

@@ -22,7 +22,7 @@ def columns_text(columns: Sequence[ColumnInfo], width: int | None = None) -> str
     """
     several = len({column.file for column in columns}) > 1
     rows = [_row(list(group), several=several) for _, group in groupby(columns, _family)]
-    return table(("column", "unit", "min", "max", "changes", "role", "why"), rows, (2, 3, 4), width).rstrip()
+    return table(("column", "unit", "min", "max", "changes", "role", "why"), rows, (2, 3, 4), width, fold=True).rstrip()
 
 
 def _family(column: ColumnInfo) -> tuple[str, ...]:

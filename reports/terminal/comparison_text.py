@@ -30,4 +30,4 @@ def _shown(part: ComparedTable, width: int | None) -> str:
     if not part.rows:
         return f"{part.title}{f': {part.note}' if part.note else ''}\n"
     note = f"{wrapped(part.note, width)}\n" if part.note else ""
-    return f"{part.title}\n{table(part.head, part.rows, part.numeric, width)}{note}"
+    return f"{part.title}\n{table(part.head, part.rows, part.numeric, width, fold=True)}{note}"

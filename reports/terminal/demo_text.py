@@ -93,7 +93,9 @@ def _friction_table(parameters: Sequence[TruthRow], width: int | None) -> str:
         )
         for check in parameters
     ]
-    return table(("joint", "parameter", "true", "found", "95 % interval", "truth inside"), rows, (2, 3), width)
+    return table(
+        ("joint", "parameter", "true", "found", "95 % interval", "truth inside"), rows, (2, 3), width, fold=True
+    )
 
 
 def _push_table(pushes: Sequence[PushRow], width: int | None) -> str:
@@ -109,7 +111,7 @@ def _push_table(pushes: Sequence[PushRow], width: int | None) -> str:
         for push in pushes
     ]
     head = ("run", "push", "found", "after residual > gamma", "after true torque > gamma", "peak residual")
-    return table(head, rows, (3, 4, 5), width)
+    return table(head, rows, (3, 4, 5), width, fold=True)
 
 
 def _ms(seconds: float | None) -> str:

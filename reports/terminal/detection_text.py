@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.text_table import table, wrapped
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import AuditResult
@@ -17,9 +17,11 @@ def detection_text(result: AuditResult, width: int | None = None) -> str:
     if facts is None:
         return ""
     mode = "causal" if facts.causal else "offline, zero phase"
-    parts = [f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.\n"]
+    parts = [
+        wrapped(f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.", width, "  ") + "\n"
+    ]
     if facts.delay.shortest_push:
-        parts.append(f"{shortest_push_text(facts.delay)}\n")
+        parts.append(f"{wrapped(shortest_push_text(facts.delay), width, '  ')}\n")
     parts += [_side_by_side(facts, width), _flags(facts, width)]
     return "".join(parts)
 
@@ -55,7 +57,7 @@ def _side_by_side(facts: DetectionFacts, width: int | None) -> str:
         for name, other in facts.detectors.items()
     ]
     head = ("detector", "alarms", "near misses", "delay", "noise gain")
-    return "\nOther detectors on this log\n" + table(head, lines, (1, 2, 4), width)
+    return "\nOther detectors on this log\n" + table(head, lines, (1, 2, 4), width, fold=True)
 
 
 def _flags(facts: DetectionFacts, width: int | None) -> str:
@@ -71,4 +73,4 @@ def _flags(facts: DetectionFacts, width: int | None) -> str:
             (flag.label or "controller alarm" if flag.flag_s is not None else "–", *times, flag.relation, lead)
         )
     head = ("mark", "at", "audit", "relation", "mark was")
-    return "\nThe controller's alarms and the log's labels\n" + table(head, lines, width=width)
+    return "\nThe controller's alarms and the log's labels\n" + table(head, lines, width=width, fold=True)

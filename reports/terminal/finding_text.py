@@ -35,7 +35,8 @@ def finding_lines(findings: Sequence[Finding], brief: bool = False) -> list[tupl
 def _lines(said: Sequence[tuple[str, str]], brief: bool) -> list[str]:
     """As they are where nothing can be joined: a finding's text names its joint itself."""
     joined = joint_lines(said, brief=brief)
-    return joined if len(joined) < len(said) else [text for _, text in said]
+    names_itself = {f"{joint}: {text}": text for joint, text in said if joint and joint in text}
+    return [names_itself.get(line, line) for line in joined] if len(joined) < len(said) else [text for _, text in said]
 
 
 def _places(found: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identification
-from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.terminal.text_table import table, table_with_text, wrapped
 from collaudit.reports.values.identified import identification_tables
 from collaudit.reports.values.joint_lines import joint_lines
 
@@ -43,7 +43,7 @@ def _identification_text(friction: FrictionFile, width: int | None) -> str:
     for each in identification_tables(found):
         if not each.folded:
             notes = "".join(f"{wrapped(f'  {note}', width, '    ')}\n" for note in each.notes)
-            parts.append(f"\n{each.title}\n{table(each.head, each.rows, width=width)}{notes}")
+            parts.append(f"\n{each.title}\n{table(each.head, each.rows, width=width, fold=True)}{notes}")
     return "".join(parts)
 
 
@@ -53,7 +53,7 @@ def _fit_table(friction: FrictionFile, width: int | None) -> str:
     said: list[tuple[str, str]] = []
     for name, fit in friction.joints.items():
         rows.append(
-            (name, fit.model or "not fitted", _parameters(fit), str(fit.n_points), *_quality(fit), _speeds(fit))
+            (name, fit.model or "not fitted", str(fit.n_points), *_quality(fit), _speeds(fit), _parameters(fit))
         )
         if fit.reason:
             said.append((name, fit.reason))
@@ -61,8 +61,8 @@ def _fit_table(friction: FrictionFile, width: int | None) -> str:
         if fit.identifiability is not None and fit.identifiability.motion_needed:
             said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
     remarks = [wrapped(f"  {line}", width, "    ") for line in joint_lines(said, len(friction.joints), brief=True)]
-    head = ("joint", "model", "parameters [95 % interval]", "points", "RMSE (of rated)", "R²", "speeds")
-    return "\n".join([table(head, rows, (3,), width).rstrip(), *remarks])
+    head = ("joint", "model", "points", "RMSE (of rated)", "R²", "speeds", "parameters [95 % interval]")
+    return "\n".join([table_with_text(head, rows, (2,), width).rstrip(), *remarks])
 
 
 def _parameters(fit: FrictionFit) -> str:

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from collaudit.reports.terminal.column_text import columns_text
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.text_table import table_with_text
 
 if TYPE_CHECKING:
     from collaudit.core.logs import LogSummary, TopicInfo
@@ -47,7 +47,7 @@ def log_text(summary: LogSummary, width: int | None = None) -> str:
             for topic in summary.topics
         ]
         head = ("topic", "type", "role", "messages", "Hz", "largest gap s", "note")
-        lines.append(_indent(table(head, rows, (3, 4, 5), room).rstrip()))
+        lines.append(_indent(table_with_text(head, rows, (3, 4, 5), room).rstrip()))
         lines += [f"  joints of {topic.name}: {_joints(topic)}" for topic in summary.topics if topic.joints]
     if summary.proposal:
         lines += ["  to read it so, state in collaudit.toml:", *(f"    {line}" for line in summary.proposal)]

@@ -10,9 +10,11 @@ from collaudit.reports.terminal.study_text import persistence_text, set_rule_tex
 from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate
+from collaudit.reports.values.words import plural
 
 #: More stretches than this are counted, not listed.
 _LISTED = 8
+_TO_CONFIRM = "left out as possible contact; please confirm (--clean if nothing touched the arm, else --truth)"
 _HEAD = (
     "joint",
     "gamma N·m",
@@ -22,25 +24,28 @@ _HEAD = (
     "largest clean N·m",
     "false alarms at most (95 %)",
 )
+_NOTICES = "notices: an external torque of this size that lasts n samples alarms at 95 % of the judged moments"
 _WHY = {
     "stated": "as stated",
     "chosen": "chosen: notices the least force of those compared",
-    "set": "as set; a study of the logs would compare others",
+    "set": "as set; collaudit detect --study compares others",
 }
 
 
 def recommendation_text(found: ArmRecommendation, width: int | None = None) -> str:
-    """The answer, one line a joint, what to confirm, and what is missing; tables are cut to ``width``, None: any."""
-    lines = [*_answer(found), "", table(_HEAD, _rows(found), range(1, len(_HEAD)), width).rstrip()]
-    lines.append("notices: an external torque of this size that lasts n samples alarms at 95 % of the moments judged")
+    """The answer, one line a joint, what to confirm, and what is missing; lines fit ``width``, None: any."""
+    answer = [wrapped(line, width, "  ") for line in _answer(found)]
+    lines = [*answer, "", table(_HEAD, _rows(found), range(1, len(_HEAD)), width, fold=True).rstrip()]
+    if any(rule.noticed_nm is not None for rule in found.joints.values()):
+        lines.append(wrapped(_NOTICES, width, "  "))
     for text in (set_rule_text(found.set_rules, width), persistence_text(found.compared, width)):
         lines += ["", text.rstrip()] if text else []
     lines += [""] if found.set_rules or found.compared else []
-    lines += _confirm(found.to_confirm, "left out, to be confirmed (--clean if nothing touched the arm, else --truth)")
+    lines += _confirm(found.to_confirm, _TO_CONFIRM, width)
     if found.if_clean_nm:
         listed = ", ".join(f"{joint} {gamma:g}" for joint, gamma in found.if_clean_nm.items())
-        lines.append(f"If nothing touched the arm there, gamma (N·m) has to be higher: {listed}")
-    lines += _confirm(found.counted, "counted as clean, as stated, though beyond the usual of like motion")
+        lines.append(wrapped(f"If nothing touched the arm there, gamma (N·m) has to be higher: {listed}", width, "  "))
+    lines += _confirm(found.counted, "counted as clean, as stated, though higher than usual in such motion", width)
     lines += _highest(found, width)
     said = [(joint, text) for joint, rule in found.joints.items() for text in rule.missing]
     lines += [wrapped(f"missing: {line}", width, "  ") for line in joint_lines(said, len(found.joints))]
@@ -121,11 +126,12 @@ def _highest(found: ArmRecommendation, width: int | None) -> list[str]:
     return [wrapped(words + ", ".join(listed), width, "  ")]
 
 
-def _confirm(stretches: Sequence[StretchToConfirm], title: str) -> list[str]:
+def _confirm(stretches: Sequence[StretchToConfirm], title: str, width: int | None) -> list[str]:
     if not stretches:
         return []
     seconds = sum(s.end_s - s.start_s for s in stretches)
-    lines = [f"{len(stretches)} stretches ({duration(seconds)}) {title}:"]
+    count = plural(len(stretches), "stretch", "stretches")
+    lines = [wrapped(f"{count} ({duration(seconds)}) {title}:", width, "  ")]
     ranked = sorted(stretches, key=lambda s: -(s.level_nm or 0.0))[:_LISTED]
     for s in sorted(ranked, key=lambda s: (s.log, s.start_s)):
         level = "" if s.level_nm is None else f", {s.level_nm:.2g} N·m for n samples"

@@ -28,4 +28,7 @@ def _thresholds(rule: RuleFacts, units: Mapping[str, str]) -> str:
         return "no joint is watched"
     if len(watched) > 1 and not units and len(set(watched.values())) == 1:
         return f"all {len(watched)} watched joints {next(iter(watched.values())):g}"
-    return ", ".join(f"{name} {value:g} {units.get(name, '')}".rstrip() for name, value in watched.items())
+    shared: dict[str, list[str]] = {}
+    for name, value in watched.items():
+        shared.setdefault(f"{value:g} {units.get(name, '')}".rstrip(), []).append(name)
+    return "; ".join(f"{', '.join(names)} {value}" for value, names in shared.items())

@@ -13,7 +13,7 @@ from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import STATEMENT, nothing_judged, plural, verdict_word
+from collaudit.reports.values.words import BRIEF_STATEMENT, nothing_judged, plural, verdict_word
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
@@ -33,13 +33,13 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
     if contacts:
         worst = _highest(result, contacts, _MOST_CONTACTS)
         note = f", the {_MOST_CONTACTS} highest" if len(worst) < len(contacts) else ""
-        parts += [f"\nContacts ({len(contacts)}{note})\n", contact_table(result, worst, width, evidence=False)]
+        parts += [f"\nContacts ({len(contacts)}{note})\n", _brief_contacts(result, worst, width)]
     if not nothing_judged(result):
         parts += sensitivity_text(result, width)
     parts += _findings(result, width)
     parts.append(f"\n{wrapped(rule_text(result), width, '  ')}\n")
     parts += [] if more is None else [f"More: {more}.\n"]
-    parts.append(f"{wrapped(STATEMENT, width)}\n")
+    parts.append(f"{wrapped(BRIEF_STATEMENT, width)}\n")
     return "".join(parts)
 
 
@@ -50,13 +50,32 @@ def verdict_text(result: AuditResult, most: int | None = None, width: int | None
     return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")
 
 
-def contact_table(result: AuditResult, contacts: Sequence[Contact], width: int | None, evidence: bool = True) -> str:
-    """One line a contact; without ``evidence`` not why it counts as what it does."""
+def contact_table(result: AuditResult, contacts: Sequence[Contact], width: int | None) -> str:
+    """Every contact with all that is known of it; below the table why each counts as what it does."""
     listed = [contact_row(contact, result) for contact in contacts]
-    head = ("onset", "lasted", "joints", "highest residual", "link or further out", "force", "kind", "evidence")
-    lines = [(r.onset, r.lasted, r.joints, r.worst, r.link, r.force, r.kind, r.evidence) for r in listed]
-    shown = len(head) if evidence else len(head) - 1
-    return table(head[:shown], [line[:shown] for line in lines], (0, 1), width)
+    head = ("onset", "lasted", "joints", "highest residual", "link or further out", "force", "kind")
+    lines = [(r.onset, r.lasted, r.joints, r.worst, r.link, r.force, r.kind) for r in listed]
+    why = [wrapped(f"  {r.onset}, {r.kind}: {visible(r.evidence)}", width, "    ") for r in listed if r.evidence]
+    return table(head, lines, (0, 1), width, fold=True) + "".join(f"{line}\n" for line in why)
+
+
+def _brief_contacts(result: AuditResult, contacts: Sequence[Contact], width: int | None) -> str:
+    """One short line a contact: the joint whose residual is highest for its threshold, and how many others alarmed."""
+    listed = [(contact, contact_row(contact, result)) for contact in contacts]
+    head = ("onset", "lasted", "joint", "residual", "gamma", "link or further out", "force", "kind")
+    lines = []
+    for contact, row in listed:
+        residual, _, rest = row.worst.partition(" (γ ")
+        gamma, _, joint = rest.partition("), ")
+        others = len(contact.joints) - 1
+        name = f"{joint or row.joints}{f' +{others}' if joint and others else ''}"
+        force = row.force.partition(" (")[0].partition(",")[0].replace("at least", "≥")
+        lines.append((row.onset, row.lasted, name, residual, gamma, row.link, force, row.kind))
+    units = {line[3].partition(" ")[2] for line in lines}
+    if len(units) == 1 and (unit := units.pop()):
+        head = (*head[:3], f"residual, {unit}", *head[4:])
+        lines = [(*line[:3], line[3].removesuffix(f" {unit}"), *line[4:]) for line in lines]
+    return table(head, lines, (0, 1, 3, 4), width, fold=True)
 
 
 def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
@@ -66,10 +85,13 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
         return []
     head = ("joint", "asked", "detectable", "hidden", "not judged", "alarms in 50 %", "in 95 %", "whenever judged")
     lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
-    parts = [
-        "\nSmallest torque that would have alarmed (shares of the time watched)\n",
-        table(head, lines, range(1, 8), width),
-    ]
+    units = {cell.partition(" ")[2] for line in lines for cell in (line[1], *line[5:]) if " " in cell}
+    title = "Smallest torque that would have alarmed (shares of the time watched)"
+    if len(units) == 1:  # said once, so that names and numbers have room
+        unit = units.pop()
+        title = f"Smallest torque that would have alarmed, {unit} (shares of the time watched)"
+        lines = [tuple(cell.removesuffix(f" {unit}") for cell in line) for line in lines]  # type: ignore[misc]
+    parts = [f"\n{wrapped(title, width, '  ')}\n", table(head, lines, range(1, 8), width)]
     forces = force_rows(result)
     if forces:
         text = ", ".join(f"{row.place} {row.most}" for row in forces)

@@ -26,7 +26,7 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False,
 
     Args:
         study: of one log.
-        width: columns of the terminal that tables are cut to; None: any.
+        width: columns of the terminal that tables fit; None: any.
         detail: by place and motion as well, and the planes' points.
         answer: with the persistence that this log alone recommends, and its opinion on the rule that is set; False
             where a recommendation gives both.
@@ -79,15 +79,17 @@ def persistence_text(choices: Sequence[PersistenceChoice], width: int | None = N
         return ""
     head = ("n", "ms", *choices[0].force_n, "relative", "")
     title = "Persistence: force of which half is noticed, N, at the threshold that the evidence supports"
-    return _titled(title, head, list(choice_rows(choices)), width, 0)
+    return _titled(title, head, list(choice_rows(choices)), width, 0, words=1)
 
 
 def set_rule_text(set_rules: Mapping[str, SetRule], width: int | None = None) -> str:
     """The verdict on the thresholds that are set, as a table with its title; empty without any."""
     if not set_rules:
         return ""
-    title = "Verdict on what is set (false alarms as the tails have them, beyond what the hours support)"
-    return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules)), width, 1)
+    if all(rule.opinion == "not judged" for rule in set_rules.values()):
+        return wrapped("Verdict on what is set: not judged, as the evidence supports no threshold.", width, "  ") + "\n"
+    title = "Verdict on what is set (false alarms extrapolated from the tails, beyond what the hours support)"
+    return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules)), width, 1, words=2)
 
 
 def _answer(study: RuleStudy, width: int | None) -> list[str]:
@@ -95,11 +97,19 @@ def _answer(study: RuleStudy, width: int | None) -> list[str]:
     out = [text for text in (persistence_text(study.choices, width), set_rule_text(study.set_rules, width)) if text]
     flags = chosen_flags(study)
     if flags is not None:
-        out.append(f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}\n")
+        text = f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}"
+        out.append(wrapped(text, width, "  ") + "\n")
     return out
 
 
 def _titled(
-    title: str, head: tuple[str, ...], lines: Sequence[tuple[str, ...]], width: int | None, first_number: int
+    title: str,
+    head: tuple[str, ...],
+    lines: Sequence[tuple[str, ...]],
+    width: int | None,
+    first_number: int,
+    words: int = 0,
 ) -> str:
-    return f"{title}\n{table(head, lines, range(first_number, len(head)), width)}"
+    """A table with its title; columns from ``first_number`` on are numbers, but for the last ``words``."""
+    numbers = range(first_number, len(head) - words)
+    return f"{wrapped(title, width, '  ')}\n{table(head, lines, numbers, width, fold=True)}"

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from collaudit.reports.values.visible_text import visible
 
 _GAP = "  "
-_LEAST_TEXT = 12
+_LEAST_TEXT = 10
+_BELOW = " " * 4
 _CUT = "…"
 
 
 def table(
-    head: Sequence[str], lines: Sequence[Sequence[str]], numeric: Sequence[int] = (), width: int | None = None
+    head: Sequence[str],
+    lines: Sequence[Sequence[str]],
+    numeric: Sequence[int] = (),
+    width: int | None = None,
+    fold: bool = False,
 ) -> str:
     """Aligned columns with a header line and a rule under it.
 
@@ -21,8 +26,10 @@ def table(
         head: column titles.
         lines: cells; control characters are spelt out.
         numeric: columns that are flush right.
-        width: columns of the terminal that the table is cut to: the widest columns of text first, then the ends of
-            lines, each cut marked. None: nothing is cut, as in files and pipes.
+        width: columns of the terminal that the table must fit: long titles are folded, then the widest columns of
+            text become narrower, the first column last, and at the end lines are cut. None: nothing is, as in files
+            and pipes.
+        fold: text that does not fit goes on in the next line; else it is cut, and the cut is marked.
 
     Returns:
         Text that ends in a line feed.
@@ -31,40 +38,117 @@ def table(
 
     cells = [[visible(cell) for cell in line] for line in (head, *lines)]
     if width is not None:
-        cells = _shortened(cells, numeric, width)
+        widths = _widths(cells, numeric, width)
+        titles = [_folded(cell, wide) for cell, wide in zip(cells[0], widths, strict=True)]
+        above = list(_side_by_side(titles))
+        below = [row for line in cells[1:] for row in _narrowed(line, widths, fold)]
+    else:
+        above, below = cells[:1], cells[1:]
     row = DataRow("", _GAP, "")
     # The head goes as a row: tabulate gives titles two columns more than they need.
     shape = TableFormat(None, Line("", "-", _GAP, ""), None, None, row, row, 0, None)
     alignment = ["right" if k in numeric else "left" for k in range(len(head))]
-    text = tabulate([cells[0], SEPARATING_LINE, *cells[1:]], tablefmt=shape, disable_numparse=True, colalign=alignment)
+    text = tabulate([*above, SEPARATING_LINE, *below], tablefmt=shape, disable_numparse=True, colalign=alignment)
     return "".join(f"{line if width is None else _cut(line, width)}\n" for line in text.split("\n"))
+
+
+def table_with_text(
+    head: Sequence[str], lines: Sequence[Sequence[str]], numeric: Sequence[int] = (), width: int | None = None
+) -> str:
+    """A table whose last column is text: below each row, and whole, where the terminal has no room beside it.
+
+    Args:
+        head: column titles.
+        lines: cells.
+        numeric: columns that are flush right.
+        width: columns of the terminal; None: any.
+    """
+    whole = table(head, lines, numeric)
+    if width is None or max(map(len, whole.splitlines())) <= width:
+        return whole
+    shown = table(head[:-1], [line[:-1] for line in lines], numeric, width).splitlines()
+    above, rows = shown[: len(shown) - len(lines)], shown[len(shown) - len(lines) :]
+    under = [_folded(visible(line[-1]), max(width, 40) - len(_BELOW)) if line[-1] else [] for line in lines]
+    below = ["\n".join((row, *(_BELOW + text for text in texts))) for row, texts in zip(rows, under, strict=True)]
+    return "\n".join((*above, *below)) + "\n"
 
 
 def wrapped(text: str, width: int | None, indent: str = "") -> str:
     """Text in lines of the terminal's width at most, the later ones indented; None: one line.
+
+    Names, paths and options are never broken, so that they can be copied.
 
     Args:
         text: one line.
         width: columns of the terminal.
         indent: before every line but the first.
     """
-    return text if width is None else "\n".join(textwrap.wrap(text, max(width, 40), subsequent_indent=indent) or [""])
+    if width is None:
+        return text
+    lines = textwrap.wrap(
+        text, max(width, 40), subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
+    )
+    return "\n".join(lines or [""])
 
 
-def _shortened(cells: list[list[str]], numeric: Sequence[int], width: int) -> list[list[str]]:
-    """Cells cut so that the table fits, as far as columns of text can give; numbers stay whole."""
+def _widths(cells: list[list[str]], numeric: Sequence[int], width: int) -> list[int]:
+    """Columns that each column gets: titles give first, then columns of text; numbers stay whole."""
     from wcwidth import wcswidth
 
     columns = range(len(cells[0]))
-    widths = [max(wcswidth(line[k]) for line in cells) for k in columns]
-    words = [k for k in columns if k not in numeric]
+    body = [max((wcswidth(line[k]) for line in cells[1:]), default=0) for k in columns]
+    widths = [max(wcswidth(cells[0][k]), body[k]) for k in columns]
     excess = sum(widths) + len(_GAP) * (len(widths) - 1) - width
-    for _ in range(excess if words else 0):
-        widest = max(words, key=widths.__getitem__)
-        if widths[widest] <= _LEAST_TEXT:
+    least = [max(body[k], *(wcswidth(word) for word in cells[0][k].split() or [""])) for k in columns]
+    for _ in range(excess):
+        longest = max(columns, key=lambda k: widths[k] - least[k])
+        if widths[longest] <= least[longest]:
             break
-        widths[widest] -= 1
-    return [[_cut(line[k], widths[k]) for k in columns] for line in cells]
+        widths[longest] -= 1
+        excess -= 1
+    words = [k for k in columns if k not in numeric]
+    for giving in (words[1:] if words[:1] == [0] else words, words):
+        while excess > 0 and giving:
+            widest = max(giving, key=widths.__getitem__)
+            if widths[widest] <= _LEAST_TEXT:
+                break
+            widths[widest] -= 1
+            excess -= 1
+    return widths
+
+
+def _narrowed(line: Sequence[str], widths: Sequence[int], fold: bool) -> Iterator[list[str]]:
+    if fold:
+        yield from _side_by_side([_folded(cell, wide) for cell, wide in zip(line, widths, strict=True)])
+    else:
+        yield [_cut(cell, wide) for cell, wide in zip(line, widths, strict=True)]
+
+
+def _side_by_side(columns: Sequence[Sequence[str]]) -> Iterator[list[str]]:
+    """Rows of cells that are several lines high."""
+    for k in range(max((len(column) for column in columns), default=0)):
+        yield [column[k] if k < len(column) else "" for column in columns]
+
+
+def _folded(text: str, width: int) -> list[str]:
+    """A cell in lines of its column: parts two blanks apart stay together where they fit, then words, then letters."""
+    from wcwidth import clip, wcswidth
+
+    lines: list[str] = []
+    for part in text.split(_GAP):
+        if lines and wcswidth(f"{lines[-1]}{_GAP}{part}") <= width:
+            lines[-1] += _GAP + part
+            continue
+        words = part.split(" ") if wcswidth(part) > width else [part]
+        for k, word in enumerate(words):
+            if k and wcswidth(f"{lines[-1]} {word}") <= width:
+                lines[-1] += f" {word}"
+                continue
+            while wcswidth(word) > width and (start := clip(word, 0, width).rstrip()) and word.startswith(start):
+                lines.append(start)
+                word = word[len(start) :]
+            lines.append(word)
+    return lines or [""]
 
 
 def _cut(text: str, width: int) -> str:

@@ -33,7 +33,7 @@ def trend_text(trends: Sequence[RobotTrend], width: int | None = None) -> str:
     lines.append(f"{len(trends)} robots, {quiet} without a change that chance does not explain.\n")
     head = ("robot", "nights", "logs", "fail", "not judged", "judged", "contacts", "near misses an hour")
     rows = [_row(trend) for trend in trends]
-    text = "\n".join(lines) + "\n" + table(head, rows, (1, 2, 3, 4, 5, 6), width)
+    text = "\n".join(lines) + "\n" + table(head, rows, (1, 2, 3, 4, 5, 6), width, fold=True)
     untold = [(trend.robot, words) for trend in trends for words in trend.untold]
     said = {words: [robot for robot, other in untold if other == words] for _, words in untold}
     for words, robots in said.items():

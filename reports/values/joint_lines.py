@@ -10,6 +10,8 @@ _JOINT = "\x00"
 _MOST_RANGES = 2
 #: So many texts that differ in their numbers only are two lines: the first, and whose the others are.
 _MANY_ALIKE = 3
+#: Of more numbers that differ a line could not be read any more.
+_MOST_NUMBERS = 3
 
 
 def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0, brief: bool = False) -> list[str]:
@@ -21,7 +23,7 @@ def joint_lines(said: Iterable[tuple[str, str]], joints: int = 0, brief: bool = 
         said: joint and text, in the order of the joints; the joint may be empty.
         joints: how many there are in all: "all 6 joints" instead of their names. 0: not known.
         brief: of three and more texts whose numbers cannot be joined, the first stands, and a line names the other
-            joints; for commands that also have --json.
+            joints with their numbers, if they are few; for commands that also have --json.
     """
     groups: dict[str, list[tuple[str, str]]] = {}
     for joint, text in said:
@@ -38,7 +40,7 @@ def _joined(group: Sequence[tuple[str, str]], joints: int, brief: bool) -> list[
         lines = list(dict.fromkeys(f"{joint}: {text}" if joint else text for joint, text in group))
         if not brief or len(lines) < _MANY_ALIKE or len(names) < len(lines):
             return lines
-        return [lines[0], f"{', '.join(names[1:])}: the same, with other numbers (--json has them)"]
+        return [lines[0], _others(names, slots)]
     ranges = iter([slot[0] if len(set(slot)) == 1 else _range(slot) for slot in slots])
     text = _NUMBER.sub(lambda _: next(ranges), plain[0])
     text = (
@@ -47,6 +49,15 @@ def _joined(group: Sequence[tuple[str, str]], joints: int, brief: bool) -> list[
     text = text[:1].upper() + text[1:] if group[0][1][:1].isupper() else text
     whole = f"all {joints} joints" if len(names) == joints > 1 else ", ".join(names)
     return [f"{whole}: {text}" if whole else text]
+
+
+def _others(names: Sequence[str], slots: Sequence[Sequence[str]]) -> str:
+    """Whose the same is said of besides, with their numbers where these are few."""
+    differ = [slot for slot in slots if len(set(slot)) > 1]
+    if len(differ) > _MOST_NUMBERS:
+        return f"{', '.join(names[1:])}: the same, with other numbers (--json has them)"
+    each = [f"{name} {', '.join(slot[k] for slot in differ)}" for k, name in enumerate(names[1:], 1)]
+    return f"the same, instead of {', '.join(slot[0] for slot in differ)}: {'; '.join(each)}"
 
 
 def _nameless(joint: str, text: str) -> str:

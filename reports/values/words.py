@@ -16,6 +16,11 @@ STATEMENT = (
     "A verdict covers only what is shown here as judged."
 )
 
+#: For a screen; files and the page have :data:`STATEMENT`.
+BRIEF_STATEMENT = (
+    "collaudit is no safety function and claims no performance level; only what is shown as judged is covered."
+)
+
 VERDICT_WORD: dict[Verdict, str] = {"pass": "PASS", "fail": "FAIL", "not_judged": "NOT JUDGED"}
 #: A pass that does not cover everything.
 _WITH_EXCLUSIONS = "PASS, WITH EXCLUSIONS"

@@ -160,6 +160,7 @@ def test_names_in_a_log_are_suggested(arm, collaudit) -> None:
 def test_a_folder_offers_the_runs_inside(arm, collaudit, tmp_path: Path) -> None:
     for name in ("monday", "tuesday"):
         collaudit("detect", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "week" / name)
+    assert "2 run folders inside" in collaudit("report", tmp_path / "week").err
     done = collaudit("report", tmp_path / "week", "-o", tmp_path / "r.html")
     assert done.code == 2
     assert f"2 run folders inside: {tmp_path / 'week' / 'monday'}, {tmp_path / 'week' / 'tuesday'}" in done.err
@@ -219,8 +220,38 @@ def test_what_is_said_of_several_joints_is_said_once() -> None:
     assert len(joint_lines(several)) == 3
     assert joint_lines(several, brief=True) == [
         "a: from 1 to 2 rad",
-        "b, c: the same, with other numbers (--json has them)",
+        "the same, instead of 2: b 3; c 4",
     ]
+    many = [(name, f"{k} {k} {k} {k} to") for k, name in enumerate("abc")]
+    assert joint_lines(many, brief=True)[1] == "b, c: the same, with other numbers (--json has them)"
+
+
+def test_findings_of_several_joints_are_one_line_with_the_numbers_of_each() -> None:
+    text = "The effort of joint '{}' is {} per N·m of model torque (95 %: {} to {})."
+    said = (("a", -1.5, -1.6, -1.4), ("b", -1.7, -1.8, -1.6), ("c", -5.1, -5.5, -4.6))
+    found = [Finding("effort-sign-inverted", "error", text.format(*one), joint=one[0]) for one in said]
+    assert finding_lines(found, brief=True) == [
+        ("error", f"effort-sign-inverted: {text.format(*said[0])}"),
+        (
+            "error",
+            "effort-sign-inverted: the same, instead of -1.5, -1.6, -1.4: b -1.7, -1.8, -1.6; c -5.1, -5.5, -4.6",
+        ),
+    ]
+
+
+def test_messages_are_folded_at_words_on_a_terminal_and_paths_stay_whole(capsys, monkeypatch) -> None:
+    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((50, 24)))
+    path = "/a-very/long/path/that/must-be-copied/in-one/piece/" + "x" * 20
+    message = f"{path}: nothing was recognised\n  found:    {'column ' * 12}\n- {'word ' * 12}"
+    note(message)
+    assert capsys.readouterr().err == message + "\n", "no terminal: as it is"
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    note(message)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == f"{path}:"
+    assert all(len(line) <= 50 for line in lines[1:])
+    assert lines[3].startswith(12 * " " + "column")
+    assert lines[-1].startswith("  word")
 
 
 def test_findings_of_several_logs_name_them_once() -> None:

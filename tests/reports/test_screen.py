@@ -55,7 +55,8 @@ def test_a_screen_stays_one_however_many_alarms_there_are() -> None:
     assert len(text.splitlines()) < 45
     assert "Contacts (200, the 8 highest)" in text
     assert "Gaps in the log: 3 s." in text
-    assert "20.004 N·m" in text, "not rounded to what was asked"
+    assert " 20.004" in text, "not rounded to what was asked"
+    assert "Smallest torque that would have alarmed, N·m" in text
     assert "tool 61.3 N" in text
     assert "More: -v" in text
     whole = audit_text(result)

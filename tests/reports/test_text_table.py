@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import samples
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from wcwidth import wcswidth
 
 from collaudit.reports.terminal.audit_text import audit_text
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.terminal.text_table import table, table_with_text
 
 LINES = [
     ("shoulder_pan", "1.25", "a reason that is much longer than the others"),
@@ -40,6 +40,7 @@ def test_a_cut_inside_a_wide_letter_keeps_the_width() -> None:
         assert all(wcswidth(line) <= width for line in table(("j", "n", "r"), LINES, (1,), width).splitlines())
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.text(max_size=30), st.text(max_size=8), st.text(max_size=60)), max_size=4),
     st.integers(1, 120),
@@ -49,6 +50,44 @@ def test_no_line_is_wider_than_the_terminal(lines: list[tuple[str, str, str]], w
     assert text.endswith("\n")
     assert len(text.splitlines()) == len(lines) + 2
     assert all(wcswidth(line) <= width for line in text.splitlines())
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.tuples(st.text(max_size=30), st.text(max_size=8), st.text(max_size=60)), max_size=4),
+    st.integers(1, 120),
+)
+def test_folded_cells_fit_too(lines: list[tuple[str, str, str]], width: int) -> None:
+    text = table(("joint", "n", "reason"), lines, (1,), width, fold=True)
+    assert all(wcswidth(line) <= width for line in text.splitlines())
+
+
+def test_a_folded_table_loses_nothing() -> None:
+    said = "A 7.114 [7.09, 7.132]  B 2.508 [2.427, 2.593]  C 25.9 [24.6, 27.2]  D 16.93 [16.9, 16.97]"
+    text = table(("joint", "parameters", "points"), [("shoulder_lift_joint", said, "31")], (2,), 60, fold=True)
+    lines = text.splitlines()
+    assert all(wcswidth(line) <= 60 for line in lines)
+    assert "shoulder_lift_joint" in lines[2], "the name gives way last"
+    parts = [line[21:].removesuffix("31").strip() for line in lines[2:]]
+    assert "  ".join(parts) == said, "each value stays beside its interval"
+    assert lines[2].split()[-1] == "31"
+
+
+def test_long_titles_are_folded_before_anything_is_cut() -> None:
+    head = ("joint", "whenever judged", "alarms in 50 %")
+    *titles, rule, row = table(head, [("shoulder_lift_joint", "25.8", "20.5")], (1, 2), 40).splitlines()
+    assert len(titles) == 2
+    assert sorted(" ".join(titles).split()) == sorted(" ".join(head).split())
+    assert rule.split()[0] == "-" * 19
+    assert row.split() == ["shoulder_lift_joint", "25.8", "20.5"]
+
+
+def test_text_without_room_beside_a_row_stands_below_it() -> None:
+    lines = [("PASS", "a.mcap", "a reason of many words"), ("FAIL", "b.mcap", "")]
+    head = ("verdict", "log of the night", "reasons")
+    assert table_with_text(head, lines, width=80) == table(head, lines)
+    narrow = table_with_text(head, lines, width=25).splitlines()
+    assert narrow[-3:] == ["PASS     a.mcap", "    a reason of many words", "FAIL     b.mcap"]
 
 
 def test_sentences_of_an_audit_are_never_cut() -> None:

@@ -12,6 +12,7 @@ from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.values.set_rule_rows import SET_RULE_HEAD, set_rule_rows
 from collaudit.reports.values.study_rows import (
     NoticedRow,
+    PlaceTable,
     PlaneRow,
     blind_rows,
     choice_rows,
@@ -19,6 +20,7 @@ from collaudit.reports.values.study_rows import (
     labelled_rows,
     noticed_rows,
     part_rows,
+    place_tables,
     plane_rows,
 )
 from collaudit.reports.values.visible_text import visible
@@ -31,7 +33,8 @@ class StudySection:
     Attributes:
         shapes: names of the contact shapes.
         planes: joint and drawing.
-        points, noticed, places, choices, parts, dynamic, blind: rows of tables.
+        points, noticed, choices, parts, dynamic, blind: rows of tables.
+        places: what each rule notices by place and motion.
         forces: of the pushes beside known contacts, N; empty where none are known.
         known: number of known contacts.
         labelled: rows of their table.
@@ -44,7 +47,7 @@ class StudySection:
     planes: tuple[tuple[str, Markup], ...]
     points: tuple[PlaneRow, ...]
     noticed: tuple[NoticedRow, ...]
-    places: tuple[NoticedRow, ...]
+    places: tuple[PlaceTable, ...]
     choices: tuple[tuple[str, ...], ...]
     parts: tuple[tuple[str, ...], ...]
     dynamic: tuple[tuple[str, str], ...]
@@ -70,7 +73,7 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
         ),
         points=tuple(plane_rows(study.joints)),
         noticed=tuple(noticed_rows(study)),
-        places=tuple(row for row in noticed_rows(study, places=True, motions=True) if row.where != "anywhere"),
+        places=tuple(place_tables(study)),
         choices=tuple(choice_rows(study.choices)),
         parts=tuple(part_rows(study)),
         dynamic=tuple(dynamic_rows(study)),

@@ -113,7 +113,7 @@ def _figure(joint: str, series: NightSeries, changes: Sequence[Change], key: str
     panel.area(t, y - half, y + half, "band")
     panel.line(t, y, "curve")
     for change in changes:
-        panel.moment(float(t[series.nights.index(change.night)]), "onset")
+        panel.moments([float(t[series.nights.index(change.night)])], "onset")
     words = f"{name} of {joint}, {series.nights[0]} to {series.nights[-1]}: {significant(float(y[0]))} to "
     label = visible(f"{words}{significant(float(y[-1]))} {unit}".strip())
     text = f"{significant(float(y[0]))} → {significant(float(y[-1]))} {unit}".strip()

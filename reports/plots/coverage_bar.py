@@ -40,30 +40,23 @@ def coverage_bar(trace: JointTrace, observable_nm: float | None, label: str) -> 
     judged = detectable_samples(trace, observable_nm)
     standing = trace.standing & ~judged
     parts = {"judged": judged, "standing": standing, "out": ~(judged | standing | gap), "gap": gap}
-    floor = np.zeros(min(_COLUMNS, len(state)))
-    columns = len(floor)
-    shapes = Markup()
+    top = np.zeros(min(_COLUMNS, len(state)))
+    shapes: list[Markup] = []
     for kind, mask in parts.items():
-        top = floor + column_shares(mask, _COLUMNS) if columns else floor
-        path = _path(np.rint(_HEIGHT * floor).astype(int), np.rint(_HEIGHT * top).astype(int))
-        if path:
-            shapes += Markup('<path class="{}" d="{}"/>').format(kind, path)
-        floor = top
+        share = column_shares(mask, _COLUMNS) if len(top) else top
+        top = top + share
+        if share.any():
+            path = _path(np.rint(_HEIGHT * top).astype(int))
+            shapes.insert(0, Markup('<path class="{}" d="{}"/>').format(kind, path))
     return Markup(
         '<svg class="bar" viewBox="0 0 {} {}" preserveAspectRatio="none" role="img" aria-label="{}">{}</svg>'
-    ).format(_WIDTH, _HEIGHT, label, shapes)
+    ).format(_WIDTH, _HEIGHT, label, Markup().join(shapes))
 
 
-def _path(floor: NDArray[np.int_], top: NDArray[np.int_]) -> str:
-    """Rectangles between two step lines, neighbours of equal height joined."""
-    if not len(floor):
-        return ""
-    x = np.rint(np.linspace(0, _WIDTH, len(floor) + 1)).astype(int)
-    changes = np.flatnonzero((np.diff(floor) != 0) | (np.diff(top) != 0)) + 1
-    starts = np.concatenate(([0], changes))
-    stops = np.concatenate((changes, [len(floor)]))
-    return "".join(
-        f"M{x[a]} {_HEIGHT - top[a]}H{x[b]}V{_HEIGHT - floor[a]}H{x[a]}Z"
-        for a, b in zip(starts.tolist(), stops.tolist(), strict=True)
-        if top[a] > floor[a]
-    )
+def _path(top: NDArray[np.int_]) -> str:
+    """All below a step line, as steps; what is drawn after it covers what is not its own."""
+    x = np.rint(np.linspace(0, _WIDTH, len(top) + 1)).astype(int)
+    starts = np.concatenate(([0], np.flatnonzero(np.diff(top)) + 1))
+    across = np.diff(np.append(x[starts], _WIDTH)).tolist()
+    up = np.diff(top[starts], prepend=0).tolist()
+    return f"M0 {_HEIGHT}" + "".join(f"v{-rise}h{run}" for rise, run in zip(up, across, strict=True)) + f"V{_HEIGHT}z"

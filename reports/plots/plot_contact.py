@@ -124,8 +124,8 @@ def _ratios(
         panel.level(sign, "gamma")
     for window in sorted(windows, key=lambda w: w.reacted):
         panel.line(window.time_s, window.ratio, "curve" if window.reacted else "curve-other")
-    panel.moment(contact.onset_s, "onset")
-    panel.moment(contact.detected_s, "detected")
+    panel.moments([contact.onset_s], "onset")
+    panel.moments([contact.detected_s], "detected")
     return panel
 
 

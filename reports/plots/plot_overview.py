@@ -49,8 +49,7 @@ def draw_overview(
         for sign in (-1, 1):
             panel.level(sign * trace.gamma_nm, "gamma")
     for events, kind in ((near_misses, "mark-near"), (alarms, "mark-alarm")):
-        for event in events:
-            panel.moment(event.onset_s, kind)
+        panel.moments([event.onset_s for event in events], kind)
     return drawing(_WIDTH, _HEIGHT, label, [panel], name, stretch=True), height, beyond
 
 

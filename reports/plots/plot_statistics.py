@@ -33,7 +33,7 @@ def draw_histogram(trace: JointTrace, name: str, label: str) -> Markup | None:
             panel.area(np.array([a, b]), np.zeros(2), np.full(2, count), "bar-fill")
     if np.isfinite(trace.gamma_nm):
         for sign in (-1, 1):
-            panel.moment(sign * trace.gamma_nm, "gamma")
+            panel.moments([sign * trace.gamma_nm], "gamma")
     return drawing(_WIDTH, _HEIGHT, label, [panel], name)
 
 

@@ -17,6 +17,8 @@ from collaudit.reports.plots.plot_contact import model_range
 #: What a value that is not known reads as among the coarse ones.
 UNKNOWN = 65535
 _MOST_STEP = 60_000
+#: Steps over the range of the residual and of the torques: finer than a plot shows, and small when deflated.
+_FINE, _COARSE = 16_383, 8_191
 #: Samples that a window has at least, where it has so many.
 _LEAST_OF_WINDOW = 40
 
@@ -59,11 +61,11 @@ def _in_windows(trace: JointTrace, windows_s: Sequence[tuple[float, float]], mos
 
 
 def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
-    """The curves at some samples: ``data``, base64 of a deflated run of little-endian arrays, and what they mean.
+    """The curves at some samples: ``data``, base64 of a deflated run of arrays, and what they mean.
 
-    In order, each of ``kept`` numbers: uint16 steps to the next sample number; uint16 ``residual``, ``measured``,
-    ``least`` and ``most`` (of the modelled torque), each a value of ``from`` plus so many ``step``, 65535 where not
-    known; uint8 state: 0 alarms above γ, 1 friction known only as a range, 2 not judged.
+    In order, each of ``kept`` numbers, of uint16 all low bytes before all high ones: uint16 steps to the next sample;
+    uint16 ``residual``, ``measured``, ``least`` and ``most`` (of the modelled torque), each a value of ``from`` plus so
+    many ``step``, 65535 where not known; uint8 state: 0 alarms above γ, 1 friction known only as a range, 2 not judged.
     """
     kept = _with_steps(kept)
     codes = trace.state[kept]
@@ -71,21 +73,26 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     least, most = model_range(trace, kept)
     measured = trace.measured_nm[kept].astype(np.float64)
     residual = trace.residual_nm[kept]
-    low, step = _scale(residual)
-    torque_low, torque_step = _scale(np.concatenate([measured, least, most]))
+    low, step = _scale(residual, _FINE)
+    torque_low, torque_step = _scale(np.concatenate([measured, least, most]), _COARSE)
     arrays = [
         np.diff(kept, prepend=0).astype("<u2"),
         _beside_gamma(_steps(residual, low, step), residual, low, step, trace.gamma_nm),
         *(_steps(x, torque_low, torque_step) for x in (measured, least, most)),
         state,
     ]
-    data = zlib.compress(b"".join(np.ascontiguousarray(x).tobytes() for x in arrays), 9)
+    data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
     return {
         "kept": len(kept),
         "data": b64encode(data).decode("ascii"),
         "residual": [low, step],
         "torque": [torque_low, torque_step],
     }
+
+
+def _byte_planes(values: np.ndarray) -> bytes:
+    """Bytes of equal weight together: the high ones repeat themselves, which deflating makes use of."""
+    return np.ascontiguousarray(values).view(np.uint8).reshape(len(values), -1).T.tobytes()
 
 
 def _with_steps(kept: IntArray) -> IntArray:
@@ -95,11 +102,11 @@ def _with_steps(kept: IntArray) -> IntArray:
     return np.unique(np.concatenate([kept, *between])).astype(np.int64)
 
 
-def _scale(values: FloatArray) -> tuple[float, float]:
-    """Least value and the size of a step, so that 65,534 steps reach the greatest."""
+def _scale(values: FloatArray, steps: int) -> tuple[float, float]:
+    """Least value and the size of a step, so that so many steps reach the greatest."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    return low, (high - low) / (UNKNOWN - 1) or 1.0
+    return low, (high - low) / steps or 1.0
 
 
 def _beside_gamma(steps: np.ndarray, values: FloatArray, low: float, step: float, gamma_nm: float) -> np.ndarray:

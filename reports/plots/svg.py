@@ -58,9 +58,9 @@ class Panel:
         self._path(path, kind)
 
     def columns(self, x: Series, low: Series, high: Series, kind: str) -> None:
-        """A vertical stroke from ``low`` to ``high`` at each ``x``, at least a pixel long."""
+        """A vertical stroke from ``low`` to ``high`` at each ``x``, in whole pixels, at least one long."""
         known = np.isfinite(low) & np.isfinite(high)
-        xs, down, up = self.px(x[known]), self.py(low[known]), self.py(high[known])
+        xs, down, up = self.px(x[known]), np.rint(self.py(low[known])), np.rint(self.py(high[known]))
         up = np.minimum(up, down - 1.0)
         self._path([strokes(xs, down, up)] if known.any() else [], kind)
 
@@ -68,16 +68,18 @@ class Panel:
         """Full-height stretches of time."""
         top, height = self.box[1], self.box[3]
         at = zip(self.px(starts).tolist(), self.px(stops).tolist(), strict=True)
-        self._path([f"M{a:.1f} {top:.0f}H{max(b, a + 0.5):.1f}V{top + height:.0f}H{a:.1f}Z" for a, b in at], kind)
+        wide = ((a, max(round(b - a, 1), 0.5)) for a, b in at)
+        self._path([f"M{a:.1f} {top:.0f}h{w:.1f}v{height:.0f}h-{w:.1f}z" for a, w in wide], kind)
 
     def level(self, y: float, kind: str) -> None:
         """A horizontal line."""
         left, _, width, _ = self.box
         self._path([f"M{left:.1f} {self.py(y):.1f}H{left + width:.1f}"], kind)
 
-    def moment(self, x: float, kind: str) -> None:
-        """A vertical line."""
-        self._path([f"M{self.px(x):.1f} {self.box[1]:.1f}v{self.box[3]:.1f}"], kind)
+    def moments(self, x: Sequence[float], kind: str) -> None:
+        """Vertical lines."""
+        _, top, _, height = self.box
+        self._path([f"M{at:.1f} {top:g}v{height:g}" for at in self.px(x).tolist()], kind)
 
     def dots(self, x: Series, y: Series, kind: str) -> None:
         """Round marks: strokes without length, whose width the style gives."""
@@ -95,8 +97,8 @@ class Panel:
         values = ticks(*self.y_range, count)
         grid = "".join(f"M{left:.1f} {self.py(v):.1f}H{left + width:.1f}" for v in values)
         self.frame.append(f'<path class="grid" d="{grid}"/>')
-        for value, text in zip(values, tick_text(values), strict=True):
-            self.frame.append(f'<text x="{left - 5:.0f}" y="{self.py(value) + 4:.1f}" text-anchor="end">{text}</text>')
+        at = [(left - 5, float(self.py(value)) + 4) for value in values]
+        self.frame.append(_texts(at, tick_text(values), "end"))
         self.frame.append(str(Markup('<text x="{}" y="{}">{}</text>').format(round(left), round(top - 6), label)))
 
     def x_axis(self, label: str, count: int = 6) -> None:
@@ -106,9 +108,8 @@ class Panel:
         base = top + height
         marks = "".join(f"M{self.px(v):.1f} {base:.1f}v4" for v in values)
         self.frame.append(f'<path class="axis-line" d="M{left:.1f} {base:.1f}h{width:.1f}{marks}"/>')
-        for value, text in zip(values, tick_text(values), strict=True):
-            at = f'x="{self.px(value):.1f}" y="{base + 16:.0f}" text-anchor="middle"'
-            self.frame.append(f"<text {at}>{text}</text>")
+        at = [(float(self.px(value)), base + 16) for value in values]
+        self.frame.append(_texts(at, tick_text(values), "middle"))
         end = Markup('<text x="{}" y="{}" text-anchor="end">{}</text>')
         self.frame.append(str(end.format(round(left + width), round(base + 30), label)))
 
@@ -138,6 +139,12 @@ def drawing(width: int, height: int, label: str, panels: Sequence[Panel], name: 
     fill = Markup(' preserveAspectRatio="none"') if stretch else ""
     head = Markup('<svg class="{}" viewBox="0 0 {} {}"{} role="img" aria-label="{}">')
     return head.format(kind, width, height, fill, label) + Markup("".join(body)) + Markup("</svg>")
+
+
+def _texts(at: Sequence[tuple[float, float]], texts: Sequence[str], anchor: str) -> str:
+    """Texts at places (pixels) that share their alignment."""
+    each = (f'<text x="{x:.0f}" y="{y:.0f}">{text}</text>' for (x, y), text in zip(at, texts, strict=True))
+    return f'<g text-anchor="{anchor}">{"".join(each)}</g>'
 
 
 def _open(limits: tuple[float, float]) -> tuple[float, float]:

@@ -105,6 +105,11 @@ class RuleRow:
     alternatives: str
     missing: tuple[str, ...]
 
+    @property
+    def in_force(self) -> str:
+        """The threshold that is set, and the clean time behind it."""
+        return f"{self.used} (clean time {self.clean})"
+
 
 @dataclass(frozen=True, slots=True)
 class ParameterRow:

@@ -18,6 +18,7 @@ from collaudit.core.data.rule_study_result import (
 from collaudit.reports.values.numbers import percent, significant
 
 NEVER = "none"
+ANYWHERE = "anywhere"
 #: Factors on the thresholds at which known contacts are shown.
 _FACTORS = (0.5, 1.0, 2.0, 4.0, 8.0)
 _CAUSES = {
@@ -47,6 +48,15 @@ class NoticedRow:
 
 
 @dataclass(frozen=True, slots=True)
+class PlaceTable:
+    """What one rule notices by place and by motion: a row for each and each measure, a column for each shape."""
+
+    rule: str
+    shapes: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class PlaneRow:
     """One joint's rule in its plane, in words."""
 
@@ -69,12 +79,27 @@ def noticed_rows(study: RuleStudy, *, places: bool = False, motions: bool = Fals
     ]
 
 
+def place_tables(study: RuleStudy) -> Iterator[PlaceTable]:
+    """What each rule notices by place and by motion; nothing where contacts were not told apart so."""
+    for rule in study.rules:
+        found = [(contact.shape, _noticed(rule, contact)) for contact in rule.contacts]
+        told = {(row.where, shape): row for shape, row in found if row.where != ANYWHERE}
+        shapes = tuple(dict.fromkeys(shape for _, shape in told))
+        rows = tuple(
+            (where, words, *(getattr(told[where, shape], field) if (where, shape) in told else "–" for shape in shapes))
+            for where in dict.fromkeys(where for where, _ in told)
+            for words, field in (("half", "half"), ("90 %", "most"), ("never", "blind"))
+        )
+        if rows:
+            yield PlaceTable(rule.name, shapes, rows)
+
+
 def _noticed(rule: RuleSensitivity, contact: ContactSensitivity) -> NoticedRow:
     by_share = {noticed.share: noticed for noticed in contact.noticed}
     return NoticedRow(
         rule=rule.name,
         shape=contact.shape,
-        where=contact.place or contact.motion or "anywhere",
+        where=contact.place or contact.motion or ANYWHERE,
         contacts=str(contact.contacts),
         half=_force(by_share[0.5]),
         most=_force(by_share[0.9]),

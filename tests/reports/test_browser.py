@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import samples
+import studies
 from browser import axe_source, keep_picture, launched, violations
 
 from collaudit.core.data.audit_result import Audit
@@ -157,9 +158,9 @@ def test_the_keyboard_comes_to_the_content_first(chromium: Any, report: Path) ->
 
 @pytest.fixture(scope="module")
 def busy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A minute with thirty contacts of three joints each, thirty near misses and the findings of a poor model."""
+    """A minute with thirty contacts of three joints each, as many near misses, findings, and a study of the rule."""
     path = tmp_path_factory.mktemp("busy") / "busy.html"
-    write_html(path, [samples.busy()])
+    write_html(path, [replace(samples.busy(), study=studies.study(samples.JOINTS))])
     return path
 
 

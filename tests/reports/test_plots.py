@@ -100,13 +100,34 @@ def test_the_bar_shows_each_state_where_it_holds() -> None:
     state = np.repeat([State.JUDGED, State.GAP, State.SATURATED, State.FRICTION_INTERVAL], 500).astype(np.int8)
     trace = replace(TracesInMemory(audit.signals).trace(1), state=state)
     drawn = str(coverage_bar(trace, 6.0, "label"))
-    assert '<path class="judged" d="M0 0H250V100H0Z"/>' in drawn
-    assert '<path class="gap" d="M250 0H500V100H250Z"/>' in drawn
-    assert '<path class="out" d="M500 0H750V100H500Z"/>' in drawn
-    assert '<path class="standing" d="M750 0H1000V100H750Z"/>' in drawn
+    assert [shown(drawn, x) for x in (0, 249, 251, 499, 501, 749, 751, 999)] == [
+        "judged", "judged", "gap", "gap", "out", "out", "standing", "standing"
+    ]  # fmt: skip
     narrow = replace(trace, least_nm=np.full(2000, -0.9), most_nm=np.full(2000, 0.9))  # γ = 4 and 1.8 less than 6
-    assert '<path class="judged" d="M750 0H1000V100H750Z"/>' not in str(coverage_bar(narrow, 5.7, "label"))
-    assert "M750 0H1000V100H750Z" in str(coverage_bar(narrow, 6.0, "label")).partition('class="gap"')[0]
+    assert shown(str(coverage_bar(narrow, 5.7, "label")), 800) == "standing"
+    assert shown(str(coverage_bar(narrow, 6.0, "label")), 800) == "judged"
+
+
+def test_a_column_of_the_bar_is_shared_by_what_happened_in_it() -> None:
+    audit = samples.failed(2000)
+    state = np.full(2000, State.JUDGED, dtype=np.int8)
+    state[1] = State.SATURATED  # the second sample of the first of a thousand columns
+    drawn = str(coverage_bar(replace(TracesInMemory(audit.signals).trace(1), state=state), None, "label"))
+    assert [shown(drawn, 0, height) for height in (10, 40, 60, 90)] == ["judged", "judged", "out", "out"]
+    assert shown(drawn, 1, 90) == "judged"
+
+
+def shown(drawn: str, x: int, height: int = 50) -> str:
+    """The kind that is seen in a column of a bar at a height above its floor: the last drawn that reaches it."""
+    seen = ""
+    for kind, steps in re.findall(r'<path class="(\w+)" d="M0 100(.*?)V100z"/>', drawn):
+        at, top = 0, 0
+        for rise, run in re.findall(r"v(-?\d+)h(\d+)", steps):
+            top -= int(rise)
+            if at <= x < at + int(run) and top > height:
+                seen = kind
+            at += int(run)
+    return seen
 
 
 def card(audit: Audit, contact: Contact) -> str:
@@ -185,7 +206,7 @@ def test_a_one_sample_spike_is_drawn_and_kept_for_the_pages_own_plots() -> None:
     svg, height, _ = draw_overview(trace, [], [], "x", "label")
     bottom = 84 * (1 + 6.25 / height) / 2
     ends = [y for path in re.findall(r'class="curve" d="([^"]*)"', svg) for y in stroke_ends(path)]
-    assert max(ends) == pytest.approx(bottom, abs=0.06)
+    assert max(ends) == pytest.approx(bottom, abs=0.51), "strokes end on whole pixels"
     assert 70_007 in kept_samples(trace, 900, [], 0)
 
 
@@ -211,7 +232,8 @@ def test_paths_are_steps_between_rounded_points() -> None:
 def unpacked(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sample numbers, residual and state as the page's script reads them."""
     raw, n = zlib.decompress(b64decode(data["data"])), data["kept"]
-    columns = np.frombuffer(raw[: 10 * n], "<u2").reshape(5, n).astype(float)
+    planes = np.frombuffer(raw[: 10 * n], np.uint8).reshape(5, 2, n).astype(float)
+    columns = planes[:, 0] + 256 * planes[:, 1]
     low, step = data["residual"]
     residual = np.where(columns[1] == UNKNOWN, np.nan, low + step * columns[1])
     return np.cumsum(columns[0]).astype(int), residual, np.frombuffer(raw[10 * n :], np.uint8)
@@ -230,7 +252,7 @@ def test_the_pages_own_data_are_the_signals_and_never_cross_gamma() -> None:
     true = trace.residual_nm[index]
     np.testing.assert_array_equal(np.isnan(shown), np.isnan(true))
     known = np.isfinite(true)
-    assert np.abs(shown - true)[known].max() <= 2 * (np.nanmax(true) - np.nanmin(true)) / 65_534
+    assert np.abs(shown - true)[known].max() <= 2 * (np.nanmax(true) - np.nanmin(true)) / 16_383
     np.testing.assert_array_equal(np.abs(shown[known]) > 4.0, np.abs(true[known]) > 4.0)
     np.testing.assert_array_equal(state == 0, trace.judged[index])
 
@@ -339,8 +361,8 @@ def test_the_map_of_forces_shows_the_worst_of_what_lies_behind_each_other() -> N
     )
     drawn = str(force_map_plot(ForceMap(0.1, 500.0, (near, behind, blind), ()), "<forces>"))
     above, side = drawn.split("from the side")
-    assert above.count("<title>") == 2 and side.count("<title>") == 2
-    assert "x 0.45 m, y 0.05 m: noticed from 80.0 N (10 moments)" in above and "noticed from 20.0 N" not in drawn
-    assert "y 0.15 m: needs more than the limit" in above and "z 0.35 m: needs more than the limit" in side
+    for panel in (above, side):
+        assert sorted(re.findall(r"<text[^>]*>(80|20|–)</text>", panel.split("needs up to")[0])) == ["80", "–"]
+        assert len(re.findall(r"h[\d.]+v[\d.]+h-[\d.]+z", panel)) == 2
     assert "&lt;forces&gt;" in drawn and "<forces>" not in drawn
     assert str(force_map_plot(ForceMap(0.1, 500.0, (), ()), "")) == ""

@@ -20,7 +20,7 @@
   // One joint's block as arrays of numbers; null is what a curve is interrupted at.
   async function unpack(joint) {
     const n = joint.kept, all = new DataView(await (await inflate(joint.data)).arrayBuffer());
-    const column = (k) => Array.from({ length: n }, (_, i) => all.getUint16(2 * (k * n + i), true));
+    const column = (k) => Array.from({ length: n }, (_, i) => all.getUint8(2 * k * n + i) + 256 * all.getUint8((2 * k + 1) * n + i));
     const scaled = (k, [from, step]) => column(k).map((v) => v === UNKNOWN ? null : from + v * step);
     let at = 0;
     const x = column(0).map((step) => joint.start + (at += step) * joint.period);
@@ -28,6 +28,7 @@
     return { residual: [x, of(0), of(1), of(2)], torque: [x, scaled(2, joint.torque), scaled(3, joint.torque), scaled(4, joint.torque)] };
   }
 
+  const number = (value) => String(Number(value.toPrecision(6))).replace("-", "−");
   const line = (label, colour, width, dash) =>
     ({ label, stroke: () => css(colour), width, dash, points: { show: false }, value: (u, v) => v == null ? "–" : v.toPrecision(4) });
 
@@ -43,7 +44,7 @@
       width, height: last ? 76 : 54, bands, legend: { show: false },
       cursor: { sync: { key: log.id, setSeries: false }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range: reach ? range : undefined } },
-      axes: [{ ...axis, size: last ? 24 : 4, values: last ? undefined : () => [] }, { ...axis, size: 50, space: 22, font: "11px sans-serif" }],
+      axes: [{ ...axis, size: last ? 24 : 4, values: last ? undefined : () => [] }, { ...axis, size: 50, space: 22, font: "11px sans-serif", values: (u, at) => at.map(number) }],
       series: [{ label: "s", value: (u, v) => v == null ? "–" : v.toFixed(4) }, ...series],
       hooks: {
         setCursor: [(u) => log.tell(u, joint)],

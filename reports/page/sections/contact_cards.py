@@ -84,6 +84,11 @@ class ContactCards:
     count: int
     carded: str
 
+    @property
+    def controller_varies(self) -> bool:
+        """Whether the controller or the labels said different things of them."""
+        return len({line.controller for line in self.lines}) > 1
+
 
 def drawn_contacts(result: AuditResult, limit: int) -> dict[int, Contact]:
     """The contacts that get a card, by their number from 1: those furthest above their thresholds."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult
@@ -12,16 +13,21 @@ from collaudit.reports.values import rows
 
 @dataclass(frozen=True, slots=True)
 class FindingLine:
-    """One finding: text, joint, where, and when as text (empty where it has none)."""
+    """One finding: text, joint, where, and when as text (empty where it has none).
+
+    Attributes:
+        also: joints of which another finding says the same.
+    """
 
     text: str
     joint: str
     place: str
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class FindingGroup:
-    """Findings of one kind and severity; ``remedy`` is what to do."""
+    """Findings of one kind and severity; ``count`` of them, ``remedy`` is what to do."""
 
     code: str
     severity: Severity
@@ -29,6 +35,7 @@ class FindingGroup:
     remedy: str
     joints: tuple[str, ...]
     lines: tuple[FindingLine, ...]
+    count: int
 
 
 def finding_groups(result: AuditResult) -> tuple[FindingGroup, ...]:
@@ -47,8 +54,20 @@ def _group(found: list[Finding], result: AuditResult) -> FindingGroup:
         meaning=first.kind.meaning,
         remedy=first.kind.remedy,
         joints=tuple(dict.fromkeys(finding.joint for finding in found if finding.joint is not None)),
-        lines=tuple(FindingLine(f.text, f.joint or "", _place(f, result)) for f in found),
+        lines=tuple(_lines(found, result)),
+        count=len(found),
     )
+
+
+def _lines(found: list[Finding], result: AuditResult) -> Iterator[FindingLine]:
+    """Each finding, but what is said alike of several joints is one line."""
+    alike: dict[tuple[str, str], list[Finding]] = {}
+    for finding in found:
+        template = finding.text if finding.joint is None else finding.text.replace(finding.joint, "\0")
+        alike.setdefault((template, _place(finding, result)), []).append(finding)
+    for (_, place), same in alike.items():
+        others = tuple(finding.joint for finding in same[1:] if finding.joint is not None)
+        yield FindingLine(same[0].text, same[0].joint or "", place, tuple(dict.fromkeys(others)))
 
 
 def _place(finding: Finding, result: AuditResult) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.plot_friction import draw_friction
@@ -17,13 +17,21 @@ from collaudit.reports.values.words import effort_unit, law_text, speed_unit
 
 @dataclass(frozen=True, slots=True)
 class FrictionSheet:
-    """One joint's friction; ``summary`` is what stands under the curve."""
+    """One joint's friction.
+
+    Attributes:
+        points: speed, friction, its standard error, spread, and which way the joint moved.
+        points_note: how to read the last of these.
+        summary: what stands beside the curve.
+    """
 
     joint: str
     fit: FrictionFit
     model: str
     plot: Figure | None
     parameters: tuple[rows.ParameterRow, ...]
+    points: tuple[tuple[str, ...], ...]
+    points_note: str
     known: tuple[tuple[str, str, str, str], ...]
     speeds: str
     rmse: str
@@ -53,6 +61,8 @@ def _sheet(joint: str, fit: FrictionFit, anchor: str) -> FrictionSheet:
         model=law_text(fit.model) if fit.model else "not fitted",
         plot=plot,
         parameters=tuple(rows.parameter_rows(fit)),
+        points=tuple(_point_row(point, _all_disturbed(fit)) for point in fit.points),
+        points_note=_points_note(fit),
         known=tuple((k.name, significant(k.value), interval(*k.ci95), k.unit) for k in fit.known),
         speeds=f"{significant(reach[0])} to {significant(reach[1])} {speed}" if reach else rows.NONE,
         rmse=f"{significant(fit.rmse_nm)} {torque}" if fit.rmse_nm is not None else rows.NONE,
@@ -72,3 +82,29 @@ def _summary(fit: FrictionFit) -> str:
     if fit.identifiable:
         return f"{fit.model}, determined with a reservation"
     return f"{fit.model}, in part undetermined"
+
+
+def _point_row(point: FrictionPoint, all_disturbed: bool) -> tuple[str, ...]:
+    numbers = (significant(point.speed_rad_s, 4), significant(point.friction_nm, 4))
+    spreads = (significant(point.se_nm, 2), significant(point.sd_nm, 2))
+    way = "both" if point.source == "pair" else "+" if point.direction > 0 else "−"
+    star = "*" if point.others_moving and not all_disturbed else ""
+    return *(number.replace("-", "−") for number in numbers), *spreads, way + star
+
+
+def _all_disturbed(fit: FrictionFit) -> bool:
+    return all(point.others_moving for point in fit.points)
+
+
+def _points_note(fit: FrictionFit) -> str:
+    """How the points were found; only what occurs is said."""
+    notes = []
+    if any(point.source == "pair" for point in fit.points):
+        notes.append("both: from both directions, gravity cancels")
+    if any(point.source != "pair" for point in fit.points):
+        notes.append("+ or −: from one direction, relies on the robot model")
+    if _all_disturbed(fit):
+        notes.append("other joints moved during every one")
+    elif any(point.others_moving for point in fit.points):
+        notes.append("*: other joints moved")
+    return "; ".join(notes)

@@ -14,6 +14,7 @@ from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.log_jobs import LogJob
+    from collaudit.cli.fleet.remote_logs import Fetched
     from collaudit.core.api import LogFiles, Progress
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.core.history.log_record import LogRecord
@@ -25,11 +26,15 @@ _TRACEBACK = "traceback.txt"
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted."""
+    """What became of one log: its line in the index, its result unless it could not be judged, its record if wanted.
+
+    ``fetched``: of a remote log that was read.
+    """
 
     entry: IndexEntry
     result: AuditResult | None
     record: LogRecord | None = None
+    fetched: Fetched | None = None
 
 
 def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
@@ -72,10 +77,11 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     if job.problem is not None:
         raise job.problem
     if job.url is not None:
-        from collaudit.cli.fleet.remote_logs import local_copy
+        from collaudit.cli.fleet.remote_logs import fetched_of, local_copy
 
-        with local_copy(job.url) as file:
-            return _judged(job._replace(files=(file,), url=None), out, progress)
+        with local_copy(job.url, job.loaded.config.log.remote) as file:
+            outcome = _judged(job._replace(files=(file,), url=None), out, progress)
+            return replace(outcome, fetched=fetched_of(file))
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")

@@ -106,7 +106,11 @@ def _job(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) -
     robot, problem = None, None
     with ExitStack() as fetched:
         url, files = job.url, job.files
-        there = (lambda: files) if url is None else cache(lambda: (fetched.enter_context(local_copy(url)),))
+        there = (
+            (lambda: files)
+            if url is None
+            else cache(lambda: (fetched.enter_context(local_copy(url, job.loaded.config.log.remote)),))
+        )
         try:
             robot = robot_of(LogTraits(place, there, job.loaded), robots) if robots else None
         except CollauditError as error:

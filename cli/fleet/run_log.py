@@ -38,7 +38,7 @@ class RunLog:
 
     def judged(self, outcome: Outcome) -> None:
         """One log has come out, with the verdict on it alone."""
-        entry = outcome.entry
+        entry, fetched = outcome.entry, outcome.fetched
         self.event(
             "log",
             log=entry.name,
@@ -47,6 +47,7 @@ class RunLog:
             reasons=list(entry.reasons),
             contacts=entry.contacts,
             near_misses=entry.near_misses,
+            **({} if fetched is None else fetched._asdict()),
         )
 
 

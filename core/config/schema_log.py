@@ -167,3 +167,7 @@ class LogConfig(ConfigTable):
     csv: CsvConfig = Field(CsvConfig(), description="Columns of CSV logs.")
     units: UnitsConfig = Field(UnitsConfig(), description="Units of the log.")
     limits: LimitsConfig = Field(LimitsConfig(), description="How much is read of one log.")
+    remote: Literal["ranges", "whole"] = Field(
+        "ranges",
+        description="How a log at a URL is read: of large indexed MCAPs only the parts that are needed, or all of it.",
+    )

@@ -65,6 +65,14 @@ KINDS: dict[str, Kind] = {
         "Nothing. fit, detect and audit read the whole file.",
         _INFO,
     ),
+    "log-hash-of-parts": Kind(
+        "Of a remote log only the parts that are needed were fetched; its hash is of them, not of the whole file.",
+        "Nothing; or put its hash beside it (LOG.mcap.sha256, as sha256sum writes it), or fetch all of it by "
+        '[log] remote = "whole".',
+        _INFO,
+        setting="log.remote",
+        of_format=True,
+    ),
     "log-time-source": Kind(
         "Which clock was used as the time of a sample (header or log), and why.",
         'Nothing, if the choice is right; [log] time = "header" or "log" overrides it.',

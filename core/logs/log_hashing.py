@@ -13,6 +13,7 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
+from collaudit.core.logs.storage.partial_file import partial_file
 
 _NICENESS = 10
 _AT_ONCE = 1 << 30  # bytes: a log larger than this may not stay in the page cache
@@ -29,7 +30,8 @@ class Hashing:
         self._paths = tuple(paths)
         self._future: Future[str] | None = None
         with contextlib.suppress(OSError, LogError):  # who reads them will say it better
-            if sum(file.stat().st_size for path in paths for file in data_files(path)) > _AT_ONCE:
+            files = [file for path in paths for file in data_files(path) if partial_file(file) is None]
+            if sum(file.stat().st_size for file in files) > _AT_ONCE:
                 self.start()
 
     def start(self) -> None:
@@ -76,6 +78,9 @@ def sha256_of(paths: Sequence[Path]) -> str:
 
 
 def _file_hash(path: Path) -> str:
+    partial = partial_file(path)
+    if partial is not None:
+        return partial.sha256()
     try:
         with path.open("rb", buffering=0) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from collaudit.core.logs.opening import (
     open_tables,
 )
 from collaudit.core.logs.signals.impossible_values import without_impossible
+from collaudit.core.logs.storage.partial_file import hash_findings, partial_file
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Progress
 from collaudit.core.logs.tables.joined_tables import also_files
@@ -57,7 +59,7 @@ def read_log(
         ConfigError: the configuration is ambiguous or contradicts itself.
     """
     check_there(paths)
-    if cache is None:
+    if cache is None or any(partial_file(path) for path in paths):  # of one with holes the hash is known last
         return _read(paths, settings, robot_joints, prismatic, judged, progress)
     from collaudit.core.logs.cache import cache_key, load, store
 
@@ -101,7 +103,8 @@ def _read(
         hashing.abandon()
         raise
     hashing.start()
-    return log
+    found = [finding for path in paths for finding in hash_findings(path)]
+    return replace(log, findings=(*log.findings, *found)) if found else log
 
 
 def _read_tables(

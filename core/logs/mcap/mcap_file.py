@@ -11,6 +11,7 @@ import numpy as np
 
 from collaudit.core.logs.mcap.mcap_chunk import Located, heads_of, locate, located_of
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, SCHEMA, ChunkRef, McapIndex, scan
+from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.noted_file import NotedFile
@@ -37,10 +38,11 @@ class McapFile(NotedFile):
 
     def __init__(self, path: Path, index: McapIndex | None = None) -> None:
         self.file = RandomFile(path)
-        self.index = scan(self.file) if index is None else index
+        self.index = self._indexed() if index is None else index
         self.damage = self.index.damage
         self._read_counts: dict[int, int] = {}
         self._summed = any(chunk.crc for chunk in self.index.chunks)
+        self._unsummed: list[int] = []
         if self._hidden_channels() or self.index.lacks_schemas():
             for chunk in ordered_map(self._load, list(self.index.chunks)):
                 self._records(chunk)
@@ -52,6 +54,13 @@ class McapFile(NotedFile):
         known = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
         self.format = known
 
+    def _indexed(self) -> McapIndex:
+        """By a walk over all of it; over one with holes by its summary, where that is usable."""
+        ranged = None if self.file.partial is None else ranged_index(self.file)
+        if ranged is None:
+            self.file.expect([(0, self.file.size)])
+        return scan(self.file) if ranged is None else ranged
+
     def _hidden_channels(self, *, after_all: bool = False) -> bool:
         """Whether channels stand only inside chunks."""
         chunks = self.index.chunks
@@ -62,6 +71,11 @@ class McapFile(NotedFile):
 
     def _load(self, ref: ChunkRef) -> _Chunk:
         """Read and decompress a chunk, and find its messages; runs in a thread."""
+        if ref.extent:
+            found = looked_up(self.file, ref)
+            if found is None:
+                return _Chunk(ref, b"", locate(b"", np.empty(0, np.int64)), "it is not what the summary says of it")
+            ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
         unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self._most())
         problem = unpacked.problem
@@ -85,8 +99,9 @@ class McapFile(NotedFile):
         """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
         wanted = keys if keys is not None else frozenset(self.index.channels)
         chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
-        self._read_counts = {}
+        self._read_counts, self._unsummed = {}, []
         self._take_chunks([ref.size for ref in chunks if ref.compression])
+        self.file.expect([(ref.at, ref.extent) for ref in chunks if ref.extent])
         largest = max((ref.size for ref in chunks), default=1)
         for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
             self._judge(chunk)
@@ -94,16 +109,19 @@ class McapFile(NotedFile):
             if progress is not None:
                 progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
         yield from self._loose(wanted, progress)
+        for at in self._unsummed if self._summed else ():
+            self._note(f"the chunk at byte {at} has no check sum, unlike the others", lost=False)
         self._compare_counts(wanted)
 
     def _judge(self, chunk: _Chunk) -> None:
         located = chunk.located
+        self._summed = self._summed or bool(chunk.ref.crc)
         if chunk.problem is not None:
             kept = f"{located.start.shape[0]} messages before the damage were read"
             self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
-        elif chunk.ref.complete and not chunk.ref.crc and self._summed:
-            self._note(f"the chunk at byte {chunk.ref.at} has no check sum, unlike the others", lost=False)
-        elif located.rest:
+        elif chunk.ref.complete and not chunk.ref.crc:
+            self._unsummed.append(chunk.ref.at)
+        if chunk.problem is None and located.rest:
             self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
 
     def _split(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -41,6 +41,7 @@ class ChunkRef:
         compression: "", ``zstd`` or ``lz4``.
         index: (channel, byte, size) of each message index array.
         complete: False when the file ends inside it.
+        extent: bytes of the chunk and its message indexes as the file's summary states them; 0 where it was walked.
     """
 
     at: int
@@ -51,6 +52,7 @@ class ChunkRef:
     compression: str
     index: tuple[tuple[int, int, int], ...] = ()
     complete: bool = True
+    extent: int = 0
 
 
 @dataclass(slots=True)
@@ -159,12 +161,15 @@ def scan(file: RandomFile) -> McapIndex:
     Returns:
         Channels, chunks and loose messages up to the end or to the first damage.
     """
-    return _Scan(file).run()
+    return Scan(file).run()
 
 
-class _Scan:
-    def __init__(self, file: RandomFile) -> None:
+class Scan:
+    """A walk over top-level records; ``known`` chunks, by their byte, are noted as they are stated and jumped over."""
+
+    def __init__(self, file: RandomFile, known: Mapping[int, ChunkRef] | None = None) -> None:
         self.file = file
+        self.known = known or {}
         self.index = McapIndex()
         self.window = b""
         self.base = 0
@@ -172,6 +177,7 @@ class _Scan:
         self.finished = False
 
     def run(self) -> McapIndex:
+        """What it finds up to the end or to the first damage."""
         pos = len(MAGIC)
         while not self.finished and pos < self.file.size:
             nxt = self.step(pos)
@@ -194,26 +200,30 @@ class _Scan:
         return self.window[start : start + size]
 
     def step(self, pos: int) -> int | None:
+        """Take note of the record at ``pos``; where the next one begins, None at the end or at damage."""
+        if pos in self.known:
+            self.index.chunks.append(self.known[pos])
+            return pos + self.known[pos].extent
         head = self.view(pos, 9)
         if len(head) < 9:
-            self.stop(f"it ends at byte {self.file.size}, inside a record")
+            self._stop(f"it ends at byte {self.file.size}, inside a record")
             return None
         op, length = int(head[0]), int.from_bytes(head[1:9], "little")
         if op == 0:
-            self.stop(f"there is no record at byte {pos}")
+            self._stop(f"there is no record at byte {pos}")
             return None
         end = pos + 9 + length
         if op == CHUNK:
             return self.chunk(pos, length)
         if end > self.file.size:
-            self.stop(f"it ends at byte {self.file.size}, inside a record that should reach byte {end}")
+            self._stop(f"it ends at byte {self.file.size}, inside a record that should reach byte {end}")
             return None
         if op == MESSAGE:
             return self.messages(pos)
         if op == MESSAGE_INDEX:
-            self.message_index(pos, length)
+            self._message_index(pos, length)
         elif op == FOOTER:
-            self.footer(end)
+            self._footer(end)
         elif op in (SCHEMA, CHANNEL, HEADER, STATISTICS):
             if length <= _MAX_SMALL:
                 self.index.record(op, self.view(pos + 9, length))
@@ -221,11 +231,11 @@ class _Scan:
                 self.index.damage.append(Damage(f"a record of kind {op} at byte {pos} is {length} bytes long"))
         return end
 
-    def stop(self, text: str) -> None:
+    def _stop(self, text: str) -> None:
         if len(self.index.damage) < MAX_DAMAGE:
             self.index.damage.append(Damage(text))
 
-    def footer(self, end: int) -> None:
+    def _footer(self, end: int) -> None:
         self.finished = True
         if self.file.read(end, 8) != MAGIC:
             self.index.damage.append(Damage("its closing magic is missing", lost=False))
@@ -238,7 +248,7 @@ class _Scan:
             compression = head[32 : 32 + name].decode("ascii")
             (records,) = struct.unpack_from("<Q", head, 32 + name)
         except (struct.error, UnicodeDecodeError):
-            self.stop(f"the chunk at byte {pos} has a malformed head")
+            self._stop(f"the chunk at byte {pos} has a malformed head")
             return None
         data_at = pos + 9 + 40 + name
         end = pos + 9 + length
@@ -246,11 +256,11 @@ class _Scan:
         have = records if complete else max(0, min(records, self.file.size - data_at))
         self.index.chunks.append(ChunkRef(pos, data_at, have, size, crc, compression, complete=complete))
         if not complete:
-            self.stop(f"it ends at byte {self.file.size}, inside the chunk at byte {pos}")
+            self._stop(f"it ends at byte {self.file.size}, inside the chunk at byte {pos}")
             return None
         return end
 
-    def message_index(self, pos: int, length: int) -> None:
+    def _message_index(self, pos: int, length: int) -> None:
         head = self.view(pos + 9, 6)
         if len(head) < 6 or length < 6 or not self.index.chunks:
             return
@@ -273,6 +283,6 @@ class _Scan:
         lengths = np.append(starts[1:], after)[: starts.shape[0]] - starts - 9
         whole = lengths >= 22
         for at, length in zip(starts[~whole].tolist(), lengths[~whole].tolist(), strict=True):
-            self.stop(f"the message at byte {base + at} is only {length} bytes long")
+            self._stop(f"the message at byte {base + at} is only {length} bytes long")
         self.index.loose.add(base + starts[whole], lengths[whole])
         return max(base + after, pos + 9)

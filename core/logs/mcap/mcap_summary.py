@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_scan import (
-    CHANNEL,
-    CHUNK_INDEX,
-    HEAD,
-    MAGIC,
-    SCHEMA,
-    STATISTICS,
-    ChunkRef,
-    McapIndex,
-    chunk_records,
-)
+from collaudit.core.logs.mcap.mcap_scan import ChunkRef, McapIndex
+from collaudit.core.logs.mcap.stated_index import read_summary
 from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Overview
-
-_MAX_SUMMARY = 256 << 20
-_TAIL = 8 + 20 + 9
 
 
 def overview_of(path: Path) -> Overview | None:
@@ -80,50 +67,3 @@ def _first_chunks(index: McapIndex) -> McapIndex:
         if not left or len(chosen) > 16:
             break
     return McapIndex(index.schemas, index.channels, list(chosen.values()), span_ns=index.span_ns)
-
-
-def read_summary(file: RandomFile) -> McapIndex | None:
-    """Channels, chunks and statistics as the summary states them, or None when there is no usable one.
-
-    Args:
-        file: an MCAP file, its magic already seen.
-    """
-    tail = file.read(max(file.size - _TAIL, 0), _TAIL)
-    if len(tail) < _TAIL or tail[-8:] != MAGIC or tail[0] != 2:
-        return None
-    start, _, _ = struct.unpack_from("<QQI", tail, HEAD.size)
-    size = file.size - _TAIL - start
-    if start < len(MAGIC) or not 0 < size <= _MAX_SUMMARY:
-        return None
-    index = McapIndex()
-    data = file.read(start, size)
-    for op, at, length in chunk_records(data):
-        body = data[at + 9 : at + 9 + length]
-        if op in (SCHEMA, CHANNEL, STATISTICS):
-            index.record(op, body)
-        elif op == CHUNK_INDEX:
-            chunk = _chunk(body, file.size)
-            if chunk is None:
-                return None
-            index.chunks.append(chunk)
-            if chunk.index:  # a chunk without messages states zeros
-                index.chunk_spans_ns.append(struct.unpack_from("<QQ", body))
-    usable = bool(index.channels) and bool(index.counts) and index.span_ns is not None and not index.damage
-    return index if usable else None
-
-
-def _chunk(body: bytes, file_size: int) -> ChunkRef | None:
-    """A chunk by its index record; the arrays of its message indexes are not located, only their channels."""
-    try:
-        at, _, offsets = struct.unpack_from("<QQI", body, 16)
-        channels = [number for number, _ in struct.iter_unpack("<HQ", body[36 : 36 + offsets // 10 * 10])]
-        rest = 36 + offsets + 8
-        (name,) = struct.unpack_from("<I", body, rest)
-        compression = body[rest + 4 : rest + 4 + name].decode("ascii")
-        compressed, size = struct.unpack_from("<QQ", body, rest + 4 + name)
-    except (struct.error, UnicodeDecodeError):
-        return None
-    data_at = at + 9 + 40 + name
-    if data_at + compressed > file_size:
-        return None
-    return ChunkRef(at, data_at, compressed, size, 0, compression, tuple((number, 0, 0) for number in channels))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,10 +53,17 @@ def audit_files(
     from collaudit.core import api
     from collaudit.core.provenance import file_sha256
     from collaudit.core.scoring.truth_events import read_truth
-    from collaudit.reports.files.run_files import read_friction
 
     path = loaded.friction_path
-    friction = read_friction(path) if path else None
-    known = read_truth(truth) if truth else None
     digest = file_sha256(path) if path else None
+    friction = _friction(path, digest) if path and digest else None
+    known = read_truth(truth) if truth else None
     return api.audit(files, loaded, friction, truth=known, friction_sha256=digest, progress=progress), friction
+
+
+@lru_cache(maxsize=8)
+def _friction(path: Path, _sha256: str) -> FrictionFile:
+    """A friction file, read once while its content stays: the logs of a worker share it."""
+    from collaudit.reports.files.run_files import read_friction
+
+    return read_friction(path)

@@ -125,9 +125,9 @@ def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
     Raises:
         RobotError: the description, or a name in the configuration, cannot be used.
     """
-    from collaudit.core.robot import load_robot as robot_of
+    from collaudit.core.robot.shared_robots import shared_robot
 
-    return robot_of(settings.config.robot, settings.base_dir, joints)
+    return shared_robot(settings.config.robot, settings.base_dir, joints)
 
 
 def prepare(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -49,6 +50,7 @@ def file_sha256(path: Path) -> str:
         raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
 
 
+@cache  # what is installed does not change under a running program, and asking costs 20 ms a log
 def _installed(name: str) -> str | None:
     try:
         return version(name)

@@ -93,15 +93,16 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
         One tuple per log, in the order of its first file. Files that cannot be looked into stand alone.
     """
     groups: list[tuple[tuple[Path, ...], list[_Part]]] = []
+    alike: dict[tuple[object, ...], list[int]] = {}  # groups by what their parts share: thousands of logs stay quick
     for path in paths:
         part = _part(path, settings) if not path.is_dir() and path.exists() and is_table(path) else None
-        home = None
-        if part is not None:
-            home = next((i for i, (_, parts) in enumerate(groups) if parts and part.joins(parts)), None)
+        homes = alike.setdefault(part.shared, []) if part is not None else []
+        home = None if part is None else next((i for i in homes if part.joins(groups[i][1])), None)
         if part is not None and home is not None:
             members, parts = groups[home]
             groups[home] = ((*members, path), [*parts, part])
         else:
+            homes.append(len(groups))
             groups.append(((path,), [part] if part is not None else []))
     return [members for members, _ in groups]
 
@@ -116,14 +117,16 @@ class _Part:
         self.stamps = () if time is None else table.reader.first_cells(time)
         self.timeless = _timeless_name(table) if time is None else None
 
+    @property
+    def shared(self) -> tuple[object, ...]:
+        """What all parts of one log have in common."""
+        return self.folder, self.stamps, self.timeless
+
     def joins(self, others: Sequence[_Part]) -> bool:
-        """Whether this table is a further part of the log the others make up."""
+        """Whether this table, which shares the log's folder and stamps, is a further part of it."""
         if not self.quantities or (not self.stamps and self.timeless is None):
             return False
-        held = set().union(*(other.quantities for other in others))
-        same = all(other.folder == self.folder and other.stamps == self.stamps for other in others)
-        same = same and all(other.timeless == self.timeless for other in others)
-        return same and not (self.quantities & held)
+        return not any(self.quantities & other.quantities for other in others)
 
 
 def _timeless_name(table: AssignedTable) -> tuple[object, ...] | None:

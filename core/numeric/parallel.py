@@ -15,6 +15,12 @@ R = TypeVar("R")
 THREADS = min(2, os.cpu_count() or 1)
 
 
+def stay_on_one_core() -> None:
+    """Use no threads from now on: in a process that shares its machine with as many others as there are cores."""
+    global THREADS
+    THREADS = 1
+
+
 def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int = THREADS) -> Iterator[R]:
     """Apply ``function`` in up to two threads; results come in the order of the items, few at a time.
 

@@ -16,6 +16,9 @@ from collaudit.core.robot.link_constants import FramePlacement
 from collaudit.core.robot.pinocchio_model import PinocchioModel
 from collaudit.core.robot.sample_batches import Batched, OneByOne, checked
 
+#: Programs that are kept of one model.
+_PROGRAMS = 128
+
 
 class RigidBodies:
     """Dynamics of a finished model. Columns follow :attr:`joint_names`; frames go by name."""
@@ -151,9 +154,12 @@ class RigidBodies:
 
     def _program(self, key: object, record: Callable[[], Batched], slow: Callable[[], OneByOne]) -> Batched:
         """A program, recorded when it is first asked for, and Pinocchio in its place if the two should not agree."""
-        if key not in self._programs:
-            self._programs[key] = checked(record(), slow())
-        return self._programs[key]
+        found = self._programs.get(key)
+        if found is None:
+            found = self._programs[key] = checked(record(), slow())
+            while len(self._programs) > _PROGRAMS:  # a model serves many logs, and each may carry another load
+                self._programs.pop(next(iter(self._programs)), None)
+        return found
 
 
 def _key(carried: tuple[str, float, FloatArray] | None) -> object:

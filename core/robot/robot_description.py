@@ -8,6 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from collaudit.core.config.relative_paths import located
@@ -98,6 +99,11 @@ def _describe_urdf(path: Path, where: str) -> Description:
             expected="a URDF file",
             hint="check robot.urdf in the configuration; relative paths start at the configuration's folder",
         ) from error
+    return _described(data, where)
+
+
+@lru_cache(maxsize=8)  # the logs of a night share their robots
+def _described(data: bytes, where: str) -> Description:
     urdf = read_urdf(data, where)
     joints = tuple(
         JointFacts(

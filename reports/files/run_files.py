@@ -39,6 +39,10 @@ STUDY_NAME = "study.json"
 _OFFERED = 6
 
 
+#: The last fit and its text: logs that are judged with one file in turn all keep a copy of it.
+_written: tuple[FrictionFile, str] | None = None
+
+
 def audit_json(result: AuditResult) -> str:
     """``audit.json`` of a result; the same result gives the same text.
 
@@ -54,7 +58,10 @@ def friction_json(file: FrictionFile) -> str:
     Raises:
         ValueError: the fit breaks its own types: a bug.
     """
-    return _sound(json_text(file), FrictionFile)
+    global _written
+    if _written is None or _written[0] is not file:
+        _written = file, _sound(json_text(file), FrictionFile)
+    return _written[1]
 
 
 def write_friction(path: Path, file: FrictionFile) -> None:

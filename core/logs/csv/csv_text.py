@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -132,11 +133,11 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
     lines = list(io.StringIO(text, newline=None))
     if len(head) == HEAD_BYTES and len(lines) > 1:
         lines.pop()
-    numbered = [(i, line.rstrip("\n")) for i, line in enumerate(lines)]
-    rows = [(i, line) for i, line in numbered if line.strip() and not line.lstrip().startswith(COMMENT)]
+    of_data = (i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith(COMMENT))
+    rows = [(i, lines[i].rstrip("\n")) for i in islice(of_data, _SAMPLE_LINES)]
     if not rows:
         raise LogError("the file holds no rows of data", where=str(path), found=f"{len(lines)} lines")
-    sample = [line for _, line in rows[:_SAMPLE_LINES]]
+    sample = [line for _, line in rows]
     delimiter = settings.delimiter if settings.delimiter != "auto" else _delimiter(sample)
     if delimiter == "\\t":
         delimiter = "\t"
@@ -147,7 +148,7 @@ def dialect_of(path: Path, settings: CsvConfig) -> Dialect:
         raise LogError("the file holds no rows of data", where=str(path), found="only a line of column names")
     start = rows[1 if header else 0][0]
     cells = split(rows[1 if header else 0][1], delimiter)
-    names = first_cells if header else _commented_names(numbered[:start], delimiter, len(cells))
+    names = first_cells if header else _commented_names(lines[:start], delimiter, len(cells))
     return Dialect(_clean(names or [str(i + 1) for i in range(len(cells))]), delimiter, decimal,
                    header or bool(names), start, encoding, tuple(cells))  # fmt: skip
 
@@ -156,9 +157,9 @@ def _clean(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name.strip().strip("\"'").lstrip("\ufeff").strip() for name in names)
 
 
-def _commented_names(lines: Sequence[tuple[int, str]], delimiter: str, count: int) -> list[str]:
+def _commented_names(lines: Sequence[str], delimiter: str, count: int) -> list[str]:
     """Column names in the last comment line, as numpy.savetxt writes them."""
-    for _, line in reversed(lines):
+    for line in (raw.rstrip("\n") for raw in reversed(lines)):
         if line.lstrip().startswith(COMMENT):
             cells = split(line.lstrip().lstrip("#% "), delimiter)
             if len(cells) == count and not any(is_number(cell) for cell in cells):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from collaudit.core.errors import LogError
 
 _HEAD = 4096
+#: Control characters that are no white space.
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 #: Magic numbers of compressed files, and the name of the method.
 _COMPRESSED = (
     (b"\x1f\x8b", "gzip"), (b"\x28\xb5\x2f\xfd", "zstd"), (b"\x04\x22\x4d\x18", "lz4"), (b"\xfd7zXZ\x00", "xz"),
@@ -63,4 +66,4 @@ def looks_like_text(head: bytes) -> bool:
     """Whether bytes are text: UTF-16 with a mark, or no control characters but white space."""
     if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return True
-    return not any(byte < 9 or 13 < byte < 32 for byte in head)
+    return _CONTROL.search(head) is None

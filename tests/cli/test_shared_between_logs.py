@@ -1,0 +1,76 @@
+"""What the logs of one worker share is read or built once, and follows its file where that changes."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collaudit.cli.log_arguments import audit_files
+from collaudit.core.config import load_config
+from collaudit.core.logs.inputs import group_inputs
+from collaudit.core.robot import rigid_bodies
+from collaudit.core.robot.shared_robots import shared_robot
+
+
+def test_robot_and_friction_are_shared_and_the_result_is_the_same(arm) -> None:
+    loaded = load_config(arm.config, {"friction.file": str(arm.friction)})
+    (first, friction), (again, kept) = (audit_files([arm.clean], loaded) for _ in range(2))
+    assert kept is friction
+    assert first.result == again.result and np.array_equal(first.signals.residual_nm, again.signals.residual_nm)
+    robots = [shared_robot(loaded.config.robot, loaded.base_dir, ["joint1", "joint2"]) for _ in range(2)]
+    assert robots[0] is robots[1]
+    assert shared_robot(loaded.config.robot, loaded.base_dir, ["joint1"]) is not robots[0]
+
+
+def test_a_friction_file_that_changes_is_read_again(arm, tmp_path: Path) -> None:
+    file = tmp_path / "friction.json"
+    file.write_bytes(arm.friction.read_bytes())
+    stamp = file.stat().st_mtime_ns
+    loaded = load_config(arm.config, {"friction.file": str(file)})
+    _, before = audit_files([arm.clean], loaded)
+    text = json.loads(file.read_text())
+    text["joints"]["joint1"]["parameters"]["A_nm"] *= 1.5
+    file.write_text(json.dumps(text))
+    os.utime(file, ns=(stamp, stamp))
+    changed, after = audit_files([arm.clean], loaded)
+    assert after.joints["joint1"].parameters["A_nm"] == 1.5 * before.joints["joint1"].parameters["A_nm"]
+    assert changed.result.friction["joint1"].parameters["A_nm"] == after.joints["joint1"].parameters["A_nm"]
+
+
+def test_a_changed_urdf_is_another_robot(tmp_path: Path) -> None:
+    link = '<link name="{0}"><inertial><mass value="{1}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    joint = '<joint name="j1" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>'
+
+    def robot(mass: float) -> object:
+        links = "".join(f"{link.format(name, mass)}</inertial></link>" for name in "ab")
+        (tmp_path / "arm.urdf").write_text(f'<robot name="r">{links}{joint}</robot>')
+        config = load_config(None, {"robot.urdf": str(tmp_path / "arm.urdf")})
+        return shared_robot(config.config.robot, config.base_dir, ["j1"])
+
+    first = robot(1.0)
+    assert robot(1.0) is first and robot(2.0) is not first
+
+
+def test_a_shared_model_keeps_few_programs(arm, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rigid_bodies, "_PROGRAMS", 3)
+    loaded = load_config(arm.config, {})
+    bodies = shared_robot(loaded.config.robot, loaded.base_dir, ["joint1", "joint2"]).bodies
+    first = bodies.weight("joint2", 0.0, np.zeros(3), np.array([0.0, 0.0, -9.81]))
+    for mass in (1.0, 2.0, 3.0, 4.0):
+        last = bodies.weight("joint2", mass, np.zeros(3), np.array([0.0, 0.0, -9.81]))
+    assert len(bodies._programs) <= 3
+    assert bodies.weight("joint2", 4.0, np.zeros(3), np.array([0.0, 0.0, -9.81])) is last
+    assert bodies.weight("joint2", 0.0, np.zeros(3), np.array([0.0, 0.0, -9.81])) is not first
+
+
+def test_parts_of_one_recording_are_found_among_many_logs(tmp_path: Path) -> None:
+    for k in range(5):
+        (tmp_path / f"{k}-q.csv").write_text(f"t,q1\n{k},0\n{k + 1},1\n")
+        (tmp_path / f"{k}-tau.csv").write_text(f"t,tau1\n{k},0\n{k + 1},1\n")
+    settings = load_config(None, {"log.csv.position": "q{i}", "log.csv.effort": "tau{i}"}).config.log
+    found = group_inputs(sorted(tmp_path.iterdir()), settings)
+    assert [[path.name for path in log] for log in found] == [[f"{k}-q.csv", f"{k}-tau.csv"] for k in range(5)]

@@ -77,7 +77,7 @@ def _robot(job: LogJob, stated: str | None) -> str | None:
     if not name:
         raise ConfigError(
             "a store must know whose logs these are",
-            where=f"--store, {job.name}",
+            where=f"store, {job.name}",
             expected="a [fleet] in the configuration that this log belongs to, --robot NAME, or --robot '{folder}' "
             "where each robot's logs lie in a folder of its name",
         )

@@ -79,9 +79,8 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
 )
 @click.option(
     "--baseline",
-    type=click.Path(path_type=Path),
-    metavar="DIR|FILE",
-    help="An earlier audit: what it shows already, within its noise, does not fail.",
+    metavar="DIR|FILE|STORE",
+    help="An earlier audit, or a store of nights: what it shows already, within its noise, does not fail.",
 )
 @click.option(
     "--fail-on",
@@ -108,9 +107,9 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     "--keep-going", is_flag=True, help="An argument that names no log is not judged and listed, not an error."
 )
 @click.option("--store", metavar="STORE", help="Append the results to a store over nights: a folder or URL.")
-@click.option("--robot", metavar="NAME", help="Whose logs these are, for --store; {folder} is the folder of each log.")
+@click.option("--robot", metavar="NAME", help="Whose logs these are, for a store; {folder} is the folder of each log.")
 @click.option(
-    "--night", "day", metavar="DATE", help="Night that the logs count to in --store; default: their own dates."
+    "--night", "day", metavar="DATE", help="Night that the logs count to in a store; default: their own dates."
 )
 @click.option("--force", is_flag=True, help="Write into a folder that holds something else than an audit.")
 @click.option("--json", "as_json", is_flag=True, help="Print summary.json.")
@@ -127,7 +126,7 @@ def command(
     timeout: float | None,
     memory_limit: float | None,
     resume: bool,
-    baseline: Path | None,
+    baseline: str | None,
     fails: tuple[str, ...],
     as_of: date | None,
     sign: Path | None,
@@ -165,7 +164,7 @@ def command(
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.batch.store_append import append_night, with_records
     from collaudit.cli.exit_codes import exit_code
-    from collaudit.cli.fleet.baseline_files import POLICY_NAME, read_baseline
+    from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
     from collaudit.cli.fleet.fail_fast import until_failure
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.night_manifest import night_manifest
@@ -186,10 +185,11 @@ def command(
     night = night_of(logs, loaded, overrides(), keep_going)
     for friction in sorted({path for settings in night.settings if (path := settings.friction_path) is not None}):
         read_friction(friction)  # a broken one is one error of the settings, not one of every log
-    work = with_records(night.jobs, store, robot, day)
+    policy = NightPolicy(loaded.config.policy, None if baseline is None else read_baseline(baseline), fails, as_of)
+    history = baseline if baseline is not None and is_store(baseline) else None
+    work = with_records(night.jobs, store or history, robot, day)
     kept = finished_outcomes(work, output) if resume else {}
     left = [job for index, job in enumerate(work) if index not in kept]
-    policy = NightPolicy(loaded.config.policy, None if baseline is None else read_baseline(baseline), fails, as_of)
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished before and are taken over")
     with run_log(log_json) as events, audit_under_way(output, [job.folder for job in left], force):

@@ -1,4 +1,4 @@
-"""Reading a baseline: an earlier audit's folder, a run's folder, or one ``audit.json``."""
+"""Reading a baseline: a store of nights, an earlier audit's folder, a run's folder, or one ``audit.json``."""
 
 from __future__ import annotations
 
@@ -16,25 +16,39 @@ from collaudit.reports.values.contact_rows import contacts_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+#: What makes a folder a store.
+STORE_NAME = "store.json"
 #: The decision over an audit, in its folder.
 POLICY_NAME = "policy.json"
 
 
-def read_baseline(path: Path) -> Baseline:
+def is_store(place: str) -> bool:
+    """Whether a baseline is a store of nights: a URL, or a folder that says so."""
+    return "://" in place or (Path(place) / STORE_NAME).is_file()
+
+
+def read_baseline(place: str) -> Baseline:
     """What an audit is to be compared with.
 
     Args:
-        path: folder of an audit, folder of a run, or an ``audit.json``.
+        place: folder or URL of a store, folder of an audit or a run, or an ``audit.json``.
 
     Raises:
         ConfigError: there is no audit. CollauditError: a file of it is damaged.
     """
+    if is_store(place):
+        from collaudit.core.policy.history_baseline import baseline_of_records
+        from collaudit.reports.store.record_table import records_of
+        from collaudit.reports.store.result_store import ResultStore
+
+        return baseline_of_records(place, records_of(ResultStore(place).table().to_pylist()))
+    path = Path(place)
     logs = tuple(_log(read_result(file, AuditResult, AUDIT_SCHEMA), robot) for file, robot in _files(path))
     if not logs:
         raise ConfigError(
             "there is no audit to compare with",
             where=str(path),
-            expected=f"the folder of an audit or a run, or an {AUDIT_NAME}",
+            expected=f"a store of nights, the folder of an audit or a run, or an {AUDIT_NAME}",
             hint="collaudit audit LOGS -c collaudit.toml -o BASELINE makes one",
         )
     return Baseline(path.name, logs)

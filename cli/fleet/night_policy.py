@@ -110,6 +110,7 @@ class NightPolicy:
             job.folder,
             None if path is None else _fitted_until(path),
             path is None,
+            outcome.record,
         )
         return replace(decide_log(log, self._waivers, self._baseline, self._fail_on), log=entry.name)
 

@@ -57,6 +57,30 @@ class NightSeries:
 
 
 @dataclass(frozen=True, slots=True)
+class FrictionLevel:
+    """Friction of a joint in one log: level and its standard error (N·m) at a speed (rad/s).
+
+    ``basis`` is the hash of the friction file it was judged with (``own``: fitted on the log itself), ``basis_se`` the
+    error of that law, which logs judged with it have in common.
+    """
+
+    value: float
+    se: float
+    speed: float
+    basis: str
+    basis_se: float
+
+
+def friction_level(record: LogRecord, item: JointRecord) -> FrictionLevel | None:
+    """Friction of a joint in one log, None where the log does not tell."""
+    speed = item.law_speed_rad_s
+    read = None if speed is None else _reading(record, item, "friction", speed)
+    if read is None or speed is None:
+        return None
+    return FrictionLevel(read.value, read.se, speed, read.basis, read.basis_se)
+
+
+@dataclass(frozen=True, slots=True)
 class _Reading:
     night: str
     value: float

@@ -12,8 +12,10 @@ from collaudit.core.config.schema_policy import RuleName
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.policy_result import RuleOutcome, RuleState
 from collaudit.core.findings import findings_with_level
+from collaudit.core.history.log_record import LogRecord
 from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts
-from collaudit.core.policy.friction_change import friction_change
+from collaudit.core.policy.friction_change import FrictionChange, friction_change
+from collaudit.core.policy.history_baseline import HistoryBaseline, change_over_nights
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import seconds_text
 
@@ -32,6 +34,7 @@ class LogInQuestion:
         folder: of its run.
         fitted_until: start of the newest log that its friction was fitted on, ISO 8601 UTC; None where unknown.
         own_fit: friction was fitted on the log itself.
+        record: of the log, where it is compared with the history in a store.
     """
 
     result: AuditResult
@@ -41,6 +44,7 @@ class LogInQuestion:
     folder: str
     fitted_until: str | None
     own_fit: bool
+    record: LogRecord | None = None
 
 
 class RuleBook:
@@ -50,6 +54,8 @@ class RuleBook:
         self._log, self._result, self._policy = log, log.result, log.policy
         self._baseline = baseline
         self._before: tuple[BaselineLog, ...] = baseline.of(log.robot) if baseline else ()
+        if isinstance(baseline, HistoryBaseline):
+            self._before = () if log.record is None else baseline.before(log.record)
 
     def outcomes(self) -> list[RuleOutcome]:
         """What every rule says that has a limit, and is not switched off."""
@@ -129,10 +135,7 @@ class RuleBook:
 
     def _change_of(self, joint: str, level: Literal["warn", "error"], limit: float) -> RuleOutcome:
         """A change beyond the limit with all of its interval is a breach; one within is none; else nobody can tell."""
-        fits = [(log.start or "", log.friction[joint]) for log in self._before if joint in log.friction]
-        now = self._result.friction.get(joint)
-        why = "there is no baseline (--baseline)" if self._baseline is None else "the baseline has no fit of it"
-        change = friction_change(max(fits, key=lambda item: item[0])[1], now) if fits and now is not None else why
+        change = self._friction_change(joint)
         if isinstance(change, str):
             text = f"Change of friction of joint '{joint}' is not known: {change}."
             return RuleOutcome("friction_change", level, "not_judged", text, (joint,), None, limit)
@@ -150,6 +153,15 @@ class RuleBook:
         if state == "not_judged":
             text += " The interval reaches over the limit: whether it is kept cannot be told."
         return RuleOutcome("friction_change", level, state, text, (joint,), abs(change.share), limit)
+
+    def _friction_change(self, joint: str) -> FrictionChange | str:
+        if isinstance(self._baseline, HistoryBaseline) and self._log.record is not None:
+            return change_over_nights(joint, self._log.record, self._before)
+        fits = [(log.start or "", log.friction[joint]) for log in self._before if joint in log.friction]
+        now = self._result.friction.get(joint)
+        if not fits or now is None:
+            return "there is no baseline (--baseline)" if self._baseline is None else "the baseline has no fit of it"
+        return friction_change(max(fits, key=lambda item: item[0])[1], now)
 
     def _observable(self) -> Iterator[RuleOutcome]:
         level, limit = self._level("observable_time"), self._policy.min_observable_s

@@ -137,3 +137,17 @@ def test_fail_fast_leaves_the_rest_not_judged(jobs: int, arm, night, tmp_path: P
     assert done.code == 1 and verdicts[0] == "fail" and verdicts[-1] == "not_judged"
     assert "--fail-fast" in entries["4.csv"]["reasons"][0]
     assert not (tmp_path / "out" / "4").exists()
+
+
+def test_the_nights_of_a_store_are_a_baseline(arm, night, tmp_path: Path) -> None:
+    """A log that is judged again in the same night meets no result of itself; in a later one its contact is known."""
+    store = tmp_path / "store"
+    history = ("--store", store, "--baseline", store, "--robot", "cell-1", "--night")
+    assert night([arm.pushed], "", *history[:2], "--robot", "cell-1", "--night", "2026-06-01")[0].code == 1
+    assert night([arm.pushed], "", *history, "2026-06-01")[0].code == 1
+    limit = "[policy]\nmax_friction_change = 0.2\n"
+    done, logs, policy = night([arm.pushed], limit, *history[2:], "2026-06-02")
+    assert done.code == 0, logs["pushed.csv"]["reasons"]
+    assert "Known: 1 contact" in " ".join(logs["pushed.csv"]["reasons"]) and policy["baseline"] == str(store)
+    changes = [rule for rule in policy["logs"][0]["rules"] if rule["rule"] == "friction_change"]
+    assert len(changes) == 2 and all(rule["state"] == "kept" and "interval" in rule["text"] for rule in changes)

@@ -13,6 +13,7 @@ from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.scalar_search import root
+from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
@@ -29,9 +30,7 @@ class Quality:
     @classmethod
     def of(cls, sum_squares: float, freedom: int) -> Quality:
         """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio)."""
-        from scipy.special import stdtrit
-
-        return cls(max(1.0, sum_squares / freedom), float(stdtrit(freedom, _LEVEL)))
+        return cls(max(1.0, sum_squares / freedom), float(student_quantile(freedom, _LEVEL)))
 
     @property
     def allowance(self) -> float:

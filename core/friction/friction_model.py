@@ -14,6 +14,7 @@ from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.blocks import SAMPLES, blocks
+from collaudit.core.numeric.special_functions import student_quantile
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5
@@ -38,11 +39,9 @@ class CurveSpread:
         """None without a covariance."""
         if fit.covariance is None:
             return None
-        from scipy.special import stdtrit
-
         shared_offset = any(point.source == "model" for point in fit.points)
         freedom = max(1, fit.n_points - len(fit.parameters) - shared_offset)
-        return cls(np.asarray(fit.covariance), float(stdtrit(freedom, _LEVEL)))
+        return cls(np.asarray(fit.covariance), float(student_quantile(freedom, _LEVEL)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import Settled, settled_residual
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.prepare.prepared import Prepared
 
 _BLOCK_S = 2.0
@@ -106,11 +107,9 @@ def jackknifed(
     )
     share = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
     freedom = max(1.0, float(share.sum() ** 2 / (share @ share)) - 1.0)
-    from scipy.special import stdtrit
-
     scatter = (len(parts) - 1) / len(parts) * float(np.sum((without - without.mean()) ** 2))
     slope = float(inverse[0] @ total)
-    half = float(stdtrit(freedom, 0.975)) * float(np.sqrt(scatter))
+    half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(scatter))
     size = float(np.sqrt(power))
     return slope / size, ((slope - half) / size, (slope + half) / size)
 
@@ -142,11 +141,9 @@ def load_slope(
 
 
 def _interval(slope: float, score: FloatArray, power: float, together: int) -> Bounds:
-    from scipy.special import stdtrit
-
     sums = np.add.reduceat(score, np.arange(0, score.size, together))
     freedom = max(1, sums.size - 2)
-    half = float(stdtrit(freedom, 0.975)) * float(np.sqrt(np.sum(sums**2) * sums.size / freedom)) / power
+    half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(np.sum(sums**2) * sums.size / freedom)) / power
     return slope - half, slope + half
 
 

@@ -14,6 +14,7 @@ from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, Sep
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
+from collaudit.core.numeric.special_functions import fisher_tail
 
 _SIGNIFICANT = 0.01
 
@@ -183,14 +184,12 @@ def _why_not(
     line_beside: SeparableLaw,
 ) -> tuple[str, ...]:
     """Sentences on why the rate is not determined beside Coulomb + viscous friction; empty when it is."""
-    from scipy.special import fdtrc
-
     slowest, fastest = float(data.speed.min()), float(data.speed.max())
     span = f"over {slowest:.3g} to {fastest:.3g} {units.speed}"
     line = ls.fit_at(data, line_beside, 0.0)
     more = prof.estimate.shape[1] + 1 - line.estimate.size
     gain = (line.sum_squares - float(prof.sum_squares[prof.best])) / more / quality.scale
-    p_value = float(fdtrc(more, data.n - prof.estimate.shape[1] - 1, max(gain, 0.0)))
+    p_value = float(fisher_tail(more, data.n - prof.estimate.shape[1] - 1, max(gain, 0.0)))
     low, high = c_interval
     verb = "are" if len(term.unknown) > 1 else "is"
     open_rate = f"{' and '.join(term.unknown)} {verb} not determined"

@@ -17,6 +17,7 @@ from collaudit.core.friction.law_candidates import Candidate
 from collaudit.core.friction_laws.friction_law import SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.special_functions import student_quantile
 
 _LEAST_POINTS = 3
 _CLEAR = 0.999  # one-sided level at which the mean friction counts as negative
@@ -43,8 +44,6 @@ def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
 
     An error of the model's gravity torque raises one direction and lowers the other: their mean is free of it.
     """
-    from scipy.special import stdtrit
-
     value = np.array([p.friction_nm for p in points])
     way = np.array([p.direction for p in points])
     sides = [value[way == side] for side in (1, -1)]
@@ -61,7 +60,7 @@ def dissipation(points: Sequence[FrictionPoint]) -> Dissipation | None:
         return None
     scatter = float(np.std(free, ddof=1)) / np.sqrt(len(points))
     timing = float(np.mean([p.timing_nm for p in points]))
-    bound = level + float(stdtrit(freedom, _CLEAR)) * float(np.hypot(scatter, timing))
+    bound = level + float(student_quantile(freedom, _CLEAR)) * float(np.hypot(scatter, timing))
     return Dissipation(level, bound, bound < 0 and float(np.mean(free < 0)) >= _SHARE)
 
 

@@ -12,6 +12,7 @@ from collaudit.core.history.joint_series import TESTED, NightSeries, Quantity, j
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.series_changes import Change, series_changes
 from collaudit.core.numeric.change_point import FEWEST
+from collaudit.core.numeric.special_functions import gamma_quantile
 
 Cause = Literal[
     "wear-like growth", "friction step", "friction fell", "payload or tool", "temperature", "common cause", "residual"
@@ -113,12 +114,10 @@ def _trend(robot: str, records: Sequence[LogRecord], joints: Sequence[str], test
 
 def rate_of(count: int, hours: float) -> RateOfNights:
     """A count over hours; the interval of Garwood (Biometrika 28, 1936)."""
-    from scipy.special import gammaincinv
-
     if hours <= 0:
         return RateOfNights(count, hours, None, None)
-    low = float(gammaincinv(count, 0.025)) if count else 0.0
-    return RateOfNights(count, hours, count / hours, (low / hours, float(gammaincinv(count + 1, 0.975)) / hours))
+    low = float(gamma_quantile(count, 0.025)) if count else 0.0
+    return RateOfNights(count, hours, count / hours, (low / hours, float(gamma_quantile(count + 1, 0.975)) / hours))
 
 
 def _events(changes: Sequence[Change], joints: Sequence[str]) -> list[Event]:

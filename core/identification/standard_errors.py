@@ -25,6 +25,7 @@ from collaudit.core.identification.identification_problem import (
 from collaudit.core.identification.nuisance import OFFSET
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 _MOST = 0.9
@@ -83,10 +84,8 @@ def scaled_inverse(hessian: FloatArray) -> FloatArray:
 
 def clustered_covariance(influence: FloatArray, share: FloatArray) -> FloatArray:
     """(f, f) from what each cluster moves (c, f), and the information (c, f) that each brings."""
-    from scipy.special import stdtrit
-
     part = share / np.maximum(share.sum(axis=0), 1e-300)
     clusters = 1.0 / np.maximum(np.sum(part**2, axis=0), 1e-12)
-    reach = stdtrit(np.clip(clusters - 1.0, 1.0, 1e6), 0.975) / NORMAL_QUANTILE_975
+    reach = student_quantile(np.clip(clusters - 1.0, 1.0, 1e6), 0.975) / NORMAL_QUANTILE_975
     raised = influence / (1.0 - np.minimum(part, _MOST)) * reach
     return np.asarray(raised.T @ raised)

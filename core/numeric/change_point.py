@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.special_functions import fisher_quantile, fisher_tail, student_quantile
 
 Shape = Literal["step", "drift"]
 #: Fewer values than this show no change that could be told from chance.
@@ -87,13 +88,11 @@ def _change(
     freedom: float,
 ) -> SeriesChange:
     """The best of the candidates with its interval; ``scale`` is the variance of the weighted errors."""
-    from scipy.special import fdtrc, fdtri, stdtrit
-
     (slope, norm, gained), (is_step, starts) = fit, tried
-    p = min(1.0, slope.size * float(fdtrc(1.0, freedom, gained[best] / scale)))
-    like = gained[best] - gained <= scale * float(fdtri(1.0, freedom, _LEVEL))
+    p = min(1.0, slope.size * float(fisher_tail(1.0, freedom, gained[best] / scale)))
+    like = gained[best] - gained <= scale * float(fisher_quantile(1.0, freedom, _LEVEL))
     same = np.flatnonzero(like & (is_step == is_step[best]) & (norm > 0))
-    half = float(stdtrit(freedom, 0.5 + _LEVEL / 2)) * np.sqrt(scale / norm[same])
+    half = float(student_quantile(freedom, 0.5 + _LEVEL / 2)) * np.sqrt(scale / norm[same])
     low, high = slope[same] - half, slope[same] + half
     span = np.ones(same.size) if is_step[best] else t[-1] - t[starts[same].astype(np.int64)]
     own = 1.0 if is_step[best] else t[-1] - t[int(starts[best])]

@@ -26,7 +26,7 @@ def compiled_function(stem: str, name: str, agrees: Callable[[Any], bool]) -> An
         name: of the function in it.
         agrees: tries the function on a case whose answer is known.
     """
-    function = getattr(_module(stem), name, None)
+    function = getattr(compiled_module(stem, Path(stem).name), name, None)
     if function is None:
         return None
     try:
@@ -35,13 +35,19 @@ def compiled_function(stem: str, name: str, agrees: Callable[[Any], bool]) -> An
         return None
 
 
-def _module(stem: str) -> ModuleType | None:
+def compiled_module(stem: str, name: str) -> ModuleType | None:
+    """A compiled module of SciPy, loaded under a name; None where it is missing or does not load.
+
+    Args:
+        stem: the module's file below the package, without the platform's suffix.
+        name: what the module is to be called.
+    """
     found = importlib.util.find_spec("scipy")
     for folder in (found.submodule_search_locations if found else None) or ():
         for suffix in importlib.machinery.EXTENSION_SUFFIXES:
             path = Path(folder) / f"{stem}{suffix}"
             if path.is_file():
-                return _loaded(Path(stem).name, path)
+                return _loaded(name, path)
     return None
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.numeric.special_functions import binomial_tail, student_quantile
 
 #: Two contacts of one log are the same where they overlap with so much room, and share a joint.
 _ROOM_S = 0.1
@@ -86,9 +87,7 @@ def known_rate(count: int, hours: float, limit_per_hour: float, logs: Sequence[B
     before, before_h = sum(log.near_misses for log in logs), sum(log.recorded_s for log in logs) / 3600.0
     if before_h <= 0 or before / before_h <= limit_per_hour:
         return None
-    from scipy.special import bdtrc
-
-    chance = float(bdtrc(count - 1, count + before, hours / (hours + before_h)))
+    chance = float(binomial_tail(count - 1, count + before, hours / (hours + before_h)))
     if chance < 1.0 - _CONFIDENCE:
         return None
     return f"baseline: {before / before_h:.3g} an hour in {before_h:.3g} h; tonight is not beyond its Poisson noise"
@@ -106,11 +105,10 @@ def known_level(value: float, limit: float, joint: str, sha256: str, logs: Seque
     levels = [math.log(log.rms_nm[joint]) for log in logs if log.rms_nm.get(joint, 0.0) > 0]
     if len(levels) < _LEAST_LOGS:
         return None
-    from scipy.special import stdtrit
-
     count, mean = len(levels), sum(levels) / len(levels)
     spread = math.sqrt(sum((level - mean) ** 2 for level in levels) / (count - 1))
-    bound = math.exp(mean + float(stdtrit(count - 1, 0.5 + _CONFIDENCE / 2)) * spread * math.sqrt(1 + 1 / count))
+    reach = float(student_quantile(count - 1, 0.5 + _CONFIDENCE / 2)) * math.sqrt(1 + 1 / count)
+    bound = math.exp(mean + reach * spread)
     if math.exp(mean) <= limit or value > bound:
         return None
     return f"baseline: {math.exp(mean):.3g} N·m over {count} logs, the next one up to {bound:.3g} N·m"

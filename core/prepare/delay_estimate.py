@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import parabola_minimum
 
 _REACH_S = (-0.2, 0.7)
@@ -138,8 +139,6 @@ def _ambiguity(curve: FloatArray, near: int, alike: BoolArray, shifts_s: FloatAr
 
 def _jackknifed(fine: FloatArray, shifts: IntArray, period_s: float) -> Delay | Undetermined:
     """The minimum of the summed curves (blocks, shifts), and its interval from leaving out each block in turn."""
-    from scipy.special import stdtrit
-
     total = fine.sum(axis=0)
     if np.argmin(total) in (0, shifts.size - 1):
         return Undetermined("no single shift is the best")
@@ -153,7 +152,7 @@ def _jackknifed(fine: FloatArray, shifts: IntArray, period_s: float) -> Delay | 
         return Undetermined("one short stretch of the motion carries all that is known of it")
     count = fine.shape[0]
     error = float(np.sqrt((count - 1) / count * np.sum((without - best) ** 2)))
-    half = max(float(stdtrit(carry - 1.0, 0.975)) * error, _FINEST) * period_s
+    half = max(float(student_quantile(carry - 1.0, 0.975)) * error, _FINEST) * period_s
     first, last = _not_refuted(fine, shifts)
     return Delay(
         best * period_s, (min(best * period_s - half, first * period_s), max(best * period_s + half, last * period_s))
@@ -165,12 +164,10 @@ def _not_refuted(fine: FloatArray, shifts: IntArray) -> tuple[float, float]:
 
     Where costs are quadratic, an estimate off by k standard errors makes the true shift worse by k / 2 of its own.
     """
-    from scipy.special import stdtrit
-
     near = int(np.argmin(fine.sum(axis=0)))
     worse = fine - fine[:, near, None]
     error = np.std(worse, axis=0, ddof=1) / np.sqrt(fine.shape[0])
-    open_to = np.flatnonzero(worse.mean(axis=0) <= _OPEN * float(stdtrit(fine.shape[0] - 1, 0.975)) * error)
+    open_to = np.flatnonzero(worse.mean(axis=0) <= _OPEN * float(student_quantile(fine.shape[0] - 1, 0.975)) * error)
     return float(shifts[open_to[0]]), float(shifts[open_to[-1]])
 
 

@@ -13,6 +13,7 @@ from math import exp, log
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.special_functions import gamma_quantile
 
 #: One peak a block: neighbouring samples share their cause, a reversal or a turn of the gear.
 BLOCK_S = 1.0
@@ -51,13 +52,11 @@ class CleanTail:
 
 def clean_tail(peaks_nm: FloatArray, hours: float) -> CleanTail | None:
     """The tail of peaks, one a block of ``BLOCK_S``; None where they are too few, or do not differ."""
-    from scipy.special import gammaincinv
-
     if peaks_nm.size < FEWEST_BLOCKS or hours <= 0:
         return None
     count = max(_FEWEST, peaks_nm.size // _SHARE)
     ranked = np.sort(peaks_nm)[::-1]
     level = float(ranked[count])
     scale = float(np.mean(ranked[:count] - level))
-    upper = count * scale / float(gammaincinv(count, 0.05))
+    upper = count * scale / float(gamma_quantile(count, 0.05))
     return CleanTail(level, scale, upper, count, hours) if scale > 0 else None

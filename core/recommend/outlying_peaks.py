@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.special_functions import fisher_tail
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
 
@@ -94,8 +95,6 @@ def _class(values: FloatArray, count: int) -> IntArray:
 
 def _outliers(ratio: FloatArray) -> IntArray:
     """Indices of the peaks that lie too far out; none where the highest are as the law has it."""
-    from scipy.special import fdtrc
-
     order = np.argsort(ratio)[::-1]
     top, below = max(5, int(_SUSPECT * ratio.size)), int(_USUAL * ratio.size)
     ranked = ratio[order[: below + 1]]
@@ -105,7 +104,7 @@ def _outliers(ratio: FloatArray) -> IntArray:
         return np.empty(0, np.int64)
     count = np.arange(1, top + 1)
     further = np.cumsum(spacing[:top]) / count / usual
-    chance = np.where(further > _FURTHER, fdtrc(2.0 * count, 2.0 * (below - top), further), 1.0)
+    chance = np.where(further > _FURTHER, fisher_tail(2.0 * count, 2.0 * (below - top), further), 1.0)
     if chance.min() >= _CHANCE / top:
         return np.empty(0, np.int64)
     return order[: int(np.argmin(chance)) + 1]

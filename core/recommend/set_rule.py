@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import Opinion, SetRule
+from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.joint_thresholds import JointEvidence, recommend_joints
 
@@ -66,14 +67,12 @@ def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, 
 
 def _rates(gamma_nm: float, item: JointEvidence) -> tuple[float, float]:
     """Expected and at most (95 %), 1/h: extrapolated above the beginning of the tail, counted below it."""
-    from scipy.special import gammaincinv
-
     assert item.tail is not None
     if gamma_nm >= item.tail.begins_nm:
         return item.tail.rate_at(gamma_nm), item.tail.rate_bound(gamma_nm)
     seen = int((item.peaks.level_nm > gamma_nm).sum())
     scatter = item.tail.likelihood.count_dispersion
-    bound = scatter * float(gammaincinv(seen / scatter + 1.0, 0.95))
+    bound = scatter * float(gamma_quantile(seen / scatter + 1.0, 0.95))
     return seen / item.peaks.hours, bound / item.peaks.hours
 
 

@@ -13,6 +13,7 @@ from math import sqrt
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.special_functions import student_quantile, student_share
 from collaudit.core.recommend.sustained_levels import SustainedPeaks
 from collaudit.core.recommend.tail_likelihood import TailLikelihood, tail_likelihood
 
@@ -120,9 +121,7 @@ def fit_tail(peaks: SustainedPeaks, tested: bool = True) -> JointTail | None:
 
 def _quantile(groups: int) -> float:
     """Student's quantile: a scatter known from few groups is itself uncertain."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(max(_LEAST_FREEDOM, groups - 1), _CONFIDENCE))
+    return float(student_quantile(max(_LEAST_FREEDOM, groups - 1), _CONFIDENCE))
 
 
 def _dispersion(owner: IntArray, hours: FloatArray, fewest: int) -> float | None:
@@ -211,8 +210,6 @@ def _drift(peaks: SustainedPeaks) -> float | None:
     The units that scatter by chance are logs where there are enough of them, and minutes otherwise; between a few logs
     a drift and another day look the same, and less change than that between days is not called one.
     """
-    from scipy.special import stdtr
-
     medians = np.array([np.median(x) if x.size else np.nan for x in _by_window(peaks, peaks.window_hours.size)])
     with np.errstate(divide="ignore"):
         size = np.log(medians)
@@ -227,7 +224,7 @@ def _drift(peaks: SustainedPeaks) -> float | None:
         return None
     change = float(late.mean() - early.mean())
     variance = float(early.var(ddof=1) / early.size + late.var(ddof=1) / late.size)
-    p = 2.0 * float(stdtr(early.size + late.size - 2, -abs(change) / np.sqrt(max(variance, 1e-12))))
+    p = 2.0 * float(student_share(early.size + late.size - 2, -abs(change) / np.sqrt(max(variance, 1e-12))))
     return float(np.exp(change)) if p < _DRIFT_P and abs(change) > least else None
 
 

@@ -214,13 +214,13 @@ class PinocchioModel:
 
     def links(self) -> list[Link]:
         """The recursions' constants, one joint and its body each."""
-        model, aligned, out = self._model, self._aligned(), []
+        model, aligned, axes, out = self._model, self._aligned(), self._axes(), []
         for k in range(1, model.njoints):
             pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
             mass, *rest = aligned[k].actInv(model.inertias[k]).toDynamicParameters()
             xx, xy, yy, xz, yz, zz = rest[3:]
             inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            out.append(Link(model.parents[k] - 1, self._prismatic(k), pose.rotation.copy(), pose.translation.copy(),
+            out.append(Link(model.parents[k] - 1, _slides(axes[k]), pose.rotation.copy(), pose.translation.copy(),
                             float(mass), np.array(rest[:3]), inertia, float(model.armature[k - 1])))  # fmt: skip
         return out
 
@@ -231,22 +231,21 @@ class PinocchioModel:
     def _frame(self, name: str) -> Any:
         return self._model.frames[self._model.getFrameId(name)]
 
-    def _axis(self, joint: int) -> FloatArray:
-        """(6,) motion of a joint per its speed, in its own axes."""
-        data = self._model.createData()
-        pin.computeJointJacobians(self._model, data, pin.neutral(self._model))
-        jacobian = np.reshape(pin.getJointJacobian(self._model, data, joint, pin.LOCAL), (6, -1))
-        return np.asarray(jacobian[:, self._model.joints[joint].idx_v])  # a single joint's Jacobian comes back flat
-
-    def _prismatic(self, joint: int) -> bool:
-        return bool(np.linalg.norm(self._axis(joint)[3:]) < 0.5)
+    def _axes(self) -> list[FloatArray]:
+        """(6,) motion of every joint per its speed, in its own axes; of the base, none."""
+        model, out = self._model, [np.zeros(6)]
+        data = model.createData()
+        pin.computeJointJacobians(model, data, pin.neutral(model))
+        for k in range(1, model.njoints):
+            jacobian = np.reshape(pin.getJointJacobian(model, data, k, pin.LOCAL), (6, -1))
+            out.append(np.array(jacobian[:, model.joints[k].idx_v]))  # a single joint's Jacobian comes back flat
+        return out
 
     def _aligned(self) -> list[Any]:
         """Of the base and of every joint, a rotation of its axes that puts z along its motion."""
         out = [pin.SE3.Identity()]
-        for k in range(1, self._model.njoints):
-            axis = self._axis(k)
-            out.append(pin.SE3(_z_onto(axis[:3] if self._prismatic(k) else axis[3:]), np.zeros(3)))
+        for axis in self._axes()[1:]:
+            out.append(pin.SE3(_z_onto(axis[:3] if _slides(axis) else axis[3:]), np.zeros(3)))
         return out
 
 
@@ -327,6 +326,11 @@ def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: floa
 def _symmetric(six: Sequence[float]) -> FloatArray:
     xx, yy, zz, xy, yz, xz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _slides(axis: FloatArray) -> bool:
+    """Whether a joint with this motion (6,) slides; else it turns."""
+    return bool(np.linalg.norm(axis[3:]) < 0.5)
 
 
 def _z_onto(axis: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNotic
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.special_functions import binomial_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.rule_study.contact_shapes import ContactShape
@@ -180,8 +181,6 @@ def noticed_share(ordered: FloatArray, share: float) -> ForceNoticed:
         ordered: (k,) force that each contact needs, rising; infinite where none does.
         share: of them.
     """
-    from scipy.special import bdtrik
-
     count = ordered.size
 
     def at(rank: float) -> float | None:
@@ -189,7 +188,7 @@ def noticed_share(ordered: FloatArray, share: float) -> ForceNoticed:
         value = ordered[place] if 0 <= place < count else np.inf
         return _force(float(value))
 
-    low, high = (float(bdtrik(p, count, share)) for p in (0.025, 0.975))
+    low, high = (float(binomial_quantile(p, count, share)) for p in (0.025, 0.975))
     lower = at(np.floor(low)) if low >= 0.0 else None
     return ForceNoticed(share, at(ceil(share * count - 1e-9) - 1), (lower, at(np.ceil(high))))
 

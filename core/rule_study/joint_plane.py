@@ -10,6 +10,7 @@ import numpy as np
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.rule_study.alarm_grid import alarm_grid, excess, grid_counts, grid_gammas, sustained_level
 from collaudit.core.rule_study.shown_torque import Windows, shown
@@ -116,9 +117,7 @@ def alarm_rates(alarms: IntArray, hours: float) -> tuple[FloatArray, FloatArray]
     """Alarms an hour, and their one-sided 95 % Poisson bound (3 where none was seen), of the shape of ``alarms``."""
     if hours <= 0:
         return np.full(alarms.shape, np.nan), np.full(alarms.shape, np.inf)
-    from scipy.special import gammaincinv
-
-    upper = np.where(alarms > 0, gammaincinv(alarms + 1.0, 0.95), -log(0.05))
+    upper = np.where(alarms > 0, gamma_quantile(alarms + 1.0, 0.95), -log(0.05))
     return np.asarray(alarms / hours), np.asarray(upper / hours)
 
 

@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import linalg, signal
 
+from collaudit.core.numeric import filter_design
 from collaudit.core.numeric import linear_filter as loading
 from collaudit.core.numeric.filter_design import butterworth_low_pass, first_order_hold, settled_state
 from collaudit.core.numeric.linear_filter import linear_filter
@@ -60,3 +61,12 @@ def test_a_filter_without_recursion() -> None:
     expected, after = signal.lfilter([1.0, 2.0], [1.0], x, axis=-1, zi=np.zeros((2, 1)))
     np.testing.assert_array_equal(result, expected)
     np.testing.assert_array_equal(state, after)
+
+
+def test_exponential_is_that_of_scipy_in_every_shape() -> None:
+    rng = np.random.default_rng(3)
+    for size in (2, 3, 4):
+        a = rng.standard_normal((size, size))
+        for one in (a, np.triu(a), np.tril(a), np.triu(a, 1), 40.0 * a, np.diag(np.diag(a)), np.zeros_like(a)):
+            np.testing.assert_array_equal(filter_design.matrix_exponential(one), linalg.expm(one))
+    assert filter_design._compiled_exponential() is not None

@@ -15,6 +15,7 @@ import numpy as np
 
 from collaudit.core.data.friction_result import DirectionDifference
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.special_functions import student_quantile
 
 _FEWEST_PAIRS = 14
 #: One-sided level at which the change with speed counts. Two shapes are tried: of a hundred joints that are the same
@@ -74,24 +75,21 @@ def direction_difference(logs: Sequence[Sequence[PairSum]]) -> DirectionDifferen
 
 def _shows(column: FloatArray, target: FloatArray, whole: FloatArray, freedom: int) -> bool:
     """Whether one shape alone stands clear of zero: if nothing differs, that is wrong at the stated level only."""
-    from scipy.special import stdtrit
-
     power = float(column @ column)
     if power < _RANK * float(whole @ whole):
         return False
     slope = float(column @ target) / power
     sd = float(np.sqrt(np.sum((target - slope * column) ** 2) / freedom / power))
-    return abs(slope) > float(stdtrit(freedom, _LEVEL)) * sd
+    return abs(slope) > float(student_quantile(freedom, _LEVEL)) * sd
 
 
 def _change(columns: FloatArray, target: FloatArray, apart: FloatArray, freedom: int) -> tuple[float, float]:
     """The change and half of its 95 % interval, with either shape allowed: which of them it is, is not known."""
-    from scipy.special import stdtrit
-
     inverse = np.linalg.pinv(columns.T @ columns)
     estimate = inverse @ (columns.T @ target)
     scale = float(np.sum((target - columns @ estimate) ** 2)) / freedom
-    return float(apart @ estimate), float(stdtrit(freedom, 0.975)) * float(np.sqrt(scale * apart @ inverse @ apart))
+    error = float(np.sqrt(scale * apart @ inverse @ apart))
+    return float(apart @ estimate), float(student_quantile(freedom, 0.975)) * error
 
 
 def _viscous(speed: FloatArray, _slowest: float) -> FloatArray:

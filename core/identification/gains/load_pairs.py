@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, STANDARD_ERRORS_95, robust_sd
 
 #: A gain is told when its standard error is below this share of it; share of the load's torque that is left at least.
@@ -87,9 +88,7 @@ def _gain(terms: Terms, load: FloatArray, log: IntArray, j: int, use: BoolArray)
 
 def _few(clusters: float) -> float:
     """By how much an interval of so many clusters is wider than the normal one's (Student's t)."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(max(1.0, clusters - 1.0), 0.975)) / STANDARD_ERRORS_95
+    return float(student_quantile(max(1.0, clusters - 1.0), 0.975)) / STANDARD_ERRORS_95
 
 
 def _scaled(columns: FloatArray) -> FloatArray:

@@ -105,7 +105,7 @@ def typesdict_of(
     """
     if len(schema) > MAX_SCHEMA_BYTES:
         raise SchemaError(f"the definition of {type_name} is {len(schema)} bytes long")
-    types = {**_store(message_encoding), **extra}
+    types = dict(extra)
     if schema.strip():
         types.update(definitions_of(type_name, schema_encoding, schema.decode("utf-8", errors="replace")))
     out: dict[str, Any] = {}
@@ -114,10 +114,11 @@ def typesdict_of(
         name = wanted.pop()
         if name in out:
             continue
-        if name not in types:
+        found = types.get(name) or _store(message_encoding).get(name)
+        if found is None:
             raise SchemaError(f"the definition of {name} is missing")
-        out[name] = types[name]
-        wanted += [item for _, desc in types[name][1] if (item := _referred(desc)) is not None]
+        out[name] = found
+        wanted += [item for _, desc in found[1] if (item := _referred(desc)) is not None]
     return out
 
 

@@ -16,7 +16,8 @@ from collaudit.reports.files.run_files import write_friction
 #: Not needed to judge a log: half of SciPy, tables, reports, the simulator, fitting with constraints.
 HEAVY = (
     "scipy.signal", "scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.ndimage", "scipy.spatial",
-    "scipy.sparse", "pandas", "jinja2", "numba", "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble",
+    "scipy.sparse", "scipy.special", "scipy.linalg", "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "numba",
+    "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble",
 )  # fmt: skip
 #: Processor time of importing all modules of ``detect``, in imports of NumPy (with the start of Python both times).
 BUDGET = 8.0

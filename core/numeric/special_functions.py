@@ -11,10 +11,15 @@ import functools
 import importlib
 import sys
 import threading
-from typing import Any
+from typing import Any, TypeAlias
 
-from collaudit.core.numeric.arrays import FloatArray
+import numpy as np
+from numpy.typing import NDArray
+
 from collaudit.core.numeric.compiled_scipy import compiled_module
+
+#: Numbers, or arrays of them that go together.
+Real: TypeAlias = float | NDArray[np.floating[Any]]
 
 _PACKAGE = "scipy.special"
 #: Each needs those before it. Some versions of SciPy have other parts: then the last does not load alone.
@@ -22,27 +27,27 @@ _PARTS = ("_ufuncs_cxx", "_ellip_harm_2", "_special_ufuncs", "_gufuncs", "_ufunc
 _LOCK = threading.Lock()
 
 
-def student_quantile(freedom: float | FloatArray, share: float) -> Any:
+def student_quantile(freedom: Real, share: float) -> Any:
     """Student's t with so many degrees of freedom that is not exceeded with this probability."""
     return _functions().stdtrit(freedom, share)
 
 
-def student_share(freedom: float, t: float) -> Any:
+def student_share(freedom: Real, t: Real) -> Any:
     """Probability that Student's t with so many degrees of freedom does not exceed ``t``."""
     return _functions().stdtr(freedom, t)
 
 
-def fisher_tail(above: float, below: float, ratio: float | FloatArray) -> Any:
+def fisher_tail(above: Real, below: Real, ratio: Real) -> Any:
     """Probability that a ratio of variances with these degrees of freedom exceeds ``ratio``, 0 or more."""
     return _functions().fdtrc(above, below, ratio)
 
 
-def fisher_quantile(above: float, below: float, share: float) -> Any:
+def fisher_quantile(above: Real, below: Real, share: float) -> Any:
     """Ratio of variances with these degrees of freedom that is not exceeded with this probability."""
     return _functions().fdtri(above, below, share)
 
 
-def gamma_quantile(shape: float, share: float) -> Any:
+def gamma_quantile(shape: Real, share: float) -> Any:
     """Quantile of the gamma distribution with this shape and scale 1."""
     return _functions().gammaincinv(shape, share)
 

@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.reports.files.arrow_columns import number_kind
+from collaudit.reports.files.arrow_columns import values_of
 from collaudit.reports.files.signals_layout import (
     RANGE,
     WIDE,
@@ -78,15 +78,8 @@ class StoredSignals:
         return self._time_s, size(np.stack([read[name] for name in WRENCH[:3]], axis=1))
 
     def _column(self, name: str) -> np.ndarray[Any, Any]:
-        """One column; row group by row group, so that it is in memory once."""
-        kind = number_kind(self._file.schema_arrow.field(name).type)
-        out: np.ndarray[Any, Any] = np.empty(self._file.metadata.num_rows, dtype=kind)
-        at = 0
-        for group in range(self._file.num_row_groups):
-            part = self._file.read_row_group(group, columns=[name], use_threads=False).column(0)
-            out[at : at + len(part)] = part.to_numpy()
-            at += len(part)
-        return out
+        """One column by itself, so that little else is in memory meanwhile."""
+        return values_of(self._file.read(columns=[name], use_threads=False).column(0))
 
     def _read(self, columns: list[str]) -> dict[str, np.ndarray[Any, Any]]:
         try:

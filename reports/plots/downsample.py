@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from tsdownsample import MinMaxDownsampler
 
@@ -38,5 +40,5 @@ def column_shares(mask: BoolArray, columns: int) -> FloatArray:
     edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
     if n == 0:
         return np.empty(0)
-    counts: FloatArray = np.add.reduceat(mask.view(np.int8), edges[:-1], dtype=np.int64) / np.diff(edges)
-    return counts
+    counts = [np.count_nonzero(mask[start:stop]) for start, stop in pairwise(edges.tolist())]
+    return np.asarray(counts, dtype=np.float64) / np.diff(edges)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -23,9 +25,10 @@ def column_extremes(values: Series, mask: BoolArray, columns: int) -> tuple[IntA
     edges = np.linspace(0, n, min(columns, n) + 1).astype(np.int64)
     if n == 0:
         return edges, np.empty(0), np.empty(0)
-    known = mask & np.isfinite(values)
-    low = np.minimum.reduceat(np.where(known, values, np.inf), edges[:-1]).astype(np.float64)
-    high = np.maximum.reduceat(np.where(known, values, -np.inf), edges[:-1]).astype(np.float64)
-    empty = ~np.isfinite(low)
-    low[empty] = high[empty] = np.nan
+    low, high = np.full(len(edges) - 1, np.nan), np.full(len(edges) - 1, np.nan)
+    for k, (start, stop) in enumerate(pairwise(edges.tolist())):  # each stretch stays in the processor's cache
+        told = values[start:stop][mask[start:stop]]
+        told = told[np.isfinite(told)]
+        if told.size:
+            low[k], high[k] = told.min(), told.max()
     return edges, low, high

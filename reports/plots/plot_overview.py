@@ -32,17 +32,20 @@ def draw_overview(
     Returns:
         The drawing, the torque its upper and lower edge stand for, and a note on what these leave out, if anything.
     """
-    height, beyond = _height(trace, [a.peak_nm for a in alarms] + [m.peak_nm for m in near_misses])
+    out = ~(trace.judged | trace.standing)
+    kinds = ((out, "curve-out"), (trace.standing, "curve-standing"), (trace.judged, "curve"))
+    extremes = [column_extremes(trace.residual_nm, mask, _COLUMNS) for mask, _ in kinds]
+    largest = [float(np.nanmax(np.abs(sides), initial=0.0)) for _, *sides in extremes]
+    peaks = [a.peak_nm for a in alarms] + [m.peak_nm for m in near_misses]
+    height, beyond = _height(trace, peaks, max(largest[1:]), largest[0])
     end = trace.time_s[-1] if len(trace.time_s) else 1.0
     panel = Panel(
         (0, 0, _WIDTH, _HEIGHT), (min(0.0, trace.time_s[0]) if len(trace.time_s) else 0.0, end), (-height, height)
     )
-    out = ~(trace.judged | trace.standing)
     for mask, kind in ((trace.standing, "shade-standing"), (out, "shade-out")):
         starts, stops = _mostly(mask)
         panel.shade(_edge_times(trace, starts), _edge_times(trace, stops), kind)
-    for mask, kind in ((out, "curve-out"), (trace.standing, "curve-standing"), (trace.judged, "curve")):
-        edges, low, high = column_extremes(trace.residual_nm, mask, _COLUMNS)
+    for (edges, low, high), (_, kind) in zip(extremes, kinds, strict=True):
         middle = trace.time_s[(edges[:-1] + edges[1:]) // 2] if len(trace.time_s) else np.empty(0)
         panel.columns(middle, low, high, kind)
     if np.isfinite(trace.gamma_nm):
@@ -53,20 +56,21 @@ def draw_overview(
     return drawing(_WIDTH, _HEIGHT, label, [panel], name, stretch=True), height, beyond
 
 
-def _height(trace: JointTrace, peaks_nm: Sequence[float]) -> tuple[float, str | None]:
-    """What the axis must show: all that was judged, ±γ, every event; the rest when it is not far more."""
-    values = np.abs(trace.residual_nm)
-    known = np.isfinite(values)
-    told = (trace.judged | trace.standing) & known
-    wanted = [1.12 * abs(peak) for peak in peaks_nm]
+def _height(trace: JointTrace, peaks_nm: Sequence[float], told: float, largest: float) -> tuple[float, str | None]:
+    """What the axis must show: all that was judged, ±γ, every event; the rest when it is not far more.
+
+    Args:
+        trace: of the joint.
+        peaks_nm: of its events.
+        told, largest: the largest residual that was judged, and that was not.
+    """
+    wanted = [1.12 * abs(peak) for peak in peaks_nm] + [1.12 * told]
     wanted += [1.3 * trace.gamma_nm] if np.isfinite(trace.gamma_nm) else []
-    wanted += [1.12 * float(values[told].max())] if told.any() else []
-    rest = values[known & ~told]
-    largest = float(rest.max()) if rest.size else 0.0
-    height = max(wanted, default=0.0) or 1.12 * largest or 1.0
+    height = max(wanted) or 1.12 * largest or 1.0
     if 1.12 * largest <= 2 * height:
         return max(height, 1.12 * largest), None
-    beyond = int((rest > height).sum())
+    out = ~(trace.judged | trace.standing)
+    beyond = int(np.count_nonzero(np.abs(trace.residual_nm[out]) > height))
     return height, f"{beyond} samples that were not judged lie outside the axis, the largest at {largest:.4g}"
 
 

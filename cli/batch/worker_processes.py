@@ -23,7 +23,7 @@ from collaudit.cli.batch.worker_pool import Lost, results_of
 from collaudit.cli.console import silence_library_warnings
 from collaudit.core.api import Progress
 from collaudit.core.errors import CollauditError, NotJudgedError
-from collaudit.core.numeric.parallel import stay_on_one_core
+from collaudit.core.numeric.parallel import use_threads
 
 _PARENT_POLL_S = 1.0
 _NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
@@ -79,7 +79,7 @@ def _memory_gb(limits: Limits) -> float | None:
 def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tuple[int, Any], None, None]:
     """Results of :func:`audit_one`: on Dask where it is installed, and in processes of this program where it is not."""
     if limits.scheduler is None and (min(limits.workers, len(items)) == 1 or find_spec("distributed") is None):
-        prepare = partial(_begin_worker, _memory_gb(limits), limits.workers == 1, os.getpid())
+        prepare = partial(_begin_worker, _memory_gb(limits), _threads(limits, len(items)), os.getpid())
         return results_of(audit_one, items, limits.workers, prepare, limits.time_s)
     if find_spec("distributed") is None:
         raise CollauditError(
@@ -87,7 +87,7 @@ def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tupl
         )
     from collaudit.cli.batch.dask_workers import results_on_dask
 
-    begin = partial(_begin_worker, _memory_gb(limits), False)
+    begin = partial(_begin_worker, _memory_gb(limits), 1)
     count = min(limits.workers, len(items))
     return results_on_dask(audit_one, items, count, begin, limits.time_s, limits.scheduler)
 
@@ -118,10 +118,17 @@ def _cause_of_death(exit_code: int, limits: Limits) -> str:
     return f"was ended by {name}"
 
 
-def _begin_worker(memory_gb: float | None, alone: bool, parent: int) -> None:
-    """Prepare a worker: one thread where others share its machine, its share of memory, and an end with the audit."""
-    if not alone:
-        stay_on_one_core()
+def _threads(limits: Limits, logs: int) -> int | None:
+    """Threads of each worker: all that were asked for on a single log, one beside others; None for its own choice."""
+    if limits.workers == 1:
+        return None
+    return limits.workers if logs == 1 else 1
+
+
+def _begin_worker(memory_gb: float | None, threads: int | None, parent: int) -> None:
+    """Prepare a worker: its threads, its share of memory, and an end when the audit has ended."""
+    if threads is not None:
+        use_threads(threads)
     silence_library_warnings()
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # more threads would only fight with the other workers
     if memory_gb is not None:

@@ -54,7 +54,7 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     type=click.IntRange(min=1),
     default=1,
     show_default=True,
-    help="Logs judged at a time.",
+    help="Logs judged at a time; of a single log, threads that judge it.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Judge on the workers of this Dask scheduler;see docs/scale.md.")
 @click.option(

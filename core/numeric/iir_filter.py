@@ -14,7 +14,7 @@ import numpy as np
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filter_design import settled_state
 from collaudit.core.numeric.linear_filter import linear_filter
-from collaudit.core.numeric.parallel import THREADS, ordered_map
+from collaudit.core.numeric.parallel import ordered_map, threads
 
 #: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
 _BLOCK = 65536
@@ -118,7 +118,7 @@ def _blocks(x: FloatArray) -> Iterator[slice]:
 
 def _groups(columns: int, samples: int) -> list[slice]:
     """The columns in as many parts as there are threads; short stretches in one."""
-    parts = min(THREADS, columns) if samples * columns > 2 * _BLOCK else 1
+    parts = min(threads(), columns) if samples * columns > 2 * _BLOCK else 1
     edges = np.linspace(0, columns, parts + 1).round().astype(int).tolist()
     return [slice(first, last) for first, last in pairwise(edges)]
 

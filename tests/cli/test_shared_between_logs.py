@@ -12,6 +12,7 @@ import pytest
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.config import load_config
 from collaudit.core.logs.inputs import group_inputs
+from collaudit.core.numeric.parallel import threads, use_threads
 from collaudit.core.robot import rigid_bodies
 from collaudit.core.robot.shared_robots import shared_robot
 
@@ -74,3 +75,21 @@ def test_parts_of_one_recording_are_found_among_many_logs(tmp_path: Path) -> Non
     settings = load_config(None, {"log.csv.position": "q{i}", "log.csv.effort": "tau{i}"}).config.log
     found = group_inputs(sorted(tmp_path.iterdir()), settings)
     assert [[path.name for path in log] for log in found] == [[f"{k}-q.csv", f"{k}-tau.csv"] for k in range(5)]
+
+
+def test_a_long_log_cut_among_threads_gives_the_bytes_of_the_whole(collaudit, arm, tmp_path: Path) -> None:
+    rows = arm.pushed.read_text().splitlines()
+    log = tmp_path / "gaps.csv"
+    log.write_text("\n".join([rows[0], *rows[1:4000], *rows[4600:7000], *rows[7500:]]) + "\n")
+    before, files = threads(), ("audit.json", "signals.parquet", "report.html")
+    made = {}
+    try:
+        for count in (1, 2, 7):
+            use_threads(1)
+            out = tmp_path / f"out{count}"
+            asked = ("-c", arm.config, "--friction", arm.friction, "-o", out, "-j", count)
+            assert collaudit("audit", log, *asked).code == 1 and threads() == count
+            made[count] = [(out / "gaps" / name).read_bytes() for name in files]
+    finally:
+        use_threads(before)
+    assert made[1] == made[2] == made[7]

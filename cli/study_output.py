@@ -48,4 +48,4 @@ def say_studies(audits: Sequence[Audit], detail: bool = False, answer: bool = Tr
     if len(studies) > _MOST:
         note(f"{len(studies) - _MOST} more studies are not printed; --json has all")
     if not studies:
-        note("what the rule notices is not known of these runs: collaudit detect --study finds it out")
+        note("sensitivity to contact was not studied in these runs; collaudit detect --study does it")

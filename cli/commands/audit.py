@@ -56,7 +56,7 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     show_default=True,
     help="Logs judged at a time; of a single log, threads that judge it.",
 )
-@click.option("--scheduler", metavar="ADDRESS", help="Judge on the workers of this Dask scheduler;see docs/scale.md.")
+@click.option("--scheduler", metavar="ADDRESS", help="Judge on the workers of this Dask scheduler; see docs/scale.md.")
 @click.option(
     "--format",
     "formats",

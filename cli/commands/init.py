@@ -103,5 +103,5 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     note(f"the log cannot be judged with this configuration yet; missing:\n{listed}")
     if forbidding(trial.findings) is not None:
         where = output or "the text above"
-        note(f"next: where a line behind # in {where} mends it and is true, take the # away and inspect again")
+        note(f"next: if a commented line (#) in {where} is true, uncomment it, and run collaudit inspect again")
     return EXIT_NOT_JUDGED

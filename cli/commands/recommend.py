@@ -40,7 +40,7 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
 )
 @click.argument("inputs", nargs=-1, metavar="RUN...|LOG...")
-@click.option("--store", metavar="STORE", help="Rest on the nights of a store instead (docs/history.md).")
+@click.option("--store", metavar="STORE", help="Use the nights of a store as evidence instead (docs/history.md).")
 @click.option("--robot", metavar="NAME", help="The robot, where the store holds several.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: every assumption, the hours, what to confirm.")
 @click.option(

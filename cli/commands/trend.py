@@ -28,7 +28,8 @@ def command(store: str, output: Path | None, robots: tuple[str, ...], since: str
 
     Drifts and steps are tested against chance over all robots, joints and nights together (docs/history.md says how);
     each is stated with the night it began with, the interval of that night, and its size with an interval. Wear-like
-    growth of friction is told from payload, and from temperature where the logs hold it. Nothing is extrapolated.
+    growth of friction is distinguished from payload, and from temperature where the logs hold it. Nothing is
+    extrapolated.
 
     Exit code 3 when no log in the store was judged.
     """

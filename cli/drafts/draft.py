@@ -78,7 +78,7 @@ class Draft:
         """The file."""
         head = [
             f"collaudit configuration, written by collaudit init for {self.summary.name}.",
-            "Lines marked GUESS were stated nowhere: check each of them. Lines behind # are examples.",
+            "Lines marked GUESS were stated nowhere: check each of them. Commented lines (#) are examples.",
             "Every key is explained in docs/config.md.",
         ]
         filled = {name: section for name, section in self.sections.items() if section.lines or section.remarks}
@@ -96,7 +96,7 @@ class Draft:
         inverted = {finding.joint: -1 for finding in findings if finding.kind.setting == "log.units.effort_sign"}
         units = self.sections.get("log.units")
         if inverted and units is not None:
-            why = "these run against the model; take the # away if their effort is inverted"
+            why = "these run against the model; uncomment the line if their effort is inverted"
             units.replace("effort_sign", inverted, why)
 
     def _main_topic(self) -> TopicInfo | None:
@@ -225,7 +225,7 @@ class Draft:
         if guess.problem:
             questions = self.sections["log"]
             self.problems.append(guess.problem)
-            questions.remarks.append(f"QUESTION: {guess.problem}. Take the # away from one, or write another:")
+            questions.remarks.append(f"QUESTION: {guess.problem}. Uncomment one line, or write another:")
             for why, mapping in guess.candidates.items():
                 questions.add("joint_names", dict(mapping), f"by {why}", choice=True)
             for chain in guess.chains:

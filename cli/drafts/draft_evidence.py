@@ -121,7 +121,7 @@ def _add_sign_choice(units: Section, prepared: Prepared) -> None:
     units.remarks.append(
         f"QUESTION: which efforts are inverted? Per N·m of model torque: {shown}, so these are, or the model is wrong "
         f"in the same way. {', '.join(silent)}: the motion does not show it; that every joint which shows its sign is "
-        "inverted speaks for one convention of the whole robot. Take the # away from one line:"
+        "inverted speaks for one convention of the whole robot. Uncomment one line:"
     )
     every = dict.fromkeys(prepared.judged, -1)
     units.add("effort_sign", every, "all joints alike", active=False)

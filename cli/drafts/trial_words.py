@@ -44,7 +44,7 @@ def came_of_it(trial: Trial) -> str:
     more = [f"… and {len(excluded) - _SHOWN} more"] if len(excluded) > _SHOWN else []
     listed = "".join(f"\n- excluded: {each}" for each in excluded[:_SHOWN]) + "".join(f"\n- {each}" for each in more)
     word = verdict_word(result.verdict, result.exclusions)
-    return f"tried on {part}this log: {word}, {len(judged)} of {len(cover)} joints judged{silent}{found}{listed}"
+    return f"trial on {part}this log: {word}, {len(judged)} of {len(cover)} joints judged{silent}{found}{listed}"
 
 
 def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:
@@ -91,12 +91,15 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
     if fitted or result is None:
         return f"next: collaudit detect {log} -c {file} -o run"
     if any(fit.model is not None for fit in result.friction.values()):
-        own = 'friction, and thresholds with gamma_nm = "auto",' if result.rule.gamma_nm else "friction"
-        why = f"here {own} came from this very log, which hides contact that the fit kept"
+        own = "Friction and thresholds were" if result.rule.gamma_nm else "Friction was"
+        why = f"{own} fitted on the log that was judged, so contact in it may go unseen."
     else:
-        why = "here no friction could be fitted, and only what a resting arm shows was judged"
-    free = "with a run free of contact in which the joints move"
-    return f"next: collaudit fit LOG -c {file} -o friction.json, {free} ({why})"
+        why = "No friction could be fitted here; only changes of torque at rest were judged."
+    return (
+        f"next: record a run free of contact in which all joints move, then collaudit fit LOG -c {file} -o "
+        "friction.json"
+        f"\n  {why}"
+    )
 
 
 def _named(joints: Sequence[str]) -> str:

@@ -52,9 +52,9 @@ def payload_findings(
         return ()
     verb = "gains" if step.mass_kg > 0 else "loses"
     text = (
-        f"From {step.at_s:.4g} s on, the arm bears another weight: over all poses the tool {verb} "
-        f"{abs(step.mass_kg):.2g} kg (one second tells it to {step.spread_kg:.2g} kg). A tool or payload was changed, "
-        "or something pulls all the time; alarms after it may be that weight."
+        f"From {step.at_s:.4g} s on, the weight at the tool differs: over all poses it {verb} "
+        f"{abs(step.mass_kg):.2g} kg (from one second: ± {step.spread_kg:.2g} kg). A tool or payload was changed, "
+        "or something pulls at the arm all the time; later alarms may come from it."
     )
     return (Finding("payload-changed", "warning", text, start_s=step.at_s),)
 

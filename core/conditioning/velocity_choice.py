@@ -136,7 +136,7 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
         "position": "derived from position, as [conditioning] velocity asks",
     }
     findings = []
-    for found, auto in ((heavy, "derived from position instead"), (light, "moved ahead by as much")):
+    for found, auto in ((heavy, "derived from position instead"), (light, "shifted by this lag")):
         if not found:
             continue
         named = ", ".join(
@@ -144,8 +144,8 @@ def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: floa
             for joint, lag in found
         )
         text = (
-            f"The logged velocity is behind the positions, as one that the drive filters is: {named}. "
-            f"Of {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
+            f"The logged velocity lags behind the positions, as a velocity filtered by the drive does: {named}. "
+            f"For {'this joint' if len(found) == 1 else 'these joints'} it was {done.get(source, auto)}."
         )
         findings.append(Finding("log-velocity-late", "warning" if found is heavy else "info", text))
     return findings

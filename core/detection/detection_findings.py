@@ -44,8 +44,8 @@ def _friction_levels(residual: Residual) -> list[Finding]:
         span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
         if span >= LARGEST - 1e-6:
             text = (
-                f"The friction of joint '{joint}' is {100 * LARGEST:.0f} % or more off its calibration: it needs to be "
-                "fitted anew, its alarms are in doubt."
+                f"The friction of joint '{joint}' is {100 * LARGEST:.0f} % or more off its calibration: fit it "
+                "again; alarms of this joint are doubtful."
             )
             findings.append(Finding("friction-level", "warning", text, joint=joint))
         elif span > max(_NOTABLE_LEVEL, 2.0 * level.sd):

@@ -51,7 +51,7 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
         if after <= _NO_GAIN * before:
             continue
         text = (
-            f"Subtracting model and friction does not make the torque of joint '{joint}' smaller: in motion the "
+            f"Subtracting model and friction does not reduce the torque of joint '{joint}': in motion the "
             f"residual spreads by {after:.3g} N·m (standard deviation), the measured torque by {before:.3g} N·m. "
             f"Likely cause: {_cause(prepared, run, joint, j, rows)}."
         )
@@ -118,7 +118,7 @@ def _wrong_part(parts: _Parts, friction: FloatArray) -> str:
     spread = columns.std(axis=0)
     known = np.flatnonzero(spread > 0.2 * float(np.std(parts.left)))
     if known.size == 0:
-        return "the model's torque is too small on this joint to matter; noise of the effort is what is left"
+        return "the model's torque is too small on this joint to matter; what is left is noise of the effort"
     design = np.column_stack([columns[:, known], np.ones(columns.shape[0])])
     factor = np.linalg.lstsq(design, parts.measured, rcond=None)[0][: known.size]
     worst = int(np.argmax(spread[known] * np.abs(factor - 1.0)))
@@ -128,4 +128,4 @@ def _wrong_part(parts: _Parts, friction: FloatArray) -> str:
     if not _RIGHT[0] < value < _RIGHT[1]:
         what = "the effort's gain, or the inertials" if name != "friction" else "friction of another arm or warmth"
         return f"{what}: {name} is in the measured torque with the factor {value:.2g}"
-    return "none that the parts of the model show; noise of the effort, or a torque that no model has"
+    return "none of the known ones; noise of the effort, or a torque that is not modelled"

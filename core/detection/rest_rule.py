@@ -48,7 +48,7 @@ def change_findings(
     held = "" if prepared.effort_source == "joint" else ", nor one that the friction of the gears holds"
     text = (
         "The arm never moves and friction is not known: joints were judged for changes of torque against their own "
-        f"quiet level (told from {some.quiet_s:.3g} s without a touch). A load that stays constant for "
+        f"quiet level (estimated from {some.quiet_s:.3g} s without a touch). A load that stays constant for "
         f"{some.stretch_s:.3g} s cannot be seen{held}. Constant difference from the model, N·m: {offsets}."
     )
     findings = [Finding("judged-for-changes", "warning", text)]

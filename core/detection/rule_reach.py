@@ -55,8 +55,8 @@ def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) ->
         out.append(Finding("gamma-out-of-reach", "warning", text))
     if above_record:
         text = (
-            f"Thresholds above the largest torque on record, N·m: {', '.join(above_record)}. Only a contact harder "
-            "than all that the joint did in this log would alarm."
+            f"Thresholds above the largest torque on record, N·m: {', '.join(above_record)}. Only a contact "
+            "stronger than every torque of the joint in this log would alarm."
         )
         out.append(Finding("gamma-out-of-reach", "warning", text))
     return out

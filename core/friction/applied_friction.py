@@ -45,7 +45,7 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     """
     series = prepared.judged_series
     if friction is None:
-        text = "Friction was fitted on the log it judges: a constant external force would be mistaken for friction."
+        text = "Friction was fitted on the judged log itself: a constant external force would be mistaken for friction."
         clean = cleaned([prepared], config)
         fits = fit_joints(clean.logs, config)
         said = [Finding("friction-same-log", "warning", text)] if any(fit.model for fit in fits.values()) else []
@@ -74,13 +74,13 @@ def _same_log(friction: FrictionFile, prepared: Prepared, config: Config) -> lis
         return []
     others = "" if len(logs) == 1 else f" and {len(logs) - 1} more"
     text = (
-        f"The friction file was fitted on the log it judges{others}: a constant external force would be taken "
-        "for friction."
+        f"The friction file was fitted on the log that is judged{others}: a constant external force would be "
+        "mistaken for friction."
     )
     if config.detect.gamma_nm == "auto":
         text += (
-            ' So were the thresholds (gamma_nm = "auto"): they lie above all that the fit kept of this log, and a '
-            "contact that it kept cannot alarm."
+            ' The thresholds (gamma_nm = "auto") are from this log too: a contact that the fit did not '
+            "recognise raised them, and cannot alarm."
         )
     return [Finding("friction-same-log", "warning", text)]
 
@@ -120,6 +120,6 @@ def _mismatch(friction: FrictionFile, prepared: Prepared) -> list[Finding]:
         )
     for joint, fit in friction.joints.items():
         if fit.model is not None and joint not in prepared.series.joint_names:
-            text = f"Joint '{joint}' has a friction law and is not in this log: it was not judged."
+            text = f"Joint '{joint}' has a friction law but is not in this log: it was not judged."
             findings.append(Finding("judged-joint-missing", "error", text, joint=joint))
     return findings

@@ -186,7 +186,7 @@ def _physics_findings(joint: str, fit: FrictionFit, known: Sequence[EffortGain])
     elif fit.unphysical:
         text = (
             f"The data of joint '{joint}' ask for {', '.join(fit.unphysical)}, which friction cannot have; it was held "
-            "at 0. An error of the model's torque, a delay, or too narrow a range of speeds does this."
+            "at 0. An error of the model's torque, a delay, or too narrow a range of speeds can cause this."
         )
     else:
         return []

@@ -78,7 +78,7 @@ def _temperature_findings(joint: str, trend: Trend, model: TemperatureModel, hea
     if beyond > 0:
         text = (
             f"Joint '{joint}' was at {here}, for {100 * beyond:.0f} % of the log outside the {low:.1f} to "
-            f"{high:.1f} °C at which its friction was fitted: there, friction is that of the nearer end."
+            f"{high:.1f} °C at which its friction was fitted: there, friction of the nearer end is used."
         )
         findings.append(Finding("friction-temperature-beyond", "warning", text, joint=joint))
     return findings

@@ -187,7 +187,7 @@ def _friction_event(group: Sequence[Change], shared: bool) -> Event:
     if lead.shape == "step":
         text = f"Friction of {names} rose from one night to the next: damage, a brake that drags, or a part changed. "
         return Event("friction step", tuple(group), text + load + told)
-    return Event("wear-like growth", tuple(group), f"Friction of {names} grows, as wear lets it. {load}{told}")
+    return Event("wear-like growth", tuple(group), f"Friction of {names} grows, as it does with wear. {load}{told}")
 
 
 def _untold(

@@ -49,7 +49,7 @@ def audit_delays(prepared: Prepared, config: Config, effort: Found, wrench: Foun
         text = f"The {channel} is {size} {side} the motion ({span})"
         lag = _velocity_words(prepared.series) if channel == "effort" else ""
         if high - low > _UNSHARP_S:
-            findings.append(Finding(code, "info", f"{text}: too vague to tell an offset.{lag}"))
+            findings.append(Finding(code, "info", f"{text}: too uncertain to show an offset.{lag}"))
         elif not is_significant(delay, prepared.series.period_s):
             findings.append(Finding(code, "info", f"{text}: no offset beyond one sample is shown.{lag}"))
         else:
@@ -76,7 +76,7 @@ def _velocity_words(series: UniformSeries) -> str:
     lag = series.velocity_lag_s
     if lag is None or lag < SAMPLES * series.period_s:
         return ""
-    return f" The logged velocity is {1e3 * lag:.1f} ms behind the positions, as one that the drive filters is."
+    return f" The logged velocity is {1e3 * lag:.1f} ms behind the positions, as a velocity filtered by the drive is."
 
 
 def wrench_delay(prepared: Prepared, config: Config) -> Found:

@@ -190,6 +190,6 @@ def _said(coupling: Coupling, fit: CoupledFriction) -> Finding:
     (low, high), (slow, fast) = fit.ci95["coulomb_nm"], fit.ci95["viscous_nm_s_per_rad"]
     text = (
         f"The axis {coupling.words} has friction of its own: {fit.coulomb_nm:.3g} N·m (95 %: {low:.3g} to {high:.3g}) "
-        f"and {fit.viscous_nm_s_per_rad:.3g} N·m·s/rad ({slow:.3g} to {fast:.3g}). It is taken off the effort."
+        f"and {fit.viscous_nm_s_per_rad:.3g} N·m·s/rad ({slow:.3g} to {fast:.3g}). It is subtracted from the effort."
     )
     return Finding("friction-coupled", "info", text, joint=coupling.joint)

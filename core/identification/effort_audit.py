@@ -56,7 +56,7 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
     numbers = "; ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g}, {g.ci95[1]:.3g}]" for g in known)
     text = _words(known, typical, alike, negative, prepared.series.effort_unit)
     if delay is not None:
-        text = f"With its delay of {1e3 * delay.seconds:.0f} ms taken off: {text[0].lower()}{text[1:]}"
+        text = f"After correction of its delay of {1e3 * delay.seconds:.0f} ms: {text[0].lower()}{text[1:]}"
     doubt = prepared.series.effort_unit == "Nm" and not (alike >= _MOST and _AS_TORQUE[0] <= typical < _DOUBLED[0])
     text = f"{text} Effort per N·m of model torque [95 %]: {numbers}."
     return [Finding("effort-kind", "warning" if doubt else "info", text)]
@@ -65,14 +65,15 @@ def _kind(prepared: Prepared, delay: Delay | None) -> list[Finding]:
 def _words(known: Sequence[EffortGain], typical: float, alike: float, negative: float, unit: str) -> str:
     signs = "its sign is inverted" if negative == 1.0 else "its signs are mixed" if negative > 0.0 else ""
     flip = ", ".join(f'"{g.joint}" = -1' for g in known if g.gain < 0)
-    mend = f" To mend it: [log.units] effort_sign = {{ {flip} }}." if flip else ""
+    mend = f" To correct it: [log.units] effort_sign = {{ {flip} }}." if flip else ""
     if alike < _MOST or not _AS_TORQUE[0] <= typical <= _DOUBLED[1]:
         constants = ", ".join(f'"{g.joint}" = {1 / abs(g.gain):.3g}' for g in known)
         also = f", and {signs}" if signs else ""
         return (
             f"The effort looks like a motor current or another unit, not like N·m{also}{_or_masses(typical, alike)}. "
-            "To mend it: [log.units] "
-            f'effort = "A", torque_constant_nm_per_a = {{ {constants} }} (by the model; the maker knows better), '
+            "To correct it: [log.units] "
+            f'effort = "A", torque_constant_nm_per_a = {{ {constants} }} (by the model; the manufacturer knows '
+            "the exact values), "
             f'or [fit] estimate = ["friction", "gain"].{mend}'
         )
     if _DOUBLED[0] <= typical <= _DOUBLED[1]:
@@ -123,7 +124,7 @@ def _steps(prepared: Prepared) -> list[Finding]:
             count = np.ptp(effort) / step
             text = (
                 f"The effort of joint '{joint}' comes in steps of {step:.3g}, {count:.0f} steps from its "
-                "smallest to its largest: thresholds below a few steps mean nothing."
+                "smallest to its largest: thresholds of less than a few steps are not reliable."
             )
             findings.append(Finding("effort-quantised", "warning", text, joint=joint))
     return findings

@@ -14,9 +14,10 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
     told = [name for name, joint in identified.joints.items() if joint.gain_by_load]
     if told:
         others = [name for name in identified.joints if name not in told]
-        rest = f"; they do not tell those of {', '.join(others)}" if others else ""
+        rest = f"; they do not determine those of {', '.join(others)}" if others else ""
         text = (
-            f"The logs' known loads tell the drive gains of {', '.join(told)}, whatever the arm's inertials are{rest}."
+            f"The known loads of the logs determine the drive gains of {', '.join(told)}, whatever the inertials of "
+            f"the arm are{rest}."
         )
         findings.append(Finding("gain-by-load", "info", text))
     for name, joint in identified.joints.items():
@@ -25,15 +26,15 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
             findings.append(Finding("effort-sign-unknown", "warning", text, joint=name))
         if joint.gain_kept:
             text = (
-                f"The motion does not tell the gain of joint '{name}' any better than it is stated, so the stated one "
-                "is kept. A known load, or motion under more gravity, would tell it."
+                f"The motion does not determine the gain of joint '{name}' better than it is stated, so the "
+                "stated gain is kept. A known load, or motion under more gravity, would determine it."
             )
             findings.append(Finding("gain-kept", "info", text, joint=name))
         before, after = joint.held_out_rms_file_nm, joint.held_out_rms_nm
         if before is not None and after is not None and after > 1.02 * before:
             text = (
-                f"On time left out the identified model of joint '{name}' leaves {after:.3g} N·m RMS, the robot's "
-                f"description {before:.3g} N·m: the log's motion does not carry what was asked for."
+                f"On held-out time the identified model of joint '{name}' leaves {after:.3g} N·m RMS, the robot's "
+                f"description {before:.3g} N·m: the motion of this log is too little for what was to be estimated."
             )
             findings.append(Finding("identified-worse", "warning", text, joint=name))
     if identified.tool is not None and identified.tool.mass_halves_kg is not None:

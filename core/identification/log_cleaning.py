@@ -93,7 +93,7 @@ def _findings(name: str, facts: LeftOut, suspected: Sequence[LeftOutSpan]) -> li
     out = []
     if facts.refused:
         text = (
-            f"{100 * facts.share_seen:.0f} % of the motion in {name} does not go with the rest of it: mostly contact, "
+            f"{100 * facts.share_seen:.0f} % of the motion in {name} is inconsistent with the rest: mostly contact, "
             "stops or faults. Nothing of this log was fitted."
         )
         out.append(Finding("fit-mostly-contact", "warning", text, where=name))

@@ -186,8 +186,8 @@ def _always_meant() -> Finding:
     return Finding(
         "phases-unknown",
         "warning",
-        "There is a wrench and no phases: every force that the sensor sees is taken as meant, so a collision of the "
-        "tool cannot be seen. [phases] says when contact was meant.",
+        "The log has a wrench but no phases: every force at the sensor is taken as intended, so a collision of "
+        "the tool cannot be seen. State in [phases] when contact is intended.",
     )
 
 
@@ -208,7 +208,7 @@ def _expected_a_wrench(config: Config) -> list[Finding]:
             Finding(
                 "log-wrench-missing",
                 "warning",
-                "A contact phase is configured but no wrench: the meant tool force stays in the residual.",
+                "A contact phase is configured but no wrench: the intended tool force stays in the residual.",
             )
         ]
     return []
@@ -242,7 +242,8 @@ def _bias(
             "log-wrench-bias",
             "info" if "approach" in where else "warning",
             f"Zero offset of the wrench sensor taken from {where}: [{text}] (N, N·m), scatter up to "
-            f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. Wrong if the tool touched something then.",
+            f"{scatter[:3].max():.2g} N and {scatter[3:].max():.2g} N·m. It is wrong if the tool touched "
+            "something in that time.",
         )
     ]
 

@@ -181,7 +181,7 @@ def effort_gain_findings(
                     "effort-sign-inverted",
                     "error",
                     f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: "
-                    f"{numbers}. If it is inverted, say so in [log.units]: "
+                    f"{numbers}. If it is inverted, state [log.units] "
                     f'effort_sign = {{ "{gain.joint}" = -1 }}. Nothing was changed.',
                     joint=gain.joint,
                 )

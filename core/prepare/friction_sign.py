@@ -149,12 +149,12 @@ def friction_sign_findings(
             continue
         evidence = (
             f"The effort of joint '{sign.joint}' goes with the motion instead of against friction: "
-            f"{sign.level:.3g}{shown_unit} on average over its motion, gravity taken out (99.9 %: "
+            f"{sign.level:.3g}{shown_unit} on average over its motion, without gravity (99.9 %: "
             f"{sign.level - sign.half:.3g} to {sign.level + sign.half:.3g})"
         )
         if gain is not None and gain.known:
             text = (
-                f"{evidence}, while its gravity torque has the right sign: delay, inertia or a hand that leads the arm."
+                f"{evidence}, while its gravity torque has the right sign: delay, inertia or a person guiding the arm."
             )
             out.append(Finding("friction-not-physical", "warning", text, joint=sign.joint))
         elif sign.joint in stated:
@@ -162,7 +162,8 @@ def friction_sign_findings(
             out.append(Finding("effort-sign-inverted", "warning", text, joint=sign.joint))
         else:
             text = (
-                f"{evidence}. Friction takes power, so the effort's sign looks inverted; if it is, say so in "
+                f"{evidence}. Friction takes power from the joint, so the sign of the effort looks inverted. If "
+                "it is, state "
                 f'[log.units]: effort_sign = {{ "{sign.joint}" = -1 }}. Nothing was changed.'
             )
             out.append(Finding("effort-sign-inverted", "error", text, joint=sign.joint))

@@ -91,7 +91,7 @@ def _beyond(joint: str, reach: float, speed: float, limit: float | None, degrees
             "Nothing was converted, and nothing is judged."
         )
     else:
-        text = f"{seen}: it turned on, at a speed of radians, and was taken so."
+        text = f"{seen}: it kept turning, at a speed that is possible in radians only, and was taken as radians."
     return Finding("log-position-unit-suspect", "error" if degrees and not stated else "warning", text, joint=joint)
 
 

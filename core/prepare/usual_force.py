@@ -89,7 +89,7 @@ def excess_findings(excess: Sequence[ExcessForce], config: PhasesConfig) -> list
     for one in excess[:_LISTED]:
         text = (
             f"The tool's force rose to {one.peak_n:.3g} N between {one.start_s:.4g} and {one.end_s:.4g} s, above "
-            f"{one.limit_n:.3g} N, {what}. Only that much was taken as meant; the rest was judged."
+            f"{one.limit_n:.3g} N, {what}. Force up to this limit was taken as intended; the rest was judged."
         )
         out.append(Finding("tool-force-unusual", "warning", text, start_s=one.start_s, end_s=one.end_s))
     return out

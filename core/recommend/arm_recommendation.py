@@ -42,7 +42,7 @@ _HIGHEST = 5
 ASSUMPTIONS = (
     "The logs to be judged are like these in motion, load, temperature and wear.",
     "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
-    f"Tails are believed {REACH:g} times further than the hours they were seen in; rarer alarms are not claimed. Gamma "
+    f"Tails are extrapolated at most {REACH:g} times the observed hours; rarer alarms are not claimed. Gamma "
     "keeps what is claimed with 95 %, and is no lower than any number of further hours like these would ask for, up to "
     "those that support the rate asked for.",
     "Peaks thin out upwards at least as fast as Gaussian ones, unless they show otherwise themselves.",

@@ -250,7 +250,7 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
         )
     if tail.fit_p < _POOR_FIT:
         missing.append(
-            f"peaks that follow the tail's law: they do not (p = {tail.fit_p:.2g}), so the rate is uncertain"
+            f"peaks that follow the law of the tail: they do not (p = {tail.fit_p:.2g}); the rate is uncertain"
         )
     return tuple(missing)
 

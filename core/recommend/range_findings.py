@@ -74,7 +74,8 @@ def range_findings(
             continue
         listed = ", ".join(f"{100 * share:.2g} % {what}" for what, share in shares.items() if share >= _SAID / 2)
         text = (
-            f"{100 * any_of:.2g} % of the judged time of joint '{joint}' lies outside anything its threshold rests on: "
+            f"{100 * any_of:.2g} % of the judged time of joint '{joint}' lies outside the range of the evidence "
+            "for its threshold: "
             f"{listed or 'in several ways, each of them seldom'}."
         )
         found.append(Finding("evidence-range", "warning" if any_of >= _WARNED else "info", text, joint=joint))

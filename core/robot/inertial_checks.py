@@ -19,7 +19,10 @@ def inertial_findings(description: Description, model: PinocchioModel) -> tuple[
     links = {joint.name: joint.link for joint in description.joints}
     empty = [name for name, mass, _ in parts if mass <= 0.0]
     if len(empty) == len(parts):
-        text = "No link of the robot has a mass: friction can be fitted from pairs, but no model torque computed."
+        text = (
+            "No link of the robot has a mass: no model torque can be computed, and nothing is judged. Friction can be "
+            "fitted from pairs of directions only."
+        )
         return False, (Finding("model-no-inertials", "warning", text, where=where),)
     out = []
     if empty:

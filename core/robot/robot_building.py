@@ -146,7 +146,10 @@ def _add_tool(config: RobotConfig, model: PinocchioModel, last_link: str) -> tup
 
 
 def _bare_model(config: RobotConfig, joints: Sequence[str]) -> RobotModel:
-    text = "No robot description is configured: friction can be fitted from pairs, but no model torque computed."
+    text = (
+        "No robot description is configured: no model torque can be computed, and nothing is judged. Give --urdf "
+        "arm.urdf, or state [robot] in the configuration. Friction can be fitted from pairs of directions only."
+    )
     names, nothing = tuple(joints), np.full(len(joints), math.nan)
     kinds: tuple[JointType, ...] = tuple("revolute" for _ in names)
     gravity = frozen(np.array(config.gravity_m_s2))

@@ -264,21 +264,23 @@ def _assumptions(studied: StudiedLog, added: bool) -> list[str]:
     if studied.contact is None:
         out.append(
             "Nothing is known of contact in this log: half a second around alarms and near misses of any joint at the "
-            "configured rule was left out, so that alarms of lower thresholds are counted in the quieter rest."
+            "configured rule was left out, so alarms of lower thresholds are counted in the quieter rest only."
         )
     if not added:
-        out.append("No contacts could be added: that needs a robot model and a detector that tells joints apart.")
+        out.append("No contacts could be added: this needs a robot model and a detector with one residual per joint.")
         return out
     out += [
         "Added contacts keep the recorded motion, and act on the arm in the poses that it was in, in the direction of "
         "their link.",
-        "They pass the filters of the motion as well as the detector's: a knock reaches a residual through the motion.",
+        "They pass the filters of the motion as well as that of the detector, since a knock reaches the "
+        "residual through the motion.",
         "The delay of a contact is that of this residual"
         + (
             "."
             if studied.config.detect.causal
-            else ", whose filters look both ways in time: a controller's own filter adds to it."
+            else ", whose filters look both ways in time: the delay of a controller's own filter comes on top."
         ),
-        "A standing joint's friction takes up what it can first; an arm that is moved by a push shows more.",
+        "Friction of a standing joint takes up a push first. Real pushes move the arm and show more than "
+        "injected ones.",
     ]
     return out

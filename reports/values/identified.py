@@ -57,7 +57,7 @@ def _coupled(axes: dict[str, CoupledFriction]) -> Table:
         for joint, axis in axes.items()
     ]
     head = ("Motor of", "Turns with", "Coulomb, N·m", "Viscous, N·m·s/rad", "Drive inertia, kg·m²")
-    note = "Taken off the effort of each of these joints; the table of friction lists their own."
+    note = "Subtracted from the effort of each of these joints. Their own friction is in the table of friction."
     return Table("Friction of coupled axes", head, tuple(rows), (note,))
 
 
@@ -65,14 +65,14 @@ def _identified(found: Identified) -> Iterator[Table]:
     joints = [
         (
             name,
-            NONE if j.gain is None else _with(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not asked for",
+            NONE if j.gain is None else _with(j.gain, j.gain_ci95) if j.gain_ci95 else "1, not estimated",
             _with(j.offset_nm, j.offset_ci95),
             f"{_with(j.armature_kg_m2, j.armature_ci95)} ({significant(j.armature_file_kg_m2)})",
             f"{significant(j.held_out_rms_file_nm)} → {significant(j.held_out_rms_nm)}",
         )
         for name, j in found.joints.items()
     ]
-    head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on time left out, N·m")
+    head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on held-out time, N·m")
     said = f"{found.samples} samples, {significant(found.sample_rate_hz)} a second: {found.loss}."
     yield Table("Drives, as identified", head, tuple(joints), (found.prior, said))
     if "inertials" in found.estimate:
@@ -85,9 +85,9 @@ def _identified(found: Identified) -> Iterator[Table]:
             )
             for name, b in found.bodies.items()
         ]
-        above = ("Moved by joint", "Mass (on file), kg", "Centre of mass, m", "Can exist")
+        above = ("Moved by joint", "Mass (on file), kg", "Centre of mass, m", "Physically possible")
         note = (
-            "No motion tells every single mass: only the base parameters below are determined. "
+            "No motion determines every mass on its own: only the base parameters below are determined. "
             f"Physical consistency: {found.consistency}."
         )
         yield Table("Inertials, as identified", above, tuple(bodies), (note,))
@@ -117,10 +117,10 @@ def _channels(channels: dict[str, ChannelFacts]) -> Table:
         for log, c in channels.items()
     ]
     return Table(
-        "Channels: how far behind the positions",
+        "Sensor delays: lag behind the positions",
         ("Log", "Effort", "Logged velocity", "Wrench"),
         tuple(lines),
-        (f"{NONE}: there is no such channel, or the motion does not tell.",),
+        (f"{NONE}: not in the log, or not determinable from this motion.",),
     )
 
 
@@ -181,7 +181,7 @@ def _each(trends: list[Trend], scale: float) -> str:
             cells.append("not determined")
             continue
         text = f"{significant(scale * t.per_unit, 2)} [{interval(low, high, 2)}]"
-        cells.append(text if t.shown else f"{text}, none shown")
+        cells.append(text if t.shown else f"{text}, not significant")
     return "; ".join(cells) or NONE
 
 

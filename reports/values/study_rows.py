@@ -183,10 +183,10 @@ def _gain(gain: DynamicGain) -> str:
     if gain.sensitivity_gain is None:
         return gain.why_not or ""
     if gain.sensitivity_gain <= 0.02:
-        held = "nothing: constant and dynamic ask for about the same"
+        held = "no gain: constant and dynamic thresholds are about equal"
     else:
         held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} N·m constant)"
-    fresh = f"alarms on the half that neither has seen: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
+    fresh = f"alarms on the held-out half: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
     return f"{held}; {fresh}"
 
 

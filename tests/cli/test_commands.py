@@ -263,7 +263,7 @@ def test_inspect_shows_an_inverted_effort(arm, collaudit, tmp_path: Path) -> Non
     started = collaudit("init", log, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert started.code == 3, "init judges findings as inspect does"
     assert "see effort-sign-inverted above" in started.err
-    assert "take the # away" in started.err, "the way out is said"
+    assert "uncomment it" in started.err, "the way out is said"
     text = (tmp_path / "c.toml").read_text()
     assert "# effort_sign = { joint1 = -1 }" in text
     mended = tmp_path / "mended.toml"

@@ -34,9 +34,9 @@ def _moved(arm, path: Path, rows: int) -> Path:
 def test_the_draft_is_tried(arm, collaudit, tmp_path: Path) -> None:
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
     assert outcome.code == 0, outcome.err
-    assert "tried on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
-    assert "- excluded: Friction was fitted on the log it judges" in outcome.err
-    assert "next: collaudit fit LOG -c" in outcome.err
+    assert "trial on this log: PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
+    assert "- excluded: Friction was fitted on the judged log itself" in outcome.err
+    assert "then collaudit fit LOG -c" in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 0, "the file runs as it stands"
 
 
@@ -54,7 +54,7 @@ def test_thresholds_are_the_fits_and_never_a_guess(arm, collaudit, tmp_path: Pat
     assert outcome.code == 0, outcome.err
     assert tomllib.loads(_text(tmp_path))["detect"]["gamma_nm"] == "auto"
     assert "PASS, WITH EXCLUSIONS, 2 of 2 joints judged; 0 contacts" in outcome.err
-    assert "So were the thresholds" in outcome.err and "came from this very log" in outcome.err
+    assert "are from this log too" in outcome.err and "fitted on the log that was judged" in outcome.err
     assert collaudit("detect", arm.clean, "-c", tmp_path / "c.toml").code == 3, "not judged without a friction file"
     friction = tmp_path / "friction.json"
     assert collaudit("fit", arm.clean, "-c", tmp_path / "c.toml", "-o", friction).code == 0
@@ -127,7 +127,7 @@ def test_clock_steps_and_noise_stand_in_the_file(arm, collaudit, tmp_path: Path)
 def test_a_long_log_is_tried_on_a_stretch_and_said(arm, collaudit, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(trials, "MOST_VALUES", 2 * 250 * 20)
     outcome = collaudit("init", arm.clean, "-c", arm.config, "-o", tmp_path / "c.toml")
-    assert re.search(r"tried on 20 s of the \d+(\.\d+)? s of this log", outcome.err), outcome.err
+    assert re.search(r"trial on 20 s of the \d+(\.\d+)? s of this log", outcome.err), outcome.err
 
 
 def test_each_answer_to_a_question_has_its_evidence(arm, collaudit, tmp_path: Path) -> None:

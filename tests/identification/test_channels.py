@@ -130,7 +130,7 @@ def test_a_late_effort_is_not_taken_for_an_inverted_one() -> None:
     again = next(f for f in stated.findings if f.code == "effort-delay")
     assert again.severity == "warning" and not again.forbids_pass, "what is stated wins, and the evidence is said"
     kind = audit_channels(late, settings())[1][0]
-    assert "With its delay of 500 ms taken off: the effort looks like a torque in N·m." in kind.text
+    assert "After correction of its delay of 500 ms: the effort looks like a torque in N·m." in kind.text
     turned = moving_log(pace=4.0)
     assert turned.effort is not None
     found = prepared(replace(turned, effort=-turned.effort), settings()).findings

@@ -56,7 +56,7 @@ def test_a_known_load_tells_gains_that_wrong_inertials_hide(made: Maker) -> None
         assert low < true < high, name
         assert high - low < 0.4 * true
     (said,) = [f for f in identified_findings(found) if f.code == "gain-by-load"]
-    assert said.text.startswith(f"The logs' known loads tell the drive gains of {', '.join(told)}")
+    assert said.text.startswith(f"The known loads of the logs determine the drive gains of {', '.join(told)}")
 
 
 def test_loads_that_do_not_differ_tell_nothing(made: Maker) -> None:

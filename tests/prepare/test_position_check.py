@@ -42,7 +42,7 @@ def test_a_wrist_that_turned_on_is_no_degrees(tmp_path) -> None:  # type: ignore
     assert said(turned, tmp_path) == []
     (found,) = said(turned, tmp_path, (6.28,) * 4)
     assert severities([found]) == [("warning", "joint4")]
-    assert "at a speed of radians" in found.text
+    assert "at a speed that is possible in radians only" in found.text
     spinning = arm(2.0 * np.pi * T)
     assert said(spinning, tmp_path, (3.0, 3.0, 3.0, np.nan)) == []
 

@@ -150,7 +150,7 @@ def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[F
     for joint, found in corrections.items():
         gain = (
             f"the residual of settled motion falls from {found.rms_nm:.3g} to {found.held_out_rms_nm:.3g} N·m (RMS, "
-            "on time left out)"
+            "on held-out time)"
         )
         if found.load is not None:
             half = STANDARD_ERRORS_95 * found.load.per_nm_sd
@@ -161,6 +161,6 @@ def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[F
             findings.append(Finding("friction-load", "info", text, joint=joint))
         if found.ripple:
             waves = ", ".join(f"{wave.cycles_per_turn:.0f}" for wave in found.ripple)
-            text = f"Gear ripple of joint '{joint}' with {waves} cycles a turn is taken off the residual; {gain}."
+            text = f"Gear ripple of joint '{joint}' with {waves} cycles a turn is subtracted from the residual; {gain}."
             findings.append(Finding("friction-ripple", "info", text, joint=joint))
     return findings

@@ -92,7 +92,7 @@ def choose_clock(
 
 
 def _clock_finding(text: str, where: str) -> Finding:
-    return Finding("log-time-source", "info", f"The time of a sample is {text}.", where=where)
+    return Finding("log-time-source", "info", f"Samples are timed by {text}.", where=where)
 
 
 def start_of(first_ns: int) -> int | None:

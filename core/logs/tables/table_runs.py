@@ -124,7 +124,7 @@ def _period(time_s: FloatArray) -> float:
 def _finding(starts: IntArray, why: str, where: str) -> Finding:
     rows = listed([str(row + 1) for row in starts.tolist()])
     text = (
-        f"The table holds {starts.shape[0] + 1} runs one after the other: others than the first begin at row {rows} "
+        f"The table holds {starts.shape[0] + 1} runs one after the other: the others begin at row {rows} "
         f"({why}). Each follows after a break, and time goes on."
     )
     return Finding("log-runs", "warning", text, where=where)

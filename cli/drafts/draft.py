@@ -201,10 +201,10 @@ class Draft:
             problem = f"the only {quantity} columns are the motors' by their names" if motor else problem
             if f"log.csv.{quantity}" not in self._given:
                 self.problems.append(problem)
-            answer = "Take the # away" + (
-                "; and state [robot] reduction = [100.0, …] if they are angles before the gear:"
+            answer = (
+                "Uncomment the line, and state [robot] reduction = [100.0, …] if they are angles before the gear:"
                 if motor
-                else " from the right one:"
+                else "Uncomment the right line:"
             )
             csv.remarks.append(f"QUESTION: {problem}. {answer}")
             for pattern in patterns:

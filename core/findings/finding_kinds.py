@@ -157,8 +157,8 @@ KINDS: dict[str, Kind] = {
         setting="log",
     ),
     "log-velocity-late": Kind(
-        "The logged velocity lags behind the positions, as one that the drive filters does.",
-        "Nothing: it was moved ahead or derived from position. Record the drive's unfiltered velocity, if any.",
+        "The logged velocity lags behind the positions, as a velocity filtered by the drive does.",
+        "Nothing: it was shifted by its lag, or derived from position. Record the drive's unfiltered velocity, if any.",
         _EITHER,
     ),
     "log-effort-missing": Kind(

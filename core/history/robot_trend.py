@@ -206,7 +206,7 @@ def _untold(
             f"Friction of {older} logs: recorded by an earlier version, which left out what the residual had followed."
         )
     if none and older < len(records):
-        out.append(f"Friction of {', '.join(none)}: no night tells it apart from load and offset.")
+        out.append(f"Friction of {', '.join(none)}: no night separates it from load and offset.")
     if series and not any(np.isfinite(own["friction"].temperature_c).any() for own in series.values()):
         out.append("Temperature: the logs hold none, so that colder nights and wear look alike.")
     own_fits = sum(record.verdict != "not_judged" and record.friction_sha256 is None for record in records)

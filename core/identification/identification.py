@@ -277,7 +277,7 @@ def _base_parameters(job: _Job) -> tuple[BaseParameter, ...]:
 
 def _prior_words(estimate: tuple[str, ...], share: float) -> str:
     first = (
-        "Drive gains rely on the robot description's inertials, which set their scale; rotor inertias that nobody "
+        "Drive gains rely on the robot description's inertials, which set their scale; rotor inertias that are not "
         "stated are estimated beside them. "
         if "gain" in estimate
         else ""

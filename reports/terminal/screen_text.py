@@ -18,8 +18,6 @@ from collaudit.reports.values.words import BRIEF_STATEMENT, nothing_judged, plur
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
 _MOST_REASONS = 6
-#: What other findings follow from: it comes first.
-_CAUSES = ("model-no-inertials", "effort-unit-raw")
 
 
 def screen_text(result: AuditResult, width: int | None = None, more: str | None = None) -> str:
@@ -103,12 +101,22 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
 
 
 def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
-    """Warnings and errors that matter most first, and how many of a kind there are; without what the verdict says."""
+    """Warnings and errors that matter most first, and how many of a kind there are; without what the verdict says.
+
+    Where nothing was judged, what is wrong with the whole log comes first: findings on joints follow from it.
+    """
+    idle = nothing_judged(result)
     said = {*result.reasons, *result.exclusions}
     left = [f for f in result.findings if f.severity != "info" and f.text not in said]
     order = sorted(
         left,
-        key=lambda f: (f.code not in _CAUSES, not f.forbids_pass, f.severity != "error", f.effect == "none", f.code),
+        key=lambda f: (
+            idle and f.joint is not None,
+            not f.forbids_pass,
+            f.severity != "error",
+            f.effect == "none",
+            f.code,
+        ),
     )
     return [(group[0], len(group)) for _, found in groupby(order, key=lambda f: f.code) if (group := list(found))]
 

@@ -123,6 +123,18 @@ def test_what_matters_comes_first_and_each_kind_once() -> None:
     ]
 
 
+def test_where_nothing_was_judged_the_cause_comes_before_what_follows_from_it() -> None:
+    found = (
+        Finding("friction-missing", "warning", "a has no friction", joint="a"),
+        Finding("model-no-inertials", "warning", "no robot"),
+    )
+    result = replace(samples.passed().result, findings=found)
+    assert [f.code for f, _ in important_findings(result)] == ["friction-missing", "model-no-inertials"]
+    idle = {j: replace(c, judged_s=0.0, standing_s=0.0) for j, c in result.coverage.joints.items()}
+    result = replace(result, coverage=replace(result.coverage, joints=idle))
+    assert [f.code for f, _ in important_findings(result)] == ["model-no-inertials", "friction-missing"]
+
+
 def test_shares_and_levels_of_a_joint() -> None:
     row = sensitivity_row(JOINT, with_contacts(1))
     assert row is not None

@@ -20,7 +20,7 @@ import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
-from collaudit.reports.files.arrow_columns import column_of
+from collaudit.reports.files.arrow_columns import column_of, values_of
 from collaudit.reports.files.signals_layout import (
     META,
     RANGE,
@@ -149,8 +149,7 @@ def _load(path: Path) -> pa.Table:
 def _column(table: pa.Table, name: str, path: Path) -> np.ndarray[Any, Any]:
     if name not in table.column_names:
         raise CollauditError("a column is missing", where=str(path), expected=f"column {name!r}")
-    values: np.ndarray[Any, Any] = table.column(name).to_numpy()
-    return values
+    return values_of(table.column(name))
 
 
 def _wide(table: pa.Table, name: str, joints: tuple[str, ...], path: Path) -> np.ndarray[Any, Any]:

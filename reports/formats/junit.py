@@ -29,31 +29,30 @@ def junit_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()
         unread: logs that could not be audited.
     """
     suites = ElementTree.Element("testsuites", name="collaudit")
-    suite = ElementTree.SubElement(suites, "testsuite", name="collaudit")
     for result in results:
-        _case(suite, entry_of(result), audit_text(result), _sensitivity(result))
+        _suite(suites, entry_of(result), audit_text(result), _sensitivity(result))
     for entry in unread:
-        _case(suite, entry, entry.error or "")
-    counts = {
-        "tests": len(suite),
-        "failures": len(suite.findall("testcase/failure")),
-        "errors": len(suite.findall("testcase/error")),
-        "skipped": 0,
-    }
-    for element in (suites, suite):
-        for name, count in counts.items():
-            element.set(name, str(count))
+        _suite(suites, entry, entry.error or "")
+    for name in ("tests", "failures", "errors"):
+        suites.set(name, str(sum(int(suite.get(name, "0")) for suite in suites)))
     ElementTree.indent(suites)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suites, encoding="unicode") + "\n"
 
 
-def _case(
-    suite: ElementTree.Element, entry: IndexEntry, details: str, sensitivity: Sequence[tuple[str, str]] = ()
+def _suite(
+    suites: ElementTree.Element, entry: IndexEntry, details: str, sensitivity: Sequence[tuple[str, str]] = ()
 ) -> None:
+    """One log: a suite with its properties, for that is where the schema of Jenkins has them, and one test case."""
+    suite = ElementTree.SubElement(suites, "testsuite", name=visible(entry.name), tests="1")
+    suite.set("failures", str(int(entry.verdict == "fail")))
+    suite.set("errors", str(int(entry.verdict == "not_judged")))
+    suite.set("skipped", "0")
+    stated = (*_properties(entry), *sensitivity)
+    if stated:
+        properties = ElementTree.SubElement(suite, "properties")
+        for name, value in stated:
+            ElementTree.SubElement(properties, "property", name=name, value=value)
     case = ElementTree.SubElement(suite, "testcase", classname="collaudit", name=visible(entry.name))
-    properties = ElementTree.SubElement(case, "properties")
-    for name, value in (*_properties(entry), *sensitivity):
-        ElementTree.SubElement(properties, "property", name=name, value=value)
     reasons = visible("; ".join(entry.reasons)) or "no reason was recorded"
     body = "\n".join(visible(line) for line in details.splitlines())
     if entry.verdict == "fail":

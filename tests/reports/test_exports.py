@@ -160,9 +160,9 @@ def test_tables_of_events_and_signals(tmp_path: Path, audit: Audit, kind: str) -
 def test_junit_is_read_by_a_junit_reader(tmp_path: Path, audit: Audit) -> None:
     path = tmp_path / "r.xml"
     write_report(path, [audit, samples.not_judged(), samples.passed(5000), samples.hostile()], "junit", [BROKEN])
-    (suite,) = JUnitXml.fromfile(str(path))
-    results = {case.name: case.result for case in suite}
-    assert (suite.tests, suite.failures, suite.errors, suite.skipped) == (5, 2, 2, 0)
+    suites = JUnitXml.fromfile(str(path))
+    results = {case.name: case.result for suite in suites for case in suite}
+    assert (suites.tests, suites.failures, suites.errors) == (5, 2, 2)
     assert isinstance(results[audit.result.log.name][0], Failure)
     assert isinstance(results["broken.bag"][0], Error), "what was not judged is an error, never skipped"
     assert results["quiet_night.mcap"] == []

@@ -58,14 +58,20 @@ def follows_late(
     supplied = np.nan_to_num(rigid_nm[np.ix_(rows, pick)] + own)
     beside = np.nansum(np.square(drive - weight), axis=0)
     for lag_s in _LAGS_S:
-        late = _low_passed(supplied, every * series.period_s / lag_s)[inside]
+        late = low_passed(supplied, every * series.period_s / lag_s, supplied[0])[inside]
         if (np.nansum(np.square(drive - late), axis=0) < _LEFT * beside).all():
             return True
     return False
 
 
-def _low_passed(values: FloatArray, step: float) -> FloatArray:
-    """(k, j) behind a low-pass of first order that starts settled; ``step`` is the period by its time constant."""
+def low_passed(values: FloatArray, step: float, start: FloatArray) -> FloatArray:
+    """(k, j) behind a low-pass of first order.
+
+    Args:
+        values: (k, j) before it.
+        step: the period by its time constant.
+        start: (j,) what it gave before the first sample.
+    """
     share = step / (1.0 + step)
     b, a = np.array([share]), np.array([1.0, share - 1.0])
-    return np.ascontiguousarray(linear_filter(b, a, values.T.copy(), (1.0 - share) * values[0][:, None])[0].T)
+    return np.ascontiguousarray(linear_filter(b, a, values.T.copy(), ((1.0 - share) * start)[:, None])[0].T)

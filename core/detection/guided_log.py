@@ -1,11 +1,11 @@
-"""The log to be judged, without the stretches in which friction shows that the arm was guided by hand."""
+"""The log to be judged, with what friction shows of its efforts: stretches of hand guiding, a slow filter."""
 
 from __future__ import annotations
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.applied_friction import AppliedFriction
-from collaudit.core.prepare.guided_stretches import without_guiding
+from collaudit.core.prepare.guided_stretches import with_filtered_effort, without_guiding
 from collaudit.core.prepare.prepared import Prepared
 
 
@@ -17,5 +17,6 @@ def judged_log(prepared: Prepared, applied: AppliedFriction, config: Config) -> 
         applied: friction, which tells what the drives supply.
         config: ``[detect] hand_guiding``.
     """
-    marked = without_guiding(prepared, {joint: law.torque for joint, law in applied.laws.items()}, config)
+    friction = {joint: law.torque for joint, law in applied.laws.items()}
+    marked = with_filtered_effort(without_guiding(prepared, friction, config), friction)
     return marked, marked.judged_series

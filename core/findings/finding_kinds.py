@@ -209,6 +209,11 @@ KINDS: dict[str, Kind] = {
         {"info": "none", "warning": "not-judged-part"},
         setting="detect.hand_guiding",
     ),
+    "effort-filtered": Kind(
+        "The efforts have passed a slow low-pass on their way into the log; a pass is not possible.",
+        "Log the drives' unfiltered effort. Alarms count as they are; contact shorter than the filter may not show.",
+        _SPAN,
+    ),
     "effort-switched": Kind(
         "A joint's effort changes its unit or its sign in the middle of the log.",
         "Look at what was set on the drive or recorder then; cut the log there, and judge each part with its unit.",

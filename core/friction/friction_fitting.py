@@ -19,7 +19,7 @@ from collaudit.core.friction.identifiability import identifiability
 from collaudit.core.friction.law_candidates import Candidate, fit_linear_law, fit_rate_law
 from collaudit.core.friction.law_comparison import choose, compare
 from collaudit.core.friction.parameter_units import FrictionUnits
-from collaudit.core.friction.physical_law import dissipation, physical
+from collaudit.core.friction.physical_law import dissipation, physical, vanishes_unseen
 from collaudit.core.friction.ridge_fit import fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
@@ -98,7 +98,7 @@ def _automatic(job: _Job) -> FrictionFit:
             continue
         found = line if law is LINE else _candidate(job, law)
         if isinstance(found, Candidate):
-            fitted.append(found)
+            fitted.append(replace(found, refusal=found.refusal or vanishes_unseen(found, job.data.speed)))
         else:
             refused.append(ModelComparison(law.name, None, None, None, None, None, None, False, found))
     taken, rows = choose(compare(job.data, fitted), [_eligible(c) for c in fitted])

@@ -22,6 +22,7 @@ from collaudit.core.numeric.special_functions import student_quantile
 _LEAST_POINTS = 3
 _CLEAR = 0.999  # one-sided level at which the mean friction counts as negative
 _SHARE = 0.8  # of the points that must be negative themselves
+_FALLEN = 0.5  # of its level that friction has left at the slowest speed measured, where it is said to vanish at rest
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +99,26 @@ def physical(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw]
     if _dissipates(found, speed):
         return found
     return _bounded_line(found, speed, refit) if law is LINE else replace(found, refusal=drives)
+
+
+def vanishes_unseen(found: Candidate, speed: FloatArray) -> str:
+    """Why a law by which friction vanishes towards rest is not taken: the fall lies below all speeds measured.
+
+    Any curve that levels off is imitated by such a law, which then has no friction at the speeds it was not fitted to.
+
+    Args:
+        found: the fit.
+        speed: (n,) speeds of the points.
+    """
+    law = found.law
+    if not isinstance(law, SeparableLaw) or law.rate is None or found.reasons:
+        return ""
+    level, rise = _level_and_rise(found)
+    if level <= 0 or level + rise > 1e-3 * level:
+        return ""
+    slowest = np.array([float(speed.min())])
+    left = float(np.broadcast_to(law.shape(slowest, np.ones(1), law.natural(found.values)[1])[0], 1)[0])
+    return "" if left < _FALLEN else "friction would vanish below the slowest speed measured, where nothing shows it"
 
 
 def _bounded_line(found: Candidate, speed: FloatArray, refit: Callable[[SeparableLaw], Candidate]) -> Candidate:

@@ -1,4 +1,4 @@
-"""Hand guiding in a log: its stretches are neither judged nor fitted, and said."""
+"""Hand guiding in a log: its stretches are neither judged nor fitted, and said; and efforts behind a slow filter."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import ArmStates, without_states
+from collaudit.core.arm_states.filtered_effort import filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
-from collaudit.core.arm_states.late_drives import Friction
+from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
@@ -40,6 +41,26 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     findings = tuple(Finding("arm-guided", "warning", *_words(series, one, "judged")) for one in found)
     marked = without_states(series, ArmStates(mask, findings))
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
+
+
+def with_filtered_effort(prepared: Prepared, friction: Mapping[str, Friction]) -> Prepared:
+    """The log with a finding where its efforts have passed a slow low-pass.
+
+    Args:
+        prepared: the log to be judged.
+        friction: sliding friction by joint.
+    """
+    known = _known(prepared, friction)
+    found = None if known is None else filtered_effort(*known)
+    if found is None:
+        return prepared
+    joints = ", ".join(prepared.series.joint_names[j] for j in found.joints)
+    text = (
+        f"The efforts of {joints} have passed a low-pass of about {found.lag_s:.2g} s on their way into the log: with "
+        f"one, the model leaves {100 * found.left:.2g} % of the power that it leaves without. Contact shorter than "
+        "that is flattened: no alarm does not mean that there was none."
+    )
+    return replace(prepared, findings=(*prepared.findings, Finding("effort-filtered", "warning", text)))
 
 
 def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared, tuple[Finding, ...]]:
@@ -101,13 +122,21 @@ def _sliding(coulomb_nm: float, viscous_nm_s_per_rad: float, velocity: FloatArra
 
 
 def _found(prepared: Prepared, friction: Mapping[str, Friction], config: Config) -> list[HandGuiding]:
+    known = None if config.detect.hand_guiding == "off" else _known(prepared, friction)
+    return [] if known is None else hand_guiding(*known)
+
+
+def _known(
+    prepared: Prepared, friction: Mapping[str, Friction]
+) -> tuple[UniformSeries, FloatArray, FloatArray, Gravity, dict[int, Friction]] | None:
+    """Series, drives' torque, rigid-body torque, gravity and friction by column; None without an effort in N·m."""
     series, rigid = prepared.series, prepared.rigid_nm
-    if config.detect.hand_guiding == "off" or rigid is None or series.effort is None or series.effort_unit != "Nm":
-        return []
+    if rigid is None or series.effort is None or series.effort_unit != "Nm":
+        return None
     contact = prepared.contact_nm
     drive = series.effort if contact is None else series.effort - contact
     by_column = {series.column(joint): law for joint, law in friction.items()}
-    return hand_guiding(series, drive, rigid, prepared.robot.gravity_torque, by_column)
+    return series, drive, rigid, prepared.robot.gravity_torque, by_column
 
 
 def _mask(series: UniformSeries, found: list[HandGuiding]) -> BoolArray:

@@ -51,6 +51,23 @@ def test_a_slope_within_its_uncertainty_of_zero_is_no_finding() -> None:
     assert high > 0.0
 
 
+def test_friction_does_not_vanish_below_the_slowest_speed_measured() -> None:
+    """Friction that levels off looks like a hyperbolic tangent whose fall towards rest lies below all points."""
+
+    def level(v: float) -> float:
+        return 8.0 + 12.0 * (1 - np.exp(-1.2 * v)) + 2.0 * v
+
+    seen = fit_friction(points(np.geomspace(0.3, 2.0, 8), level, sd=0.25), UNITS, "auto")
+    law = FrictionModel.of(seen)
+    assert law is not None
+    assert seen.model != "smooth-coulomb-viscous"
+    assert float(law.torque(np.array([0.05]))[0]) > 5.0
+    (row,) = (row for row in seen.comparison if row.model == "smooth-coulomb-viscous")
+    assert "vanish below the slowest speed" in row.note
+    fallen = fit_friction(points(np.geomspace(0.02, 2.0, 16), lambda v: 8 * np.tanh(6 * v) + v), UNITS, "auto")
+    assert fallen.model == "smooth-coulomb-viscous"  # where slow points show it, it is taken
+
+
 def test_breakaway_below_coulomb_is_not_taken() -> None:
     fit = fit_friction(points(np.geomspace(0.02, 2, 20), lambda v: 5 - 3 * np.exp(-8 * v) + v), UNITS, "auto")
     assert fit.model is not None

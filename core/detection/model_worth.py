@@ -77,8 +77,8 @@ class _Parts:
 
 def _cause(prepared: Prepared, run: DetectorRun, joint: str, j: int, rows: IntArray) -> str:
     """The first cause that the parts of the model show, in words."""
-    if any(finding.code == "effort-filtered" for finding in prepared.findings):
-        return "a low-pass in the way of the effort (see the finding)"
+    if prepared.effort_lag_s is not None:
+        return f"the effort passes a low-pass of about {prepared.effort_lag_s:.2g} s"
     series, column = prepared.series, prepared.series.column(joint)
     assert prepared.rigid_nm is not None
     rigid = _smoothed(run, prepared.rigid_nm[:, column], prepared)

@@ -60,7 +60,8 @@ def with_filtered_effort(prepared: Prepared, friction: Mapping[str, Friction]) -
         f"one, the model leaves {100 * found.left:.2g} % of the power that it leaves without. Contact shorter than "
         "that is flattened: no alarm does not mean that there was none."
     )
-    return replace(prepared, findings=(*prepared.findings, Finding("effort-filtered", "warning", text)))
+    said = Finding("effort-filtered", "warning", text)
+    return replace(prepared, findings=(*prepared.findings, said), effort_lag_s=found.lag_s)
 
 
 def fitted_without_guiding(prepared: Prepared, config: Config) -> tuple[Prepared, tuple[Finding, ...]]:

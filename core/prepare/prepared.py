@@ -77,6 +77,7 @@ class Prepared:
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
         quiet: of the findings, those on noise that was kept out of the model torque.
+        effort_lag_s: time constant of a low-pass that efforts have passed; None where none shows.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
 
@@ -92,6 +93,7 @@ class Prepared:
     calibration: Calibration
     start: ConditionedLog
     quiet: tuple[Finding, ...] = ()
+    effort_lag_s: float | None = None
     judged_series: UniformSeries = field(init=False)
 
     def __post_init__(self) -> None:

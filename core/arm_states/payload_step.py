@@ -120,7 +120,7 @@ def _step(
 ) -> PayloadStep | None:
     count = int(block[-1]) + 1
     joints = [j for j in range(beside.shape[1]) if np.std(beside[:, j]) > 0 and np.max(np.abs(per_kg[:, j])) > 1e-3]
-    if not joints:
+    if not joints or count < 2 * _LEAST_BLOCKS:  # the effort is unknown at the end
         return None
     sums = _sums(beside, per_kg, velocity, block, joints)
     best = min(_cuts(count), key=lambda cut: _split(sums, cut)[0])

@@ -82,6 +82,17 @@ def test_a_dead_effort_is_no_payload_and_hides_none(made: Maker, robot: str) -> 
         assert not [finding for finding in again.findings if finding.code.startswith("arm-")]
 
 
+def test_an_effort_unknown_at_the_end_of_a_short_log_leaves_no_room_for_a_payload(made: Maker, robot: str) -> None:
+    files = made("free-clean", robot, duration_s=10.0)
+    settings = load_config(files.config)
+    prepared = api.prepare(files.log, settings)
+    assert prepared.series.effort is not None
+    lost = prepared.series.effort.copy()
+    lost[prepared.series.time_s > 6.5] = np.nan
+    again = with_effort(prepared, lost, settings.config)
+    assert [finding.code for finding in again.findings if finding.code in CODES] == []
+
+
 def with_effort(prepared: Prepared, effort: np.ndarray, config: Config) -> Prepared:
     """The log with another effort, (n, j) in model order."""
     start = replace(prepared.start, series=replace(prepared.start.series, effort=effort))

@@ -17,7 +17,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding
 from collaudit.core.friction.applied_friction import applied_friction
-from collaudit.core.prepare.guided_stretches import fitted_without_guiding, without_guiding
+from collaudit.core.prepare.guided_stretches import fitted_without_guiding, with_filtered_effort, without_guiding
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.compare import read_truth
 from collaudit.fixtures.simulated_audit import audit_simulated
@@ -104,7 +104,7 @@ def test_clamps_and_long_pushes_of_any_size_are_no_hand_guiding(made: Maker, fri
 
 
 @pytest.mark.parametrize("lag_s", [0.3, 1.0])
-def test_drives_that_are_logged_late_are_no_hand_guiding(
+def test_drives_that_are_logged_late_are_no_hand_guiding_and_said(
     made: Maker, friction_of: Fitted, robot: str, lag_s: float
 ) -> None:
     files = made("free-clean", robot, duration_s=30.0)
@@ -117,7 +117,17 @@ def test_drives_that_are_logged_late_are_no_hand_guiding(
     slow = np.full_like(series.effort, np.nan)
     slow[known] = lfilter([share], [1.0, share - 1.0], series.effort[known] - series.effort[known][0], axis=0)
     slow[known] += series.effort[known][0]
-    assert looked_at(replace(clean, series=replace(series, effort=slow)), files, friction) == []
+    late = replace(clean, series=replace(series, effort=slow))
+    assert looked_at(late, files, friction) == []
+    laws = {
+        joint: law.torque
+        for joint, law in applied_friction(clean, friction, load_config(files.config).config).laws.items()
+    }
+    assert with_filtered_effort(clean, laws).effort_lag_s is None
+    said = with_filtered_effort(late, laws)
+    assert said.effort_lag_s == pytest.approx(lag_s, rel=0.25)
+    (one,) = (f for f in said.findings if f.code == "effort-filtered")
+    assert one.effect == "not-judged-part"
 
 
 def test_a_fit_leaves_it_out(made: Maker, robot: str) -> None:

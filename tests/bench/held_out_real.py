@@ -29,6 +29,16 @@ COLUMNS = '[log.csv]\ntime = "t"\n' + "".join(f'{q} = "- {{joint}}_{q}"\n' for q
 PANDA = "[log.joint_names]\n" + "".join(f'fer_joint{i} = "panda_joint{i}"\n' for i in range(1, 8))
 UR10 = ("ur10_db3/ur10_exciting_trajectory.db3",)
 BAGS = ("ur3_bags/id1.bag", "ur3_bags/id2.bag")
+TX40 = ("tx40_csv/curr_data.csv", "tx40_csv/pos_read_data.csv")
+GEARS = """reduction = [[32, 0, 0, 0, 0, 0], [0, 32, 0, 0, 0, 0], [0, 0, 45, 0, 0, 0],
+             [0, 0, 0, -48, 0, 0], [0, 0, 0, 0, 45, 0], [0, 0, 0, 0, 32, 32]]
+joint_offset_rad = [0, -1.5707963, 1.5707963, 0, 0, 0]
+[log.csv]
+rate_hz = 5000
+position = "*pos*:Joint_{i}"
+effort = "*curr*:Joint_{i}"
+"""
+LBR = "[log.csv]\nrate_hz = 100\n[log.units]\neffort_sign = { " + ", ".join(f"A{i} = -1" for i in range(1, 8)) + " }\n"
 TIAGO = tuple(f"tiago_csv/tiago_{part}.csv" for part in ("position", "velocity", "effort"))
 
 
@@ -47,6 +57,8 @@ LOGS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "ur3-2019": (("ur3_bags/_2019-11-27-20-59-11.bag",), "ur3_robot.urdf", NAMES + SIGNS + estimated()),
     "ur3-id12-gain": (BAGS, "ur3_robot.urdf", NAMES + SIGNS + estimated("gain")),
     "ur3-id12-everything": (BAGS, "ur3_robot.urdf", NAMES + SIGNS + estimated("inertials", "tool")),
+    "tx40-inertials": (TX40, "tx40_mdh_modified.urdf", GEARS + estimated("inertials")),
+    "lbr": (("lbr_csv/measurements.csv",), "med7dock.urdf", LBR + estimated()),
     "tiago-gain": (TIAGO, "tiago_no_hand.urdf", COLUMNS + '[log.units]\neffort = "raw"\n' + estimated("gain")),
 }
 
@@ -68,7 +80,7 @@ def left_out(data: Path, name: str) -> dict[str, list[float | int | None]]:
         config = Path(folder) / "c.toml"
         config.write_text(f'[robot]\nurdf = "{data.absolute() / "urdf" / urdf}"\n{text}', encoding="utf-8")
         settings = load_config(config)
-    logs: list[Any] = [tuple(paths)] if files == TIAGO else [*paths]
+    logs: list[Any] = [tuple(paths)] if files in (TIAGO, TX40) else [*paths]
     prepared = [api.prepare(log, settings) for log in logs]
     provenance = make_provenance(settings, None, prepared[0].robot.sha256)
     squares: dict[str, list[float]] = {}
@@ -104,7 +116,8 @@ def table(before: dict[str, Any], after: dict[str, Any]) -> Iterator[str]:
         for joint, (value, count) in row.items():
             old, seen = before.get(name, {}).get(joint, (None, 0))
             mark = "" if seen == count or old is None else "*"
-            texts = ["–" if x is None else f"{x:.2f}" for x in (old, value)]
+            none = "refused" if name not in before else "–"
+            texts = [none if old is None else f"{old:.2f}", "–" if value is None else f"{value:.2f}"]
             cells.append(f"{texts[0]} → {texts[1]}{mark}")
         yield f"| {name} | " + " | ".join(cells + [""] * (most - len(cells))) + " |"
 

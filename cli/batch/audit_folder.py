@@ -16,6 +16,7 @@ from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.manifest_file import MANIFEST_NAME
 from collaudit.reports.files.signature_file import SIGNATURE_NAME
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
+from collaudit.reports.page.shared_assets import asset_names
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"
@@ -55,6 +56,7 @@ def own_files() -> list[str]:
         "summary.json",
         "policy.json",
         *(f"summary{FORMATS[name].suffix}" for name in formats_of_many()),
+        *asset_names(),
     ]
 
 

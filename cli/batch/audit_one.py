@@ -72,6 +72,7 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     from collaudit.cli.log_arguments import audit_files
     from collaudit.reports.files.run_files import write_run
     from collaudit.reports.page.html import write_html
+    from collaudit.reports.page.shared_assets import ASSETS_FOLDER
     from collaudit.reports.values.entries import entry_of
 
     if job.problem is not None:
@@ -88,7 +89,7 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     audit, friction = audit_files(job.files, job.loaded, progress)
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
-    write_html(run / "report.html", [audit])
+    write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
     note_finished(run, job.files, audit.result.log.sha256, job.loaded)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)

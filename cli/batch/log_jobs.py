@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from collaudit.core.api import LogFiles, log_name
+from collaudit.reports.page.shared_assets import ASSETS_FOLDER
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.night_records import RecordWanted
@@ -68,8 +69,8 @@ def log_names(logs: Sequence[LogFiles]) -> list[str]:
 
 
 def run_folders(logs: Sequence[LogFiles]) -> list[str]:
-    """A folder name for every log: its file's stem, numbered where two logs share one."""
-    taken: set[str] = set()
+    """A folder name for every log: its file's stem, numbered where two logs share one, or the audit's own has it."""
+    taken = {ASSETS_FOLDER}
     names = []
     for files in logs:
         joined = "+".join(path.stem if path.is_file() else path.name for path in files)

@@ -144,10 +144,10 @@ def command(
 
     "-" reads a list of logs from stdin, one a line. With [fleet] each log is judged with the settings of its robot.
 
-    OUT holds index.html, summary.json and, per log, audit.json, signals.parquet, friction.json and
-    report.html. Without a friction file, friction is fitted on each log itself, and its result says so. A log
-    that cannot be judged is listed with its reason and stops no other: also one that takes too long, or whose
-    process dies. Results of an earlier audit in OUT are removed first; until the new ones stand,
+    OUT holds index.html, summary.json, assets that reports share and, per log, audit.json, signals.parquet,
+    friction.json and report.html. Without a friction file, friction is fitted on each log itself, and its result says
+    so. A log that cannot be judged is listed with its reason and stops no other: also one that takes too long, or
+    whose process dies. Results of an earlier audit in OUT are removed first; until the new ones stand,
     AUDIT-UNDER-WAY.txt does. An audit that was ended goes on with --resume.
 
     Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
@@ -177,6 +177,7 @@ def command(
     from collaudit.reports.files.run_files import read_friction
     from collaudit.reports.files.signature_file import signing_key, write_signature
     from collaudit.reports.page.index import summary_json, write_index
+    from collaudit.reports.page.shared_assets import write_assets
     from collaudit.reports.values.entries import verdict_counts
 
     key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
@@ -206,6 +207,7 @@ def command(
         decisions = policy.decide(work, outcomes)
         entries = decisions.entries
         write_index(output, entries)
+        write_assets(output)
         atomic_write(output / POLICY_NAME, json_text(decisions.file))
         _write_extra(output, extra, decisions.results, [outcome.entry for outcome in outcomes if not outcome.result])
         made = (loaded, *night.settings)

@@ -11,6 +11,7 @@ from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style
 from collaudit.reports.page.sections.joint_figures import Detail
+from collaudit.reports.page.shared_assets import shared_scripts
 from collaudit.reports.page.signal_block import signal_block
 from collaudit.reports.page.view import AuditView, Limits, StoredAudit, make_view
 
@@ -27,25 +28,29 @@ _LONG_AROUND_EVENTS = 1500
 _SEVERITY = {"fail": 0, "not_judged": 1, "pass": 2}
 
 
-def write_html(path: Path, audits: Sequence[Audit | StoredAudit]) -> None:
+def write_html(path: Path, audits: Sequence[Audit | StoredAudit], assets: str | None = None) -> None:
     """Write the page of one or several audits; the same audits give the same bytes.
 
     Args:
         path: the file to make.
         audits: at least one; several are shown worst first.
+        assets: folder of its scripts, relative to the page; None puts them into it.
 
     Raises:
         CollauditError: the file cannot be written.
     """
-    atomic_write(path, html_text(audits))
+    atomic_write(path, html_text(audits, assets=assets))
 
 
-def html_text(audits: Sequence[Audit | StoredAudit], progress: Progress | None = None) -> str:
+def html_text(
+    audits: Sequence[Audit | StoredAudit], progress: Progress | None = None, assets: str | None = None
+) -> str:
     """The page as text; of several logs less is drawn of each.
 
     Args:
         audits: at least one.
         progress: called with steps done and in all.
+        assets: as of :func:`write_html`.
     """
     ordered = sorted(audits, key=lambda audit: _SEVERITY[audit.result.verdict])
     views = []
@@ -53,7 +58,7 @@ def html_text(audits: Sequence[Audit | StoredAudit], progress: Progress | None =
         part = stage(progress, 0.9 * (k - 1) / len(ordered), 0.9 * k / len(ordered))
         views.append(make_view(audit, f"log{k}", _limits(audit, len(ordered)), part))
     versions = sorted({view.result.provenance.collaudit for view in views})
-    scripts = page_scripts()
+    scripts = page_scripts() if assets is None else shared_scripts(assets)
     return (
         environment()
         .get_template("report.html.j2")

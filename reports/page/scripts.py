@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import zlib
 from base64 import b64encode
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from hashlib import sha256
 from importlib.util import find_spec
@@ -29,12 +29,14 @@ _COMMENT_LINE = re.compile(r"^//[^\n]*\n", re.MULTILINE)
 class Script:
     """A script, the source expression of its hash, and whether it stands in the page deflated and as base64.
 
-    The page's own script unpacks such a library and inserts it; the policy lets it run by the hash of its text.
+    The page's own script unpacks such a library and inserts it; the policy lets it run by the hash of its text. One
+    with ``src`` lies beside the page, and a hash is of no use: browsers compare none of files that no server sends.
     """
 
-    text: Markup
-    hash: str
+    text: Markup = field(default_factory=Markup)
+    hash: str = "'self'"
     packed: bool = False
+    src: str = ""
 
 
 @cache
@@ -44,9 +46,19 @@ def page_scripts() -> tuple[Script, ...]:
     Raises:
         CollauditError: uPlot's files are missing.
     """
-    library = _shortened(_plot_file("uPlot.iife.js")).encode()
+    library = script_texts()[0][1].encode()
     packed = Markup(b64encode(zlib.compress(library, 9)).decode("ascii"))
     return Script(packed, _hash(library), packed=True), own_script("signal_plots.js")
+
+
+def script_texts() -> tuple[tuple[str, str], tuple[str, str]]:
+    """Name and text of uPlot and of the page's own script, as files of their own.
+
+    Raises:
+        CollauditError: uPlot's files are missing.
+    """
+    own = (_ASSETS / "signal_plots.js").read_text(encoding="utf-8")
+    return ("uplot", _shortened(_plot_file("uPlot.iife.js"))), ("signal-plots", own)
 
 
 @cache

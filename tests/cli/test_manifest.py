@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -46,6 +47,24 @@ def test_everything_stands_in_it(audited: tuple[Path, Path], arm) -> None:
     read = {(item["role"], Path(item["path"]).name) for item in manifest["inputs"]}
     assert read == {("log", "a.csv"), ("log", "b.csv"), ("configuration", "arm.toml"), ("friction", "friction.json")}
     assert {log["log"]: log["verdict"] for log in manifest["logs"]} == {"a.csv": "pass", "b.csv": "fail"}
+
+
+def test_reports_share_the_plots_library_which_is_verified(collaudit, out: Path) -> None:
+    pages = "".join(path.read_text() for path in out.glob("*/report.html"))
+    named = set(re.findall(r'src="\.\./(assets/uplot[^"]*)"', pages))
+    (library,) = named
+    assert pages.count(library) == 2 and "uPlot" in (out / library).read_text() and "uPlot" not in pages
+    (out / library).write_text("alert(1)")
+    run = collaudit("verify", out)
+    assert run.code == 1 and f"changed  {library}" in run.out
+
+
+def test_a_log_may_be_called_as_the_folder_of_what_reports_share(collaudit, arm, tmp_path: Path) -> None:
+    log = Path(shutil.copyfile(arm.clean, tmp_path / "assets.csv"))
+    command = ("audit", log, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "out")
+    assert collaudit(*command).code == 0
+    assert (tmp_path / "out" / "assets-2" / "report.html").is_file()
+    assert collaudit("verify", tmp_path / "out").code == 0
 
 
 def test_one_worker_or_two_give_the_same_bytes(audited: tuple[Path, Path]) -> None:

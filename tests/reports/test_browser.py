@@ -18,6 +18,7 @@ from collaudit.core.errors import LogError
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.page.html import write_html
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
+from collaudit.reports.page.shared_assets import write_assets
 from collaudit.reports.values.body_regions import BodyLimits, BodyRegion
 from collaudit.reports.values.comparison import compare
 
@@ -239,6 +240,29 @@ def test_nothing_that_is_unfolded_widens_a_phones_page(chromium: Any, report: Pa
     page.set_viewport_size({"width": 360, "height": 900})
     page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
+
+
+def test_reports_of_an_audit_share_their_scripts(chromium: Any, axe: str, tmp_path: Path) -> None:
+    """Opened from a disk, where nothing is sent by a server: the same plots, by files that all reports name."""
+    own = tmp_path / "own.html"
+    write_html(own, [samples.failed(4000)])
+    (tmp_path / "run").mkdir()
+    write_html(tmp_path / "run" / "report.html", [samples.failed(4000)], "../assets")
+    write_assets(tmp_path)
+    page, whole = (tmp_path / "run" / "report.html").read_text(), own.read_text()
+    assert "uPlot" not in page and len(whole) - len(page) > 40_000
+    assert "script-src 'self';" in page and "'self'" not in whole
+    seen, alone = Visit(chromium, tmp_path / "run" / "report.html"), Visit(chromium, own)
+    for visit in (seen, alone):
+        visit.page.locator("section.signals").first.scroll_into_view_if_needed()
+        visit.page.wait_for_selector(".uplot")
+    assert seen.page.locator(".uplot").count() == alone.page.locator(".uplot").count()
+    assert (seen.console, seen.outside) == ([], []) and violations(seen.page, axe) == []
+    for file in (tmp_path / "assets").iterdir():
+        file.unlink()
+    lost = Visit(chromium, tmp_path / "run" / "report.html").page
+    assert lost.evaluate("typeof uPlot") == "undefined"
+    assert lost.locator("svg").count() > 0, "without them it is a page with curves"
 
 
 def test_axe_would_notice(chromium: Any, axe: str, tmp_path: Path) -> None:

@@ -10,8 +10,9 @@
     return new Response(new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate")));
   }
 
-  // uPlot stands in the page deflated; the content security policy lets it run by its hash.
+  // uPlot lies beside the page, or stands in it deflated; the content security policy lets it run by its hash.
   async function library() {
+    if (!document.getElementById("plot-library")) return;
     const script = document.createElement("script");
     script.textContent = await (await inflate(document.getElementById("plot-library").textContent)).text();
     document.head.append(script);

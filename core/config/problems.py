@@ -134,8 +134,14 @@ def _problem(path: KeyPath, detail: ErrorDetails, data: Mapping[str, object], pl
     if detail["type"] == "value_error":
         text = str(detail.get("ctx", {}).get("error", detail["msg"]))
         return ConfigError(f"[{name}] {text}" if isinstance(value, Mapping) else f"{name}: {text}", where=where)
+    if detail["type"] == "missing" and isinstance(value, Mapping):
+        return ConfigError(
+            f"[{name}] has no {detail['loc'][-1]}", where=where, hint="docs/config.md lists what is required"
+        )
     key = find_key(path)
     expected = value_text(key.info) if key else detail["msg"]
+    if detail["type"] == "string_too_short":
+        expected = f"text of at least {detail['ctx']['min_length']} characters"
     hint = None
     if key is not None and isinstance(value, str):
         hint = _similar_choice(value, expected)

@@ -23,7 +23,8 @@ def decide_log(
         baseline: what it is compared with, if anything.
         fail_on: ``warn`` makes warnings break the policy.
     """
-    rules = [waivers.applied(one, log.place, log.robot) for one in RuleBook(log, baseline).outcomes()]
+    book = RuleBook(log, baseline)
+    rules = [waivers.applied(one, log.place, log.robot) for one in book.outcomes()]
     fails = {"error", "warn"} if "warn" in fail_on else {"error"}
     broken = [one for one in rules if one.state == "broken" and one.level in fails]
     untold = [one for one in rules if one.state == "not_judged" and one.level in fails]
@@ -33,6 +34,7 @@ def decide_log(
     elif untold or log.result.unjudged or _untold_before(log.result):
         verdict = "not_judged"
     notes = [_sentence(one) for one in rules if one not in broken and one not in untold and one.state != "kept"]
+    notes += book.off()
     return LogDecision(
         log=log.result.log.name,
         robot=log.robot,

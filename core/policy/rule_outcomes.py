@@ -69,6 +69,16 @@ class RuleBook:
             *self._findings(),
         ]
 
+    def off(self) -> list[str]:
+        """What rules say that are switched off and would be broken: a pass must not read as if nothing was found."""
+        result, policy, texts = self._result, self._policy, list[str]()
+        if policy.levels.get("contacts") == "off":
+            texts += contact_breach(result.contacts, policy.max_collisions, result.findings)
+        limit = policy.max_near_misses_per_hour
+        if policy.levels.get("near_misses") == "off" and limit is not None:
+            texts += near_miss_breach(len(result.near_misses), result.coverage.recorded_s, limit)
+        return [f"Switched off by the policy: {text}" for text in texts]
+
     def _level(self, rule: RuleName) -> Literal["warn", "error"] | None:
         level = self._policy.levels.get(rule, "error")
         return None if level == "off" else level

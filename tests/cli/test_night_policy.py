@@ -41,6 +41,8 @@ def test_levels(arm, night) -> None:
     assert done.code == 1
     done, logs, policy = night([arm.pushed], '[policy]\nlevels = { contacts = "off" }\n')
     assert done.code == 0 and not [rule for rule in policy["logs"][0]["rules"] if rule["rule"] == "contacts"]
+    said = " ".join(logs["pushed.csv"]["reasons"])
+    assert "Switched off by the policy: 1 contact" in said, "a pass must not read as if nothing was found"
 
 
 def test_residual_limits_and_findings_by_code(arm, night, tmp_path: Path) -> None:

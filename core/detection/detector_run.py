@@ -121,6 +121,10 @@ def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] 
     """Least and greatest residual where friction is an interval, NaN elsewhere; in 7 digits, which are looked at."""
     if run.residual.span_nm is None:
         return None, None
-    open_ = run.detected.state == State.FRICTION_INTERVAL
-    least, most = (np.where(open_, x, np.nan).astype(np.float32) for x in run.residual.span_nm)
+    state = run.detected.state
+    least, most = (np.full(state.shape, np.nan, dtype=np.float32, order="F") for _ in range(2))
+    for j in range(state.shape[1]):  # joint by joint: arrays of all joints are fresh memory
+        open_ = np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL)
+        for out, x in zip((least, most), run.residual.span_nm, strict=True):
+            out[open_, j] = x[open_, j]
     return least, most

@@ -20,6 +20,7 @@ import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.reports.files.arrow_columns import column_of, values_of
 from collaudit.reports.files.signals_layout import (
     META,
@@ -66,8 +67,9 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
         write_statistics=False,
         store_schema=True,
     ) as writer:
-        for start in range(0, len(signals.time_s), _ROWS):
-            writer.write_table(_rows(signals, steps, schema, slice(start, start + _ROWS)))
+        parts = [slice(start, start + _ROWS) for start in range(0, len(signals.time_s), _ROWS)]
+        for table in ordered_map(lambda rows: _rows(signals, steps, schema, rows), parts, ahead=1):
+            writer.write_table(table)
 
 
 def read_signals(path: Path, log_sha256: str) -> Signals:

@@ -47,7 +47,7 @@ FORMATS: dict[str, ReportFormat] = {
     "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
     "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True, slow=True),
-    "parquet": ReportFormat(".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True),
+    "parquet": ReportFormat(".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True, slow=True),
     "mcap": ReportFormat(".mcap", "collaudit.reports.exports.export_files:write_mcap", files=True, slow=True),
 }
 
@@ -71,7 +71,7 @@ def write_report(
         audits: the audits.
         fmt: one of :data:`FORMATS`.
         unread: logs that could not be audited; formats of many logs list them.
-        progress: called with steps done and in all, by formats that take long: html, csv, mcap.
+        progress: called with steps done and in all, by formats that take long: html, csv, parquet, mcap.
 
     Returns:
         The files written: ``path``, and those beside it that belong to the format.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -32,7 +33,9 @@ def environment() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
-    made.filters.update(minus=_minus, share=_share, counted=counted, mark_text=mark_text, css_text=_css_text)
+    made.filters.update(
+        minus=_minus, share=_share, counted=counted, mark_text=mark_text, css_text=_css_text, alike=_alike
+    )
     made.globals.update(
         statement=STATEMENT,
         verdict_word=VERDICT_WORD,
@@ -50,6 +53,14 @@ def _shown(value: object) -> object:
     if isinstance(value, Markup) or not isinstance(value, str):
         return value
     return visible(value)
+
+
+def _alike(rows: Iterable[object], attribute: str) -> list[tuple[object, list[object]]]:
+    """Rows by the value of an attribute, in the order in which the values come up."""
+    groups: dict[object, list[object]] = {}
+    for row in rows:
+        groups.setdefault(getattr(row, attribute), []).append(row)
+    return list(groups.items())
 
 
 def _share(value: float) -> str:

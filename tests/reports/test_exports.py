@@ -199,3 +199,11 @@ def test_files_do_not_go_to_stdout(audit: Audit) -> None:
         if known.files:
             with pytest.raises(ConfigError, match="written to files"):
                 report_text([audit], name)
+
+
+@pytest.mark.parametrize("name", ["csv", "parquet", "mcap"])
+def test_exports_of_signals_tell_how_far_they_are(tmp_path: Path, name: str) -> None:
+    told: list[float] = []
+    audit = samples.failed(60_000)
+    write_report(tmp_path / f"run.{name}", [audit], name, progress=lambda done, of: told.append(done / of))
+    assert told == sorted(told) and told[-1] == 1.0

@@ -75,7 +75,7 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
 @click.option(
     "--resume",
     is_flag=True,
-    help="Take over what an audit of OUT finished before it was ended, where log, settings and versions are the same.",
+    help="Continue an interrupted audit of OUT: keep finished results whose log, settings and versions are the same.",
 )
 @click.option(
     "--baseline",
@@ -104,10 +104,12 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
 )
 @click.option("--fail-fast", is_flag=True, help="End the audit at the first log that breaks the policy.")
 @click.option(
-    "--keep-going", is_flag=True, help="An argument that names no log is not judged and listed, not an error."
+    "--keep-going",
+    is_flag=True,
+    help="An argument that names no log is listed as not judged instead of ending the audit.",
 )
 @click.option("--store", metavar="STORE", help="Append the results to a store over nights: a folder or URL.")
-@click.option("--robot", metavar="NAME", help="Whose logs these are, for a store; {folder} is the folder of each log.")
+@click.option("--robot", metavar="NAME", help="Robot of these logs, for a store; {folder} is the folder of each log.")
 @click.option(
     "--night", "day", metavar="DATE", help="Night that the logs count to in a store; default: their own dates."
 )
@@ -147,8 +149,8 @@ def command(
     OUT holds index.html, summary.json, assets that reports share and, per log, audit.json, signals.parquet,
     friction.json and report.html. Without a friction file, friction is fitted on each log itself, and its result says
     so. A log that cannot be judged is listed with its reason and stops no other: also one that takes too long, or
-    whose process dies. Results of an earlier audit in OUT are removed first; until the new ones stand,
-    AUDIT-UNDER-WAY.txt does. An audit that was ended goes on with --resume.
+    whose process dies. Results of an earlier audit in OUT are removed first; until the new ones are
+    complete, OUT holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
 
     Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
     audit.json of a log keeps the verdict on that log alone. manifest.json holds the hashes of all that was read and
@@ -192,7 +194,7 @@ def command(
     kept = finished_outcomes(work, output) if resume else {}
     left = [job for index, job in enumerate(work) if index not in kept]
     if resume:
-        note(f"{len(kept)} of {len(work)} logs were finished before and are taken over")
+        note(f"{len(kept)} of {len(work)} logs were finished earlier; their results are kept")
     with run_log(log_json) as events, audit_under_way(output, [job.folder for job in left], force):
         events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
 

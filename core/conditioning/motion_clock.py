@@ -98,7 +98,7 @@ def motion_clock(
     ratio = passed[clear] / period
     whole = np.round(ratio)
     if _typical(ratio - whole) > _BETTER * _typical(steps[clear] / period - whole):
-        return WeakClock("the motion follows the stamps no worse than an even clock")
+        return WeakClock("the motion fits the stamps as well as an even clock")
     counts, told = _counts(passed, steps, period, usable)
     return _rebuilt(stamps, counts, told, spread)
 

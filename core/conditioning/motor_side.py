@@ -134,7 +134,9 @@ def _by_joint(
     missing = [name for name in joints if name not in given] if default is None else []
     if unknown or missing:
         raise ConfigError(
-            f"{key} names joints that nobody has" if unknown else f"{key} lacks joints of the log",
+            f"{key} names joints that neither the log nor the robot has"
+            if unknown
+            else f"{key} lacks joints of the log",
             where=f"[robot] {key}",
             found=", ".join(unknown or missing),
             expected=f"a value for each of {', '.join(joints)}",

@@ -79,7 +79,8 @@ def _slow_kernel(run: DetectorRun, rule: RuleFacts, period_s: float) -> list[Fin
     )
     text = (
         f"The filter of the detector '{name}' lets {100 * share:.0f} % of a push of "
-        f"{1e3 * rule.n * period_s:.3g} ms pass: one that short shows only above {1 / share:.2g} times the threshold. "
+        f"{1e3 * rule.n * period_s:.3g} ms pass: a push that short alarms only above {1 / share:.2g} times the "
+        "threshold. "
         f"{remedy}"
     )
     return [Finding("detector-slow", "warning", text)]
@@ -130,7 +131,8 @@ def _hidden_at_rest(
     most = float((run.threshold.of(j)[inside] + hidden[inside, j]).max())
     text = (
         f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
-        f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. Not observable, not clean."
+        f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. This time counts as "
+        "hidden, not as clean."
     )
     return [Finding("hidden-at-rest", "info", text, joint=joint)]
 

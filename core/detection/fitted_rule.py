@@ -114,8 +114,8 @@ def _source(thresholds: FittedThresholds, gamma: dict[str, float], order: tuple[
     )
     if 0 < least < _MUCH_H:
         text += (
-            f" That is little: by itself it cannot exclude up to {_NONE_SEEN_95 / least:.2g} false alarms of a joint "
-            "an hour (95 %), and the thresholds are wider for it."
+            f" That is little: by itself it cannot exclude up to {_NONE_SEEN_95 / least:.2g} false alarms per joint "
+            "and hour (95 %), and the thresholds include a margin for that."
         )
     return Finding("gamma-from-fit", "info", text)
 
@@ -130,15 +130,15 @@ def isolated_peak_findings(thresholds: FittedThresholds) -> list[Finding]:
                 continue
             listed = [f"{p.peak_nm:.3g} N·m at {p.start_s:.1f} to {p.end_s:.1f} s of {p.log}" for p in peaks]
             more = f" and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
-            facts = f"{', '.join(listed[:_SHOWN])}{more}; four of five seconds stay below {peaks[0].usual_nm:.3g} N·m."
+            facts = f"{', '.join(listed[:_SHOWN])}{more}; 80 % of the seconds stay below {peaks[0].usual_nm:.3g} N·m."
             if counted:
                 text = (
-                    f"The fitted threshold of joint '{joint}' rests on peaks of the residual that stand alone: {facts} "
+                    f"The fitted threshold of joint '{joint}' is determined by isolated peaks of the residual: {facts} "
                     "If something was touched there, the threshold is too high, and contact below it goes unseen."
                 )
             else:
                 text = (
-                    f"The fitted threshold of joint '{joint}' does not count peaks of the residual that stand alone: "
+                    f"The fitted threshold of joint '{joint}' does not count isolated peaks of the residual: "
                     f"{facts} They look like contact or a stop. If nothing happened there, motion like it will alarm."
                 )
             code = "gamma-peaks-counted" if counted else "gamma-peaks-left-out"

@@ -560,13 +560,13 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "gamma-peaks-left-out": Kind(
-        "Thresholds of the friction file do not count peaks of the fitted logs' residual that stand alone.",
+        "Thresholds of the friction file do not count isolated peaks of the fitted logs' residual.",
         "Look at these times. If something was touched there, nothing; else fit on more motion of this kind, so that "
         "it no longer stands alone.",
         _WARNING,
     ),
     "gamma-peaks-counted": Kind(
-        "Thresholds of the friction file rest on peaks of the fitted logs' residual that stand alone.",
+        "Thresholds of the friction file are determined by isolated peaks of the fitted logs' residual.",
         "Look at these times. If something was touched there, label it (--truth, --labels) and fit again; else fit on "
         "more motion of this kind.",
         {"warning": "excludes"},

@@ -195,20 +195,20 @@ def _untold(
 ) -> tuple[str, ...]:
     out = []
     if len(nights) < FEWEST:
-        out.append(f"Changes: {len(nights)} nights; fewer than {FEWEST} tell none from chance.")
+        out.append(
+            f"Changes: {len(nights)} nights; with fewer than {FEWEST} no change can be distinguished from chance."
+        )
     short = [joint for joint, own in series.items() if 0 < len(own["friction"].nights) < FEWEST <= len(nights)]
     none = [joint for joint, own in series.items() if not own["friction"].nights]
     if short:
         out.append(f"Changes of friction of {', '.join(short)}: friction is known of fewer than {FEWEST} nights.")
     older = sum(any(j.law_nm and j.friction_level is None for j in r.joints) for r in records if r.friction_sha256)
     if older:
-        out.append(
-            f"Friction of {older} logs: recorded by an earlier version, which left out what the residual had followed."
-        )
+        out.append(f"Friction of {older} logs: recorded by an earlier version, which did not store the friction level.")
     if none and older < len(records):
         out.append(f"Friction of {', '.join(none)}: no night separates it from load and offset.")
     if series and not any(np.isfinite(own["friction"].temperature_c).any() for own in series.values()):
-        out.append("Temperature: the logs hold none, so that colder nights and wear look alike.")
+        out.append("Temperature: the logs hold none, so colder nights and wear look the same.")
     own_fits = sum(record.verdict != "not_judged" and record.friction_sha256 is None for record in records)
     if own_fits:
         out.append(

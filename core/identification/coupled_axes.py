@@ -74,7 +74,7 @@ def fit_coupled(
     values, spread = _solved(system, told)
     for c, coupling in enumerate(couplings):
         if not told[3 * c : 3 * c + 2].all():
-            findings.append(_untold(coupling, "the joints' own speeds explain whatever the axis does"))
+            findings.append(_untold(coupling, "its motion cannot be separated from that of the joints"))
             continue
         s = np.abs(motion.velocity @ weights[c])[motion.moving[:, weights[c] != 0].any(axis=1)]
         fit = _result(coupling, values[3 * c : 3 * c + 3], spread[3 * c : 3 * c + 3], s, with_inertia)
@@ -180,7 +180,8 @@ def _result(coupling: Coupling, x: FloatArray, half: FloatArray, s: FloatArray, 
 
 def _untold(coupling: Coupling, why: str) -> Finding:
     text = (
-        f"The friction of the coupled axis {coupling.words} could not be told: {why}. It stays in the friction of the "
+        f"The friction of the coupled axis {coupling.words} could not be determined: {why}. It stays in the "
+        "friction of the "
         "single joints."
     )
     return Finding("friction-coupled", "warning", text, joint=coupling.joint)

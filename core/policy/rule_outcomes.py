@@ -161,7 +161,7 @@ class RuleBook:
             f"{100 * low:+.3g} to {100 * high:+.3g} % (policy: at most {100 * limit:g} %)."
         )
         if state == "not_judged":
-            text += " The interval reaches over the limit: whether it is kept cannot be told."
+            text += " The interval includes the limit, so it is not known whether the limit is kept."
         return RuleOutcome("friction_change", level, state, text, (joint,), abs(change.share), limit)
 
     def _friction_change(self, joint: str) -> FrictionChange | str:

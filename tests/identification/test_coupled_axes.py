@@ -151,5 +151,5 @@ def test_an_axis_that_never_differs_from_its_joint_is_not_told_apart() -> None:
     prepared = prepare(at_joints(moved, config.robot, NAMES), arm(config), config)
     fits, findings = fit_coupled([prepared], config, with_inertia=False)
     assert not fits
-    assert "could not be told" in findings[0].text
+    assert "could not be determined" in findings[0].text
     assert findings[0].severity == "warning"

@@ -51,7 +51,10 @@ COUNTS = ["t", *numbered("q_counts_#", (1, 2)), *numbered("tau_#", (1, 2))]
         (TWICE, "two columns are called q1"),
         (SIDES, "the position columns are of several arms or sides: left, right"),
         (BEHIND, "the position columns are of several arms or sides: left, right"),
-        (["t", "upper_q1", "upper_q2", "tau1", "tau2"], "the position columns bear a word that is not known: upper"),
+        (
+            ["t", "upper_q1", "upper_q2", "tau1", "tau2"],
+            "the position columns have a word in their names that is not known: upper",
+        ),
         (DESIRED, "no column of a measured position was recognised"),
         (COMMANDED, "no column of a measured effort was recognised"),
         (COUNTS, "no column of a measured position was recognised"),

@@ -41,7 +41,7 @@ def open_parquet(path: Path, settings: CsvConfig) -> NamedColumns:
                     "claims more rows than its size allows",
                     where=str(path),
                     found=f"{rows} rows of {columns} columns",
-                    hint="if the log is honest, write it with fewer columns, or as CSV",
+                    hint="if the log is genuine, write it with fewer columns, or as CSV",
                 )
             table = file.read()
         table.validate(full=True)

@@ -66,7 +66,7 @@ class BoundedStream(io.RawIOBase):
                 "decompresses into more than its size allows",
                 where=str(self._path),
                 found=f"{self._given} bytes from {self._size}",
-                hint="if the log is honest, unpack it first",
+                hint="if the log is genuine, unpack it first",
             )
         whole = len(data) if not data else data.rfind(b"\n") + 1
         self._ended = not data

@@ -72,7 +72,7 @@ class ReadingBounds:
         """Sets of joints on one topic."""
         if count > MOST_LAYOUTS:
             raise LogError(
-                "holds ever other sets of joints on one topic",
+                "holds changing sets of joints on one topic",
                 where=self._where,
                 found=f"{count:,}",
                 expected=f"at most {MOST_LAYOUTS:,}",
@@ -84,5 +84,5 @@ class ReadingBounds:
             where=self._where,
             found=found,
             expected=f"at most {most}",
-            hint=f"if the log is honest, raise the bound: [log.limits] {key}",
+            hint=f"if the log is genuine, raise the bound: [log.limits] {key}",
         )

@@ -122,7 +122,7 @@ def _several_arms(bare: Sequence[str], quantity: str, where: str) -> LogError | 
     return LogError(
         f"the {quantity} columns are of several arms or sides: {', '.join(sides)}"
         if several
-        else f"the {quantity} columns bear a word that is not known: {next(iter(sides))}",
+        else f"the {quantity} columns have a word in their names that is not known: {next(iter(sides))}",
         where=where,
         found=", ".join(patterns[quantity] for patterns in sides.values()),
         hint=("one configuration an arm, " if several else "if they are measured, say so, ")

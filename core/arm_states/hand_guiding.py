@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.arm_states.block_numbers import counted_in_time, without_gaps
 from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
@@ -91,9 +92,10 @@ def hand_guiding(
     pick = np.array(columns, dtype=np.int64)
     if len(columns) < _LEAST_JOINTS:
         return []
-    rows, block = _rows(series)
+    rows, numbers = _rows(series)
     if rows.size == 0:
         return []
+    block = without_gaps(numbers, 2 * _WINDOW)
     speed = series.velocity_rad_s[rows]
     own = np.stack([friction[j](speed[:, j]) for j in columns], axis=1)
     rest = drive_nm[np.ix_(rows, pick)] - rigid_nm[np.ix_(rows, pick)] - own
@@ -107,7 +109,7 @@ def hand_guiding(
     mask, telling = _guided(sums, _noise(rest, speed[:, columns], block))
     least = round(_LEAST_S / _BLOCK_S)
     found = [
-        HandGuiding(_span(series, a, b), *_told(sums, telling, columns, a, b))
+        HandGuiding(_span(series, *counted_in_time(numbers, block, a, b)), *_told(sums, telling, columns, a, b))
         for a, b in zip(*run_bounds(mask), strict=True)
         if b - a >= least
     ]

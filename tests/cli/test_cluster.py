@@ -65,7 +65,10 @@ def test_a_worker_that_dies_loses_no_log_and_none_is_judged_twice(arm, cluster, 
     assert ResultStore(str(tmp_path / "store")).table(["log"]).num_rows == LOGS
 
 
-def test_no_scheduler_there_is_said(collaudit, arm, tmp_path: Path) -> None:
+def test_no_scheduler_there_is_said(collaudit, arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from collaudit.cli.batch import dask_workers
+
+    monkeypatch.setattr(dask_workers, "_CONNECT_S", "1s")  # nobody will come
     nobody = collaudit("audit", arm.clean, "-c", arm.config, "-o", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:9")
     assert nobody.code == 2 and "scheduler cannot be reached" in nobody.err and "dask worker" in nobody.err
 

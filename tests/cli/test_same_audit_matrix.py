@@ -85,10 +85,14 @@ def run(*args: object) -> int:
     return entry.run([str(arg) for arg in args])
 
 
-def drafted(runs: Runs, log: Path, vocabulary: str) -> Path:
-    """What init writes for a log, told nothing but the robot and, where efforts are currents, the constants."""
+def drafted(runs: Runs, log: Path, vocabulary: str, friction: Path | None = None) -> Path:
+    """What init writes for a log, told nothing but the robot and, where efforts are currents, the constants.
+
+    With friction that is known already its trial needs no fit of the log, which would take most of the time.
+    """
     config = log.with_name("written.toml")
     stated = ("--set", CONSTANTS) if vocabulary in CURRENTS else ()
+    stated += ("--set", f'friction.file="{friction}"') if friction is not None else ()
     run("init", log, "-c", runs.robot, *stated, "-o", config, "--force")
     return config
 
@@ -101,8 +105,8 @@ def test_every_vocabulary_in_every_format_gives_the_same_audit(
     base = (list(VOCABULARIES).index(vocabulary) + list(FORMATS).index(form)) % 2
     log = tmp_path / form
     FORMATS[form](log, table_of(vocabulary, base, *runs.pushed))
-    config = drafted(runs, log, vocabulary)
     friction = Path(str(runs.friction).format(logged))
+    config = drafted(runs, log, vocabulary, friction)
     assert run("detect", log, "-c", config, "--friction", friction, "-o", tmp_path / "out") == 1
     alike(told(tmp_path / "out"), runs.expected[logged])
 

@@ -12,8 +12,12 @@ from typing import Any
 import pytest
 from filelock import FileLock
 
-from collaudit.core.data.audit_result import FrictionFile
-from collaudit.fixtures.simulated_audit import fit_simulated
+from collaudit.core import audit as core_audit
+from collaudit.core.api import fit
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import Audit, FrictionFile
+from collaudit.core.data.threshold_result import FittedThresholds
+from collaudit.fixtures.simulated_audit import audit_simulated, fit_simulated
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles, simulate_to
 
 ROBOTS = ("paper6", "seven")
@@ -78,10 +82,47 @@ def friction_of(made: Maker, once: Once) -> Callable[[str], FrictionFile]:
     return fit
 
 
+@pytest.fixture(scope="session")
+def audit_of(
+    made: Maker, friction_of: Callable[[str], FrictionFile], once: Once
+) -> Callable[..., tuple[SimulatedFiles, Audit]]:
+    """A scenario's log and its audit with :func:`friction_of`, made once for equal arguments; all have copies."""
+
+    def audited(scenario: str, robot: str, **more: object) -> tuple[SimulatedFiles, Audit]:
+        files = made(scenario, robot, **more)
+        friction = friction_of(robot)
+        key = ("audited", scenario, robot, *sorted(more.items()))
+        found: Audit = once(key, lambda _: audit_simulated(files, friction))
+        return files, found
+
+    return audited
+
+
+@pytest.fixture(scope="session")
+def own_fit(made: Maker, once: Once) -> Callable[..., FrictionFile]:
+    """What ``fit`` says of a scenario's log, made once for equal arguments."""
+
+    def fitted(scenario: str, robot: str, **more: object) -> FrictionFile:
+        files = made(scenario, robot, **more)
+        found: FrictionFile = once(
+            ("own fit", scenario, robot, *sorted(more.items())),
+            lambda _: fit([files.log], load_config(files.config)),
+        )
+        return found
+
+    return fitted
+
+
 @pytest.fixture(params=ROBOTS)
 def robot(request: pytest.FixtureRequest) -> str:
     """Each simulated robot."""
     return str(request.param)
+
+
+def without_thresholds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let fits of this test end at the laws: their held-out residual, which nobody asks for, takes half of the time."""
+    nothing = FittedThresholds("direct", False, {})
+    monkeypatch.setattr(core_audit, "corrections_that_help", lambda *_: ({}, nothing))
 
 
 def truth_path(files: SimulatedFiles) -> Path:

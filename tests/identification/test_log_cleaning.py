@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulated_logs import FEWER_SPEEDS
+from simulated_logs import FEWER_SPEEDS, without_thresholds
 
 from collaudit.core import api
 from collaudit.core.config import load_config
@@ -87,7 +87,11 @@ def test_a_clean_log_is_left_whole(free: Any, robot: str) -> None:
 
 
 @pytest.mark.parametrize("share", [0.3])
-def test_pushes_in_the_fitting_log_are_left_out(free: Any, robot: str, share: float) -> None:
+def test_pushes_in_the_fitting_log_are_left_out(
+    free: Any, own_fit: Callable[..., FrictionFile], robot: str, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = own_fit("free-clean", robot, **FREE)  # as every test has it; those below for their curves only
+    without_thresholds(monkeypatch)
     clean, settings = free(robot)
     log, touched = pushed(clean, settings, share)
     out, facts = find_contact(log)
@@ -97,7 +101,7 @@ def test_pushes_in_the_fitting_log_are_left_out(free: Any, robot: str, share: fl
     assert facts.settled
     assert not facts.refused
     assert facts.spans[0].joints
-    right, dirty = (api.fit([which], settings) for which in (clean, log))
+    dirty = api.fit([log], settings)
     kept = replace(settings, config=settings.config.model_copy(update={"fit": _contact(settings, "none")}))
     wrong = errors(api.fit([log], kept), right)
     rescued = errors(dirty, right)
@@ -131,7 +135,8 @@ def test_a_wrong_statement_leaves_nothing_out_and_is_said(free: Any) -> None:
     assert cleaned([clean], stated).findings == ()
 
 
-def test_known_contact_is_left_out_and_nothing_else(free: Any) -> None:
+def test_known_contact_is_left_out_and_nothing_else(free: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    without_thresholds(monkeypatch)
     clean, settings = free("paper6")
     out, facts = labelled_contact(clean, [(10.0, 11.0), (20.0, 20.5)])
     at = clean.series.time_s

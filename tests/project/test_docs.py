@@ -1,5 +1,6 @@
 """Generated pages are current, links lead somewhere, the published schema agrees with the loader."""
 
+import functools
 import json
 import re
 from pathlib import Path
@@ -7,13 +8,14 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from collaudit.cli.docs import pages
+from collaudit.cli import docs
 from collaudit.core.config.describe import all_keys, default_text
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import to_toml
 
 PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"
+pages = functools.cache(docs.pages)  # made once, a test for each
 
 
 @pytest.mark.parametrize("name", sorted(pages()))

@@ -71,7 +71,8 @@ def parse(
         source, skip, delimiter, encoding = _source(path, dialect, mend)
         reading = _Reading(len(dialect.names), skip, delimiter, encoding, quotes, wanted, types, dialect.decimal)
         with source:
-            if isinstance(source, NativeFile) and encoding == "utf-8":
+            # A file of one block leaves other threads nothing to do.
+            if isinstance(source, NativeFile) and encoding == "utf-8" and source.size() > _BLOCK:
                 try:
                     with OSFile(str(path)) as own:
                         return reading.table(own, threads=True), None

@@ -15,6 +15,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_fault import Fault, first_fault
 from collaudit.core.logs.csv.csv_parsing import Mend, parse, suits_pandas
 from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
+from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 #: Rows whose cells are compared to tell whether tables were written from one recording.
 _FIRST_ROWS = 50
+#: Cells of a table that one thread puts together.
+_SMALL = 100_000
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
 
 
@@ -110,6 +113,8 @@ def _attempts(
                 failure = error
             if time is None or kind is kinds[-1] or _parses(path, dialect, time, kind, mend, quotes=quotes):
                 break  # no other type of stamps would help
+        if not quotes and not _holds_quotes(path):
+            break  # nor would looking for them
     assert failure is not None
     raise failure
 
@@ -136,6 +141,14 @@ def _may_lack_quotes(dialect: Dialect, wanted: Sequence[int], types: Mapping[str
     return numbers and not any('"' in cell for cell in dialect.first)
 
 
+def _holds_quotes(path: Path) -> bool:
+    """Whether there is a quote in a file; of a compressed one that is not known."""
+    if compression_at(path) is not None:
+        return True
+    with path.open("rb") as stream:
+        return any(b'"' in block for block in iter(partial(stream.read, 1 << 20), b""))
+
+
 def _mended(
     path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None, fault: Fault | None
 ) -> tuple[Any, str | None]:
@@ -157,8 +170,10 @@ def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, Floa
     """Columns one after the other in memory: side by side (C order) takes three times as long.
 
     Arrow strings the pieces of all columns of a group together in one go, two groups at a time. Array by array, the
-    4,000 calls of NumPy take as long again.
+    4,000 calls of NumPy take as long again. A small table is done before a thread has begun.
     """
+    if table.num_rows * table.num_columns < _SMALL:
+        return {group: _matrix(table, indices) for group, indices in groups.items()}
     with ThreadPoolExecutor(2) as pool:
         return dict(zip(groups, pool.map(partial(_matrix, table), groups.values()), strict=True))
 

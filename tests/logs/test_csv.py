@@ -16,6 +16,7 @@ import zstandard
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs import describe, group_inputs, guess_csv_columns, read_log
+from collaudit.core.logs.csv import csv_parsing
 
 ROWS = [(0.01 * k, 0.1 * k, -0.2 * k, 1.0 + k, 2.0 - k) for k in range(40)]
 PLAIN = "t,q1,q2,tau1,tau2"
@@ -469,6 +470,7 @@ def test_no_thread_of_arrow_calls_python(tmp_path: Path, monkeypatch: pytest.Mon
         return read_csv(source, read_options=read_options, parse_options=parse_options, convert_options=convert_options)
 
     monkeypatch.setattr(csv, "read_csv", spy)
+    monkeypatch.setattr(csv_parsing, "_BLOCK", 256)  # threads are for files of more than a block
     lines = table().splitlines(keepends=True)
     text = "".join([*lines[:9], "# a comment\n", *lines[9:]])
     path = tmp_path / f"run.csv{suffix}"

@@ -9,8 +9,11 @@ from pathlib import Path
 import pytest
 
 from collaudit.core.numeric.allocator import one_thread_of_linear_algebra
+from collaudit.core.numeric.parallel import use_threads
 
 one_thread_of_linear_algebra()  # as the commands do, and as early
+if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) >= (os.cpu_count() or 1):
+    use_threads(1)  # as the workers of an audit: the other cores have processes of their own
 
 sys.path.insert(0, str(Path(__file__).with_name("helpers")))  # importlib mode leaves the tests' folders off the path
 pytest_plugins = ["simulated_logs"]

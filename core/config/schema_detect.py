@@ -27,6 +27,7 @@ class EvidenceConfig(ConfigTable):
     temperature_c: tuple[float, float] | None = Field(None, description="Lowest and highest temperature, °C.")
     phases: list[Literal["free", "approach", "contact", "retreat"]] = Field([], description="Phases; empty: any.")
     standing: bool = Field(True, description="Whether the joint stood or reversed in it.")
+    reversals_per_h: NonNegative | None = Field(None, description="Changes of direction an hour; absent: any.")
 
 
 class DetectConfig(ConfigTable):

@@ -126,6 +126,7 @@ class ResidualStats:
         clean_mean_abs_nm: mean over the judged samples half a second and more away from collisions.
         clean_s: their seconds.
         temperature_c: mean temperature of the joint, °C; None where the log has none.
+        temperature_range_c: lowest and highest; None where the log, or the file of an earlier version, has none.
     """
 
     mean_abs_nm: float | None
@@ -136,6 +137,7 @@ class ResidualStats:
     clean_mean_abs_nm: float | None = None
     clean_s: float = 0.0
     temperature_c: float | None = None
+    temperature_range_c: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

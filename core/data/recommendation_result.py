@@ -48,6 +48,7 @@ class RangeOfEvidence:
         standing: share of it at rest or just after a reversal.
         phases: share of each phase.
         temperature_c: lowest and highest temperature; None where the log has none.
+        reversals_per_h: changes of direction an hour; None in files of earlier versions.
     """
 
     fastest_rad_s: float
@@ -58,6 +59,7 @@ class RangeOfEvidence:
     standing: float
     phases: dict[str, float]
     temperature_c: tuple[float, float] | None = None
+    reversals_per_h: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

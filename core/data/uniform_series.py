@@ -81,3 +81,11 @@ class UniformSeries:
         own = self.temperature_c[:, self.column(joint)]
         known = own[np.isfinite(own)]
         return float(known.mean()) if known.size else None
+
+    def temperature_range_c(self, joint: str) -> tuple[float, float] | None:
+        """Lowest and highest temperature of a joint, °C; None where the log has none."""
+        if self.temperature_c is None:
+            return None
+        own = self.temperature_c[:, self.column(joint)]
+        known = own[np.isfinite(own)]
+        return (float(known.min()), float(known.max())) if known.size else None

@@ -54,6 +54,7 @@ class LogEvidence:
         left_out: the stretches that are not free, in time order.
         contact_known: a person or a file says what was contact; alarms elsewhere are false ones, and count.
         phases: of the run, as stretches of time.
+        temperature_c: lowest and highest of the whole log, by joint, where it is known.
     """
 
     name: str
@@ -66,6 +67,7 @@ class LogEvidence:
     left_out: tuple[LeftOutStretch, ...]
     contact_known: bool
     phases: tuple[PhaseSpan, ...] = ()
+    temperature_c: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def of_joint(self, joint: str) -> CleanResidual:
         """One joint's residual with its clean samples."""
@@ -131,7 +133,9 @@ def log_evidence(audit: Audit, contact: Times | None = None) -> LogEvidence:
     """Evidence of one audit; arguments as of :func:`gather_evidence`."""
     result = audit.result
     events = (result.collisions, result.near_misses)
-    return evidence_of(result.log, result.rule, audit.signals, result.phases, events, contact, result.disturbances)
+    known = {joint: stats.temperature_range_c for joint, stats in result.residual.items()}
+    found = evidence_of(result.log, result.rule, audit.signals, result.phases, events, contact, result.disturbances)
+    return replace(found, temperature_c={joint: heat for joint, heat in known.items() if heat is not None})
 
 
 def evidence_of(

@@ -6,7 +6,7 @@ import numpy as np
 
 from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.signals import State
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence
 
 #: The range leaves out this share of the evidence at each end: a moment at some speed is no evidence for it.
@@ -35,14 +35,16 @@ def range_of_evidence(evidence: ArmEvidence, joint: str) -> RangeOfEvidence | No
         for phase, samples in _phases(log, joint).items():
             phases[phase] = phases.get(phase, 0.0) + samples * weight / seconds
     standing = sum(part[4] * w for part, w in zip(parts, weights, strict=True)) / seconds
-    return range_of_samples(speed, turn, load, sum(part[3] for part in parts), standing, phases)
+    heat = [log.temperature_c[joint] for log in evidence.logs if joint in log.watched and joint in log.temperature_c]
+    reversals = (sum(part[3] for part in parts), seconds / 3600.0)
+    return range_of_samples(speed, turn, load, reversals, standing, phases, np.array(heat).ravel())
 
 
 def range_of_samples(
     speed: FloatArray,
     turn: FloatArray,
     load: FloatArray,
-    reversals: int,
+    reversals: tuple[int, float],
     standing: float,
     phases: dict[str, float],
     temperature_c: FloatArray | None = None,
@@ -51,7 +53,8 @@ def range_of_samples(
 
     Args:
         speed, turn, load: (n,) |velocity| in rad/s, |acceleration| in rad/s², modelled torque in N·m.
-        reversals, standing, phases: as of :class:`RangeOfEvidence`.
+        reversals: changes of direction, and in how many hours.
+        standing, phases: as of :class:`RangeOfEvidence`.
         temperature_c: (n,) °C, NaN where not known; None without.
     """
     known = np.empty(0) if temperature_c is None else temperature_c[np.isfinite(temperature_c)]
@@ -60,17 +63,24 @@ def range_of_samples(
         hardest_rad_s2=float(np.quantile(turn, 1 - _TAIL)),
         least_nm=float(np.quantile(load, _TAIL)),
         most_nm=float(np.quantile(load, 1 - _TAIL)),
-        reversals=reversals,
+        reversals=reversals[0],
         standing=standing,
         phases=phases,
         temperature_c=(float(known.min()), float(known.max())) if known.size else None,
+        reversals_per_h=reversals[0] / reversals[1] if reversals[1] > 0 else None,
     )
 
 
+def reversals_at(velocity_rad_s: FloatArray) -> IntArray:
+    """Samples at which (n,) velocities have changed their direction, rest left out."""
+    moving = np.flatnonzero(np.abs(velocity_rad_s) > _MOVING_RAD_S)
+    sign = np.sign(velocity_rad_s[moving])
+    return np.asarray(moving[1:][sign[1:] != sign[:-1]], dtype=np.int64)
+
+
 def reversals_of(velocity_rad_s: FloatArray) -> int:
-    """Changes of direction of (n,) velocities, rest left out."""
-    moving = np.sign(velocity_rad_s[np.abs(velocity_rad_s) > _MOVING_RAD_S])
-    return int(np.count_nonzero(moving[1:] != moving[:-1]))
+    """Number of changes of direction of (n,) velocities, rest left out."""
+    return int(reversals_at(velocity_rad_s).size)
 
 
 def acceleration(velocity_rad_s: FloatArray, period_s: float) -> FloatArray:

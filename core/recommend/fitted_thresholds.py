@@ -144,7 +144,10 @@ def _range(columns: Sequence[tuple[HeldOutResidual, int]]) -> RangeOfEvidence | 
         speed=np.concatenate([np.abs(r.velocity_rad_s[mask, j]) for r, j, mask in used]),
         turn=np.concatenate([acceleration(r.velocity_rad_s[:, j], r.period_s)[mask] for r, j, mask in used]),
         load=np.nan_to_num(np.concatenate([r.model_nm[mask, j] for r, j, mask in used])),
-        reversals=sum(reversals_of(r.velocity_rad_s[mask, j]) for r, j, mask in used),
+        reversals=(
+            sum(reversals_of(r.velocity_rad_s[mask, j]) for r, j, mask in used),
+            sum(float(np.count_nonzero(mask)) * r.period_s for r, _, mask in used) / 3600.0,
+        ),
         standing=standing / count,
         phases={},
         temperature_c=np.concatenate(known),

@@ -24,6 +24,7 @@ DEFAULT_PER_HOUR = 1e-3
 LEAST_S = 180.0
 #: A tail is believed this many times further than the hours it was seen in.
 REACH = 5.0
+_FEW_LOGS = 2
 #: Further hours for which the bound is looked at: so many steps in each tenfold.
 _STEPS = 8
 #: gamma is compared with the level that so many hours without an alarm would ask for; more than so many times is loose.
@@ -167,8 +168,9 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
     At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. More
     hours support a rarer rate, by a narrower bound; if they are like these, the level asked for may first rise and then
     falls. gamma is the highest of these levels, from the hours at hand to those that support the rate asked for, so
-    that more hours of the same never raise it. No level is chosen that the clean data passed, where less than one
-    alarm is expected in them.
+    that more hours of the same never raise it. One log does not show how much logs differ: from one, 95 % hold at the
+    rate asked for, too, which is the only room left for that. No level is chosen that the clean data passed, where less
+    than one alarm is expected in them.
 
     Args:
         tail: of the joint.
@@ -181,6 +183,8 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
     later = 10.0 ** (np.arange(int(_STEPS * np.log10(enough)) - 5 * _STEPS, _STEPS * np.log10(enough)) / _STEPS)
     hours = [tail.hours, *(h for h in (*later, enough) if h > tail.hours)]
     level = max(tail.level_bound(max(share, 1.0 / (REACH * h) / joints), h / tail.hours) for h in hours)
+    if tail.logs < _FEW_LOGS:
+        level = max(level, tail.level_bound(share))
     return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
 
 

@@ -4,11 +4,14 @@ The peaks of a clean residual thin out upwards at least as fast as an exponentia
 i (x_(i) - x_(i+1)), i counted from the largest, all have the same mean (Renyi 1953). Peaks of contacts lie further out:
 the sum of the highest spacings is then too large beside those below, by an F-test. No peak in the highest tenth is used
 to tell what is usual, so that up to a tenth of the peaks may be contacts.
+
+A contact loads several joints at once, errors of friction and ripple one at a time. So the joints are tested together,
+too: the sum over joints of the squares of their peaks in the same second, each over its usual.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,7 +19,7 @@ from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.special_functions import fisher_tail
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
+from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks, declustered_peaks
 
 #: Chance that any peak of a clean joint is called an outlier.
 _CHANCE = 1e-3
@@ -29,6 +32,8 @@ _FURTHER = 3.0
 #: Peaks are compared with others at like speed and acceleration: so many classes of each.
 _CLASSES = (4, 3)
 _FEWEST_IN_CLASS = 20
+#: Joints that are tested together, at least; those are named that have this share of the highest ratio.
+_FEWEST_JOINTS, _SHARES = 2, 0.5
 #: Over which acceleration is taken, s.
 _STEP_S = 0.02
 
@@ -44,6 +49,7 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
         The stretches with their margin, log by log and in time order.
     """
     found: dict[int, list[LeftOutStretch]] = {}
+    together: list[dict[int, dict[str, float]]] = [{} for _ in evidence.logs]
     for joint in evidence.joints:
         logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
         data = evidence.of_joint(joint)
@@ -51,12 +57,39 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
         if peaks.level_nm.size < _FEWEST:
             continue
         usual = _usual_nm(peaks, [evidence.logs[k] for k in logs], joint)
-        for i in _outliers(peaks.level_nm / usual):
+        ratio = peaks.level_nm / usual
+        for i in _outliers(ratio):
             k = logs[int(peaks.log[i])]
-            at = float(peaks.time_s[i])
-            stretch = LeftOutStretch(evidence.logs[k].name, at - MARGIN_S, at + MARGIN_S, "suspicious", (joint,))
-            found.setdefault(k, []).append(stretch)
+            found.setdefault(k, []).append(_around(evidence.logs[k], float(peaks.time_s[i]), (joint,)))
+        for own, second, size in zip(peaks.log, (peaks.time_s / BLOCK_S).astype(np.int64), ratio, strict=True):
+            together[logs[int(own)]].setdefault(int(second), {})[joint] = float(size)
+    for k, second, joints in _together(together):
+        found.setdefault(k, []).append(_around(evidence.logs[k], (second + 0.5) * BLOCK_S, joints, 0.5 * BLOCK_S))
     return tuple(stretch for k in sorted(found) for stretch in joined(found[k]))
+
+
+def _around(log: LogEvidence, at_s: float, joints: tuple[str, ...], half_s: float = 0.0) -> LeftOutStretch:
+    return LeftOutStretch(log.name, at_s - half_s - MARGIN_S, at_s + half_s + MARGIN_S, "suspicious", joints)
+
+
+def _together(logs: Sequence[Mapping[int, Mapping[str, float]]]) -> list[tuple[int, int, tuple[str, ...]]]:
+    """Seconds in which the joints together lie too far out: log, second, and the joints that are highest in it.
+
+    Args:
+        logs: of each log by second the peaks of its joints over their usual.
+    """
+    places = [(k, second) for k, log in enumerate(logs) for second in log]
+    count = max((len(logs[k][second]) for k, second in places), default=0)
+    if count < _FEWEST_JOINTS or len(places) < _FEWEST:
+        return []
+    # A joint whose peak was merged into the next second counts as usual.
+    size = np.array([sum(x * x for x in logs[k][s].values()) + count - len(logs[k][s]) for k, s in places])
+    out = []
+    for i in _outliers(size):
+        k, second = places[int(i)]
+        ratios = logs[k][second]
+        out.append((k, second, tuple(joint for joint, x in ratios.items() if x > _SHARES * max(ratios.values()))))
+    return out
 
 
 def without_outliers(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch]) -> ArmEvidence:

@@ -12,12 +12,17 @@ from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.recommend.evidence_range import acceleration
+from collaudit.core.numeric.runs import widened
+from collaudit.core.recommend.evidence_range import acceleration, reversals_at
 
 #: A little beyond the range is still like it.
 _SLACK = 1.05
 #: Less of a log than this out of the range is not worth a word; more than that is a warning.
 _SAID, _WARNED = 0.005, 0.05
+#: Reversals that come this many times as often are another motion; what a reversal does to a residual lasts so long, s.
+_MORE_OFTEN, _REVERSAL_S = 3.0, 0.5
+#: That many reversals may come by chance.
+_BY_CHANCE = 3
 
 
 def ranges_behind(
@@ -41,6 +46,7 @@ def ranges_behind(
                     load_nm=(r.least_nm, r.most_nm),
                     temperature_c=r.temperature_c,
                     standing=r.standing > 0,
+                    reversals_per_h=r.reversals_per_h,
                 )
     return out | dict(stated)
 
@@ -72,9 +78,9 @@ def range_findings(
         any_of = float(np.mean(np.logical_or.reduce(list(masks.values()))[judged]))
         if any_of < _SAID:
             continue
-        listed = ", ".join(f"{100 * share:.2g} % {what}" for what, share in shares.items() if share >= _SAID / 2)
+        listed = ", ".join(f"{_percent(share)} % {what}" for what, share in shares.items() if share >= _SAID / 2)
         text = (
-            f"{100 * any_of:.2g} % of the judged time of joint '{joint}' lies outside the range of the evidence "
+            f"{_percent(any_of)} % of the judged time of joint '{joint}' lies outside the range of the evidence "
             "for its threshold: "
             f"{listed or 'in several ways, each of them seldom'}."
         )
@@ -104,6 +110,7 @@ def _beyond(
         if celsius is not None and known.temperature_c is not None:
             cold, warm = known.temperature_c
             masks[f"colder or warmer than {cold:.3g} to {warm:.3g} °C"] = (celsius < cold - 1) | (celsius > warm + 1)
+    masks |= _reversing(velocity, period_s, known.reversals_per_h)
     if not known.standing:
         masks["at rest or just after a reversal"] = np.asarray(signals.state[:, j] == State.FRICTION_INTERVAL)
     other = {span.phase for span in phases} - set(known.phases) if known.phases else set()
@@ -115,3 +122,18 @@ def _beyond(
                 mask[a:b] = True
         masks[f"in phase {phase}"] = mask
     return masks
+
+
+def _reversing(velocity: FloatArray, period_s: float, usual_per_h: float | None) -> dict[str, BoolArray]:
+    """Mask (n,) of what lies around reversals, where they come far more often than in the evidence."""
+    at, hours = reversals_at(np.nan_to_num(velocity)), velocity.size * period_s / 3600.0
+    if usual_per_h is None or at.size <= _MORE_OFTEN * usual_per_h * hours + _BY_CHANCE:
+        return {}
+    mask = np.zeros(velocity.size, dtype=np.bool_)
+    mask[at] = True
+    what = f"around reversals, {at.size / hours:,.0f} an hour where the evidence has {usual_per_h:,.0f}"
+    return {what: widened(mask, round(_REVERSAL_S / period_s))}
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"

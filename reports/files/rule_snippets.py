@@ -62,6 +62,10 @@ def _config(found: ArmRecommendation, gammas: dict[str, float]) -> str:
         table.append("load_nm", [float(f"{known.least_nm:.4g}"), float(f"{known.most_nm:.4g}")])
         if known.phases:
             table.append("phases", sorted(known.phases))
+        if known.temperature_c is not None:
+            table.append("temperature_c", [float(f"{x:.4g}") for x in known.temperature_c])
+        if known.reversals_per_h is not None:
+            table.append("reversals_per_h", float(f"{known.reversals_per_h:.3g}"))
         table.append("standing", known.standing > 0)
         ranges.append(key_item(joint, quoted=True), table)
     detect.append("evidence", ranges)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from collaudit.core.data.audit_result import Audit
@@ -12,6 +13,7 @@ from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style
 from collaudit.reports.page.sections.joint_figures import Detail
 from collaudit.reports.page.shared_assets import shared_scripts
+from collaudit.reports.page.shared_planes import shared_planes
 from collaudit.reports.page.signal_block import signal_block
 from collaudit.reports.page.view import AuditView, Limits, StoredAudit, make_view
 
@@ -57,6 +59,9 @@ def html_text(
     for k, audit in enumerate(ordered, 1):
         part = stage(progress, 0.9 * (k - 1) / len(ordered), 0.9 * k / len(ordered))
         views.append(make_view(audit, f"log{k}", _limits(audit, len(ordered)), part))
+    shared = shared_planes([audit.study for audit in ordered])
+    if shared is not None:  # drawn once, for all logs
+        views = [view if view.study is None else replace(view, study=replace(view.study, planes=())) for view in views]
     versions = sorted({view.result.provenance.collaudit for view in views})
     scripts = page_scripts() if assets is None else shared_scripts(assets)
     return (
@@ -69,6 +74,7 @@ def html_text(
             plot_style=page_style(),
             blocks={view.key: signal_block(view) for view in views},
             running_head=_running_head(views),
+            shared=shared,
         )
     )
 

@@ -20,7 +20,7 @@ from collaudit.core.data.detection_result import Score
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 #: Seeds that nothing was tuned on.
-SEEDS = range(7101, 7106)
+SEEDS = range(7101, 7111)
 #: (robot, scenario, seed, seconds): an hour each of fast motion and of stop-and-go, on stiff and soft joints.
 HOURS = [
     (robot, scenario, seed, seconds)

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from collaudit.core.recommend.sustained_levels import LogPeaks
+
 _BLOCK_S = 60.0
 _FROM_LOGS = 4
 #: Spread of a minute's size.
@@ -35,3 +37,28 @@ def generated(sources: Sequence[Made], seed: int, period_s: float) -> Made:
         residual[start:stop] = x[part] * np.exp(_BLOCK_SD * rng.standard_normal(joints))
         clean[start:stop] = usable[part]
     return residual, clean
+
+
+def generated_peaks(sources: Sequence[Sequence[LogPeaks]], seed: int, length_s: float = 300.0) -> list[LogPeaks]:
+    """Peaks of the joints of a new log, put together in the same way: a minute's levels grow by the minute's factor."""
+    rng = np.random.default_rng(seed)
+    few = rng.choice(len(sources), min(_FROM_LOGS, len(sources)), replace=False)
+    minutes = [
+        (sources[int(rng.choice(few))], rng.uniform(0.0, length_s - _BLOCK_S), rng.standard_normal(len(sources[0])))
+        for _ in range(round(length_s / _BLOCK_S))
+    ]
+    return [
+        _joined_minutes([(log[j], at, float(size[j])) for log, at, size in minutes], length_s)
+        for j in range(len(sources[0]))
+    ]
+
+
+def _joined_minutes(minutes: Sequence[tuple[LogPeaks, float, float]], length_s: float) -> LogPeaks:
+    levels, times, windows, hours = [], [], [], []
+    for k, (log, at, size) in enumerate(minutes):
+        own = (log.time_s >= at) & (log.time_s < at + _BLOCK_S)
+        levels.append(log.level_nm[own] * np.exp(_BLOCK_SD * size))
+        times.append(log.time_s[own] - at + k * _BLOCK_S)
+        windows.append(np.full(int(own.sum()), k, dtype=np.int64))
+        hours.append(_BLOCK_S * float(log.window_hours.sum()) / length_s)
+    return LogPeaks(np.concatenate(levels), np.concatenate(times), np.concatenate(windows), np.array(hours))

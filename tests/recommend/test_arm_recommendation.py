@@ -9,7 +9,7 @@ import pytest
 from residual_audits import audit_of, coloured
 
 from collaudit.core.config.schema_detect import EvidenceConfig
-from collaudit.core.data.audit_result import Audit, Collision, PhaseSpan
+from collaudit.core.data.audit_result import Audit, Collision, PhaseSpan, ResidualStats
 from collaudit.core.recommend.arm_recommendation import recommend_arm
 from collaudit.core.recommend.range_findings import range_findings
 
@@ -52,6 +52,19 @@ def test_pushes_no_larger_than_the_rest_are_no_outliers_and_are_listed_as_what_g
         near = [any(abs(p.time_s - t) < 0.5 for t in at) for p in peaks]
         outside = [s for s in found.to_confirm if joint in s.joints]
         assert sum(near) >= 3 or outside, "the moments to look at are the pushes"
+
+
+def test_a_push_on_several_joints_is_told_though_none_of_them_stands_out() -> None:
+    """Six joints pushed at once, each no further than its own clean peaks; one joint pushed as far is not told."""
+    spans = [(k, k + 100) for k in range(20_000, 440_000, 60_000)]
+    several, single = (coloured(31, 900.0, joints=6) for _ in range(2))
+    for a, b in spans:
+        several[a:b] += 2.0
+        single[a:b, 2] += 2.0
+    found, missed = (recommend_arm([audit_of(x, gamma_nm=100.0)]).to_confirm for x in (several, single))
+    assert all(any(s.start_s <= a * 0.002 <= s.end_s for s in found) for a, _ in spans)
+    assert len(found) == len(spans) and all(len(s.joints) >= 4 for s in found)
+    assert missed == () and recommend_arm([audit_of(coloured(31, 900.0, joints=6))]).to_confirm == ()
 
 
 def test_by_a_persons_word_it_counts() -> None:
@@ -127,6 +140,34 @@ def test_a_log_beyond_the_evidence_is_told_so() -> None:
     beyond = np.mean(np.abs(fast.signals.velocity_rad_s) > 1.05 * known.fastest_rad_s)
     assert found.code == "evidence-range" and found.severity == "warning" and found.joint == "joint1"
     assert f"{100 * beyond:.2g} % faster than" in found.text and "accelerated harder" in found.text
+
+
+def test_reversals_far_more_often_than_in_the_evidence_are_told() -> None:
+    """The same speeds and accelerations, turned round twice a second where the evidence went one way."""
+    t = np.arange(100_000) * 0.002
+    oneway = audit_of(coloured(3, 200.0), velocity_rad_s=(0.5 + 0.3 * np.sin(2 * np.pi * t))[:, None])
+    turning = audit_of(coloured(3, 200.0), velocity_rad_s=(0.3 * np.sin(2 * np.pi * t))[:, None])
+    known = recommend_arm([oneway]).ranges["joint1"]
+    assert known.reversals == 0 and known.reversals_per_h == 0.0
+    stated = {"joint1": limits(oneway).model_copy(update={"reversals_per_h": known.reversals_per_h})}
+    assert range_findings(oneway.signals, 0.002, (), None, stated) == []
+    (found,) = range_findings(turning.signals, 0.002, (), None, stated)
+    assert found.severity == "warning"
+    assert "100 % around reversals, 7,182 an hour where the evidence has 0" in found.text
+    often = {"joint1": stated["joint1"].model_copy(update={"reversals_per_h": 3000.0})}
+    assert range_findings(turning.signals, 0.002, (), None, often) == [], "less than three times as often"
+
+
+def at_temperature(audit: Audit, lowest_c: float, highest_c: float) -> Audit:
+    stats = ResidualStats(None, None, None, None, 200.0, None, 200.0, temperature_range_c=(lowest_c, highest_c))
+    return replace(audit, result=replace(audit.result, residual={"joint1": stats}))
+
+
+def test_runs_know_the_temperature_of_their_evidence() -> None:
+    other = audit_of(coloured(4, 200.0), name="warm.mcap")
+    runs = [at_temperature(moving(0.5), 21.0, 24.0), at_temperature(other, 23.0, 38.0)]
+    assert recommend_arm(runs).ranges["joint1"].temperature_c == (21.0, 38.0)
+    assert recommend_arm([moving(0.5)]).ranges["joint1"].temperature_c is None
 
 
 def test_load_temperature_and_phase_have_ranges_too() -> None:

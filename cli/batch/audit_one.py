@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.cli.batch.run_note import FINISHED, note_finished
+from collaudit.cli.batch.run_note import FINISHED, note_finished, note_origin
 from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:
@@ -78,11 +78,14 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     if job.problem is not None:
         raise job.problem
     if job.url is not None:
-        from collaudit.cli.fleet.remote_logs import fetched_of, local_copy
+        from collaudit.cli.fleet.remote_logs import fetched_of, local_copy, remote_stamp
 
+        stamp = remote_stamp(job.url)
         with local_copy(job.url, job.loaded.config.log.remote) as file:
             outcome = _judged(job._replace(files=(file,), url=None), out, progress)
-            return replace(outcome, fetched=fetched_of(file))
+            fetched = fetched_of(file)
+        note_origin(out / job.folder, stamp, fetched)
+        return replace(outcome, fetched=fetched)
     run = out / job.folder
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")

@@ -17,6 +17,7 @@ from collaudit.core.errors import CollauditError
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.log_jobs import LogJob
+    from collaudit.cli.fleet.remote_logs import Fetched
 
 
 def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
@@ -38,14 +39,32 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
 
     run = out / job.folder
     note = read_note(run)
-    if job.problem is not None or job.url is not None or note is None or not (run / "report.html").is_file():
+    if job.problem is not None or note is None or not (run / "report.html").is_file():
         return None
     try:
-        if note != rests_on(job.files, sha256_of(job.files), job.loaded):
+        fetched = None if job.url is None else _unchanged(job, note)
+        if fetched is None and (job.url is not None or note != rests_on(job.files, sha256_of(job.files), job.loaded)):
             return None
         audit = read_run(run)
     except (CollauditError, OSError):  # whatever is wrong with it, judging the log again tells
         return None
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result, record)
+    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result, record, fetched)
+
+
+def _unchanged(job: LogJob, note: object) -> Fetched | None:
+    """What was fetched of a remote log that is as it was, with settings as they were; None otherwise, or in doubt."""
+    from collaudit.cli.fleet.remote_logs import Fetched, remote_stamp
+
+    origin = note.get("origin") if isinstance(note, dict) else None
+    if not isinstance(note, dict) or not isinstance(origin, dict) or job.url is None or job.loaded.config.log.csv.also:
+        return None
+    stamp = remote_stamp(job.url)
+    alike = note == {**rests_on((), str(note.get("log")), job.loaded), "origin": origin}
+    if not alike or origin.get("stamp") != stamp or set(stamp) <= {"size"}:
+        return None
+    try:
+        return Fetched(**origin["fetched"])
+    except (LookupError, TypeError):
+        return None

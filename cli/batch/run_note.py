@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collaudit.cli.fleet.remote_logs import Fetched
     from collaudit.core.api import LogFiles
     from collaudit.core.config import LoadedConfig
 
@@ -29,6 +31,21 @@ def note_finished(run: Path, files: LogFiles, log_sha256: str, loaded: LoadedCon
 
     note = {"schema": _SCHEMA, "rests_on": rests_on(files, log_sha256, loaded)}
     atomic_write(run / FINISHED, json_text(note))
+
+
+def note_origin(run: Path, stamp: Mapping[str, str], fetched: Fetched) -> None:
+    """Add to the note of a finished run that its log is remote: what tells that it was replaced, and what was fetched.
+
+    Raises:
+        CollauditError: it cannot be written.
+    """
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.json_writer import json_text
+
+    rested = read_note(run)
+    if isinstance(rested, dict):
+        rested["origin"] = {"stamp": dict(stamp), "fetched": fetched._asdict()}
+        atomic_write(run / FINISHED, json_text({"schema": _SCHEMA, "rests_on": rested}))
 
 
 def read_note(run: Path) -> object:

@@ -27,7 +27,10 @@ _BY_RANGES_FROM = 16 << 20
 _HEAD_BYTES, _TAIL_BYTES = 1 << 16, 1 << 18
 _MCAP = b"\x89MCAP0\r\n"
 #: What tells that an object was replaced, as backends call it.
-_STAMPS = ("size", "ETag", "etag", "LastModified", "last_modified", "mtime", "updated", "generation", "version_id")
+_STAMPS = (
+    "size", "ETag", "etag", "LastModified", "Last-Modified", "last_modified", "mtime", "updated", "generation",
+    "version_id",
+)  # fmt: skip
 _SHA256 = re.compile(r"\s*([0-9a-fA-F]{64})\b")
 
 
@@ -103,12 +106,12 @@ def local_copy(url: str, how: Literal["ranges", "whole"] = "ranges") -> Iterator
             held = _by_ranges(system, path, url, target) if how == "ranges" else None
             if held is None:
                 _fetch_whole(system, path, url, target)
+                _check_same(system, path, url, stamp)
         with held or nullcontext():
             yield target
         if held is not None:
             with _said(url):
-                if _stamp(system, path) != stamp:
-                    raise NotJudgedError("the log was replaced while it was read", where=url)
+                _check_same(system, path, url, stamp)
 
 
 def fetched_of(file: Path) -> Fetched:
@@ -182,6 +185,21 @@ def _serves_ranges(system: Any, path: str, size: int) -> bool:
             return len(file.read(1)) == 1
     except (OSError, ValueError):
         return False
+
+
+def _check_same(system: Any, path: str, url: str, stamp: dict[str, str]) -> None:
+    if _stamp(system, path) != stamp:
+        raise NotJudgedError("the log was replaced while it was read", where=url)
+
+
+def remote_stamp(url: str) -> dict[str, str]:
+    """What changes when a remote log is replaced: size, ETag, time of change, as far as its store tells.
+
+    Raises:
+        NotJudgedError: it cannot be asked. ConfigError: the backend is missing.
+    """
+    with _said(url):
+        return _stamp(*_system(url))
 
 
 def _stamp(system: Any, path: str) -> dict[str, str]:

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -35,9 +36,10 @@ def store(arm, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def judged(arm, collaudit, tmp_path: Path):
     """Audit one log; bytes of its audit.json, and the manifest."""
 
-    def run(log: object, out: str) -> tuple[bytes, dict[str, object]]:
+    def run(log: object, out: str, *flags: str) -> tuple[bytes, dict[str, object]]:
         settings = ("-c", arm.config, "--friction", arm.friction)
-        done = collaudit("audit", log, *settings, "-o", tmp_path / out, "--log-json", tmp_path / f"{out}.jsonl")
+        story = tmp_path / f"{out}{''.join(flags)}.jsonl"
+        done = collaudit("audit", log, *settings, "-o", tmp_path / out, "--log-json", story, *flags)
         assert done.code == 1, done.err
         (audit,) = (tmp_path / out).glob("*/audit.json")
         return audit.read_bytes(), json.loads((tmp_path / out / "manifest.json").read_text())
@@ -55,7 +57,9 @@ def test_a_log_of_images_is_judged_by_the_chunks_of_its_joints(store: Path, judg
     with served(FolderServer(store)) as server:
         parts, manifest = judged(f"{server.url}/logs/night.mcap", "parts")
         assert server.sent < 5_000_000 < log.stat().st_size / 10, "images were fetched"
-        again, _ = judged(f"{server.url}/logs/night.mcap", "again")
+        sent = server.sent
+        again, taken_over = judged(f"{server.url}/logs/night.mcap", "parts", "--resume")
+        assert server.sent == sent and taken_over == manifest, "a log that its store still has as it was is not fetched"
         beside = log.with_name("night.mcap.sha256")
         beside.write_text(f"{_sha256(log)}  night.mcap\n")
         stated, stating = judged(f"{server.url}/logs/night.mcap", "stated")
@@ -71,6 +75,18 @@ def test_a_log_of_images_is_judged_by_the_chunks_of_its_joints(store: Path, judg
     one["findings"].remove(said)
     assert one["log"].pop("sha256") != other["log"].pop("sha256") == _sha256(log)
     assert one == other, "but for the hash, and that it is said"
+
+
+def test_a_log_that_was_replaced_is_not_taken_over(arm, collaudit, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    log = Path(shutil.copyfile(arm.clean, tmp_path / "logs" / "log.csv"))
+    with served(FolderServer(tmp_path)) as server:
+        url = f"{server.url}/logs/log.csv"
+        command = ("audit", url, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "out", "--resume")
+        assert collaudit(*command).code == 0
+        shutil.copyfile(arm.pushed, log)
+        run = collaudit(*command)
+    assert run.code == 1 and "0 of 1 logs were finished before" in run.err
 
 
 def test_s3_states_the_hash_of_a_log(bucket, store: Path) -> None:

@@ -8,7 +8,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.terminal.finding_text import finding_lines
 from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.screen_text import contact_table, sensitivity_text, verdict_text
-from collaudit.reports.terminal.text_table import table, table_with_text, wrapped
+from collaudit.reports.terminal.text_table import table, table_with_text, without_unit, wrapped
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
@@ -90,7 +90,6 @@ def audit_text(result: AuditResult, width: int | None = None) -> str:
 
 
 def _joint_table(result: AuditResult, width: int | None) -> str:
-    head = ("joint", "watched", "detectable", "mean |r|", "99 % below", "largest", "gamma", "alarms, near misses")
     lines = []
     for joint, coverage in result.coverage.joints.items():
         found = sensitivity_row(joint, result)
@@ -106,18 +105,23 @@ def _joint_table(result: AuditResult, width: int | None) -> str:
                 counted(count, result),
             )
         )
-    return table(head, lines, (2, 3, 4, 5, 6, 7), width)
+    plain, unit = without_unit(lines, (3, 4, 5, 6))
+    title = f"mean |r|{unit}"
+    head = ("joint", "watched", "detectable", title, "99 % below", "largest", "gamma", "alarms, near misses")
+    return table(head, plain, (2, 3, 4, 5, 6, 7), width)
 
 
 def _collision_table(result: AuditResult, width: int | None) -> str:
     listed = [rows.collision_row(event, result) for event in rows.in_time(result.collisions)]
-    head = ("joint", "onset", "detected", "above gamma", "peak", "gamma", "phase")
     lines = [(r.joint, r.onset, r.detected, r.lasted, r.peak, r.gamma, r.phase) for r in listed]
-    return table(head, lines, (1, 2, 3, 4, 5), width)
+    plain, unit = without_unit(lines, (4, 5))
+    head = ("joint", "onset", "detected", "above gamma", f"peak{unit}", "gamma", "phase")
+    return table(head, plain, (1, 2, 3, 4, 5), width)
 
 
 def _near_miss_table(result: AuditResult, width: int | None) -> str:
     listed = [rows.near_miss_row(event, result) for event in rows.in_time(result.near_misses)]
-    head = ("joint", "kind", "onset", "lasted", "peak", "gamma", "how close", "phase")
     lines = [(r.joint, r.kind, r.onset, r.lasted, r.peak, r.gamma, r.closeness, r.phase) for r in listed]
-    return table(head, lines, (2, 3, 4, 5, 6), width)
+    plain, unit = without_unit(lines, (4, 5))
+    head = ("joint", "kind", "onset", "lasted", f"peak{unit}", "gamma", "how close", "phase")
+    return table(head, plain, (2, 3, 4, 5, 6), width)

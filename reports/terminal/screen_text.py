@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.findings import Finding
 from collaudit.reports.terminal.rule_text import rule_text
-from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.terminal.text_table import table, table_with_text, without_unit, wrapped
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
@@ -51,18 +51,19 @@ def verdict_text(result: AuditResult, most: int | None = None, width: int | None
 
 
 def contact_table(result: AuditResult, contacts: Sequence[Contact], width: int | None) -> str:
-    """Every contact with all that is known of it; below the table why each counts as what it does."""
+    """Every contact with all that is known of it."""
     listed = [contact_row(contact, result) for contact in contacts]
-    head = ("onset", "lasted", "joints", "highest residual", "link or further out", "force", "kind")
-    lines = [(r.onset, r.lasted, r.joints, r.worst, r.link, r.force, r.kind) for r in listed]
-    why = [wrapped(f"  {r.onset}, {r.kind}: {visible(r.evidence)}", width, "    ") for r in listed if r.evidence]
-    return table(head, lines, (0, 1), width, fold=True) + "".join(f"{line}\n" for line in why)
+    head = ("onset", "lasted", "highest residual", "kind", "joints; link or further out; force; evidence")
+    lines = []
+    for r in listed:
+        more = "; ".join(text for text in (r.joints, r.link, f"force {r.force}", r.evidence) if text)
+        lines.append((r.onset, r.lasted, r.worst, r.kind, more))
+    return table_with_text(head, lines, (0, 1), width)
 
 
 def _brief_contacts(result: AuditResult, contacts: Sequence[Contact], width: int | None) -> str:
     """One short line a contact: the joint whose residual is highest for its threshold, and how many others alarmed."""
     listed = [(contact, contact_row(contact, result)) for contact in contacts]
-    head = ("onset", "lasted", "joint", "residual", "gamma", "link or further out", "force", "kind")
     lines = []
     for contact, row in listed:
         residual, _, rest = row.worst.partition(" (γ ")
@@ -71,11 +72,9 @@ def _brief_contacts(result: AuditResult, contacts: Sequence[Contact], width: int
         name = f"{joint or row.joints}{f' +{others}' if joint and others else ''}"
         force = row.force.partition(" (")[0].partition(",")[0].replace("at least", "≥")
         lines.append((row.onset, row.lasted, name, residual, gamma, row.link, force, row.kind))
-    units = {line[3].partition(" ")[2] for line in lines}
-    if len(units) == 1 and (unit := units.pop()):
-        head = (*head[:3], f"residual, {unit}", *head[4:])
-        lines = [(*line[:3], line[3].removesuffix(f" {unit}"), *line[4:]) for line in lines]
-    return table(head, lines, (0, 1, 3, 4), width, fold=True)
+    plain, unit = without_unit(lines, (3,))
+    head = ("onset", "lasted", "joint", f"residual{unit}", "gamma", "link or further out", "force", "kind")
+    return table(head, plain, (0, 1, 3, 4), width, fold=True)
 
 
 def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
@@ -85,13 +84,9 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
         return []
     head = ("joint", "asked", "detectable", "hidden", "not judged", "alarms in 50 %", "in 95 %", "whenever judged")
     lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
-    units = {cell.partition(" ")[2] for line in lines for cell in (line[1], *line[5:]) if " " in cell}
-    title = "Smallest torque that would have alarmed (shares of the time watched)"
-    if len(units) == 1:  # said once, so that names and numbers have room
-        unit = units.pop()
-        title = f"Smallest torque that would have alarmed, {unit} (shares of the time watched)"
-        lines = [tuple(cell.removesuffix(f" {unit}") for cell in line) for line in lines]  # type: ignore[misc]
-    parts = [f"\n{wrapped(title, width, '  ')}\n", table(head, lines, range(1, 8), width)]
+    plain, unit = without_unit(lines, (1, 5, 6, 7))
+    title = f"Smallest torque that would have alarmed{unit} (shares of the time watched)"
+    parts = [f"\n{wrapped(title, width, '  ')}\n", table(head, plain, range(1, 8), width)]
     forces = force_rows(result)
     if forces:
         text = ", ".join(f"{row.place} {row.most}" for row in forces)

@@ -75,9 +75,9 @@ def test_every_report_counts_contacts() -> None:
     assert "Contacts (7)" in page and "61.3 N" in page and "Gaps in the log: 3 s." in page
     text = markdown_text([result])
     assert "| 57.0 % | 7 |" in text and "| tool | 61.3 N | 34.0 N |" in text
-    case = ElementTree.fromstring(junit_text([result])).find("testsuite/testcase")
-    assert case is not None
-    shown = {p.get("name") or "": p.get("value") or "" for p in case.findall("properties/property")}
+    suite = ElementTree.fromstring(junit_text([result])).find("testsuite")
+    assert suite is not None
+    shown = {p.get("name") or "": p.get("value") or "" for p in suite.findall("properties/property")}
     assert shown["torque_alarms_shoulder_pan"].startswith(
         "4.70 N·m in 50 % of the time; no torque in 95 %; 20.004 N·m "
     )

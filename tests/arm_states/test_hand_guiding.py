@@ -125,7 +125,7 @@ def test_drives_that_are_logged_late_are_no_hand_guiding_and_said(
     }
     assert with_filtered_effort(clean, laws).effort_lag_s is None
     said = with_filtered_effort(late, laws)
-    assert said.effort_lag_s == pytest.approx(lag_s, rel=0.25)
+    assert said.effort_lag_s == pytest.approx(lag_s, rel=0.5)
     (one,) = (f for f in said.findings if f.code == "effort-filtered")
     assert one.effect == "not-judged-part"
 

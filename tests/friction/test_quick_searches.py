@@ -1,0 +1,51 @@
+"""Short ways of searching give what the long ways give: sums along a rate, the common variance, waves of a ripple."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from collaudit.core.friction import fit_quality, friction_variation
+from collaudit.core.friction import least_squares as ls
+from collaudit.core.friction_laws.friction_law import SeparableLaw
+from collaudit.core.friction_laws.law_registry import LAWS
+
+WITH_RATE = [law for law in LAWS.values() if isinstance(law, SeparableLaw) and law.rate is not None]
+
+
+def _points(seed: int, scatter_nm: float = 0.02, timing_nm: float = 0.0) -> ls.Points:
+    rng = np.random.default_rng(seed)
+    speed = np.tile(np.geomspace(0.02, 0.6, 16), 2)
+    direction = np.repeat([1.0, -1.0], 16)
+    friction = 3.0 + 1.2 * np.exp(-14.0 * speed) + 5.0 * speed + 0.1 * direction
+    friction += rng.normal(0.0, scatter_nm, speed.size)
+    sd = rng.uniform(0.01, 0.02, speed.size)
+    return ls.Points(speed, friction, sd, direction, direction, timing_nm * np.sign(direction))
+
+
+@pytest.mark.parametrize("law", WITH_RATE, ids=lambda law: law.name)
+@pytest.mark.parametrize("timing_nm", [0.0, 0.03])
+def test_sums_along_the_rate_are_those_of_whole_fits(law: SeparableLaw, timing_nm: float) -> None:
+    points = _points(1, timing_nm=timing_nm)
+    grid = np.geomspace(*ls.search_range(points), 161)
+    quick, whole = ls.rate_sums(points, law, grid), ls._solve_all(points, law, grid)[2]
+    np.testing.assert_allclose(quick, whole, rtol=1e-7, atol=1e-9 * float(whole.max()))
+    assert np.argmin(quick) == np.argmin(whole)
+
+
+@pytest.mark.parametrize("scatter_nm", [0.005, 0.02, 0.08])
+def test_common_variance_is_the_least_of_all_laws(scatter_nm: float) -> None:
+    for seed in range(3):
+        points = _points(seed, scatter_nm)
+        every = [fit_quality._variance_needed(points, law) for law in fit_quality._flexible(points)]
+        found, law = fit_quality._common_variance(points)
+        assert found == min(every)
+        assert law is fit_quality._flexible(points)[int(np.argmin(every))]
+
+
+def test_waves_of_a_ripple_are_sums_over_all_samples() -> None:
+    rng = np.random.default_rng(2)
+    position, values = rng.uniform(-2.0, 2.0, 700), rng.standard_normal(700)
+    cycles = np.arange(7, 60)
+    plain = np.array([np.sum(values * np.exp(-1j * n * position)) for n in cycles])
+    np.testing.assert_allclose(friction_variation._waves(position, values, cycles), plain, atol=1e-10)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import platform
+from datetime import UTC, datetime
 from pathlib import Path
 
 import click
@@ -21,6 +23,7 @@ BODY_REGIONS_SCHEMA = "collaudit/body-regions/1"
     "report",
     "collaudit report run/ -o report.html",
     "collaudit report monday/ tuesday/ -o week.html",
+    "collaudit report run/ -o signed.html --stamp",
     "collaudit report run/ -o report.html --format html,json,junit",
     "collaudit report run/ -o - --format markdown",
     "collaudit report run/ -o run.mcap --format mcap,csv,parquet",
@@ -43,6 +46,7 @@ BODY_REGIONS_SCHEMA = "collaudit/body-regions/1"
     metavar="LIST",
     help=f"Out of {', '.join(FORMATS)}, separated by commas.",
 )
+@click.option("--stamp", is_flag=True, help="State in the page when (UTC) and on which computer it was made.")
 @click.option("--compare", is_flag=True, help="Compare two runs: settings, friction, residual level, contacts.")
 @click.option(
     "--limits",
@@ -53,7 +57,13 @@ BODY_REGIONS_SCHEMA = "collaudit/body-regions/1"
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: the written files, or the comparison.")
 @config_option
 def command(
-    runs: tuple[Path, ...], output: Path | None, formats: str, compare: bool, limits: Path | None, as_json: bool
+    runs: tuple[Path, ...],
+    output: Path | None,
+    formats: str,
+    stamp: bool,
+    compare: bool,
+    limits: Path | None,
+    as_json: bool,
 ) -> int:
     """Write the report of finished runs as one self-contained page that works offline.
 
@@ -82,6 +92,7 @@ def command(
             open_run(run)  # a folder that is no run offers the runs inside
         raise click.UsageError("Missing option '-o' / '--output': the file to write, or - for stdout.")
     wanted = parse_formats(formats)
+    made = _when_and_where() if stamp else None
     paths = {} if str(output) == "-" else report_paths(output, wanted)
     read = open_run if wanted == ["html"] else read_run  # a page draws joint by joint, and needs no more in memory
     audits = []
@@ -102,17 +113,21 @@ def command(
         if len(wanted) > 1:
             raise ConfigError("only one format fits on stdout", where="-o -", found=formats, expected="one of them")
         with progress("drawing") as step:
-            text = report_text(audits, wanted[0], progress=step)
+            text = report_text(audits, wanted[0], progress=step, made=made)
         (say_json if wanted[0] in ("json", "sarif") else say_document)(text)
     files: dict[str, list[str]] = {}
     for name, path in paths.items():
         with progress(f"writing {name}") as step:
-            files[name] = [str(each) for each in write_report(path, audits, name, progress=step)]
+            files[name] = [str(each) for each in write_report(path, audits, name, progress=step, made=made)]
         note(f"report written to {' and '.join(files[name])}")
     if as_json:
         verdicts = {str(run): audit.result.verdict for run, audit in zip(runs, audits, strict=True)}
         say_json(json_text({"schema": WRITTEN_SCHEMA, "files": files, "verdicts": verdicts}, indent=2))
     return EXIT_PASS
+
+
+def _when_and_where() -> str:
+    return f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC, {platform.node() or 'computer without a name'}"
 
 
 def _compare(runs: tuple[Path, ...], output: Path | None, as_json: bool) -> int:

@@ -29,6 +29,7 @@ class ReportFormat:
         of_many: whether ``collaudit audit --format`` offers it, for all logs together.
         files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
         slow: whether it takes a keyword ``progress`` too, called with steps done and in all.
+        stamped: whether it takes a keyword ``made``: when and where the report is made, or None.
     """
 
     suffix: str
@@ -36,11 +37,12 @@ class ReportFormat:
     of_many: bool = False
     files: bool = False
     slow: bool = False
+    stamped: bool = False
 
 
 #: Name, as on the command line, to format; the order is that of help and messages.
 FORMATS: dict[str, ReportFormat] = {
-    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", slow=True),
+    "html": ReportFormat(".html", "collaudit.reports.page.html:html_text", slow=True, stamped=True),
     "json": ReportFormat(".json", "collaudit.reports.formats.audits_json:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
@@ -63,6 +65,7 @@ def write_report(
     fmt: str = "html",
     unread: Sequence[IndexEntry] = (),
     progress: Progress | None = None,
+    made: str | None = None,
 ) -> tuple[Path, ...]:
     """Write a report of one or several audits.
 
@@ -72,6 +75,7 @@ def write_report(
         fmt: one of :data:`FORMATS`.
         unread: logs that could not be audited; formats of many logs list them.
         progress: called with steps done and in all, by formats that take long: html, csv, parquet, mcap.
+        made: when and where, for the page's block to sign; without it, the same audits give the same bytes.
 
     Returns:
         The files written: ``path``, and those beside it that belong to the format.
@@ -87,12 +91,16 @@ def write_report(
         written = _function(known)(path, audits, **_tells(known, progress))
         assert isinstance(written, tuple)
         return written
-    atomic_write(path, report_text(audits, fmt, unread, progress))
+    atomic_write(path, report_text(audits, fmt, unread, progress, made))
     return (path,)
 
 
 def report_text(
-    audits: Sequence[Audit | StoredAudit], fmt: str, unread: Sequence[IndexEntry] = (), progress: Progress | None = None
+    audits: Sequence[Audit | StoredAudit],
+    fmt: str,
+    unread: Sequence[IndexEntry] = (),
+    progress: Progress | None = None,
+    made: str | None = None,
 ) -> str:
     """The report as text; arguments and errors as for :func:`write_report`."""
     known = format_named(fmt)
@@ -102,7 +110,7 @@ def report_text(
         raise ConfigError("this format is written to files", found=fmt, hint="name a file with -o")
     if known.of_many:
         return summary_text([audit.result for audit in audits], fmt, unread)
-    return _call(known, audits, **_tells(known, progress))
+    return _call(known, audits, **_tells(known, progress), **({"made": made} if known.stamped else {}))
 
 
 def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:

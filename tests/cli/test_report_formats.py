@@ -9,9 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import samples
 
 from collaudit.core.errors import ConfigError
-from collaudit.reports.formats.registry import FORMATS, summary_text
+from collaudit.reports.formats.registry import FORMATS, report_text, summary_text
 
 #: The one file: its function takes results and the lines of logs that could not be audited.
 TOY = '''
@@ -94,3 +95,11 @@ def test_compare_and_limits_on_the_command_line(arm, collaudit, tmp_path: Path) 
     assert shown.code == 0 and "200 N transient" in shown.out and "no assessment" in shown.out
     assert json.loads(collaudit("report", before, "--limits", limits, "--json").out)["source"] == "ours"
     assert collaudit("report", before).code == 2
+
+
+def test_a_stamp_says_when_and_where_and_only_when_asked_for() -> None:
+    audit = samples.passed(500)
+    plain, stamped = (report_text([audit], "html", made=made) for made in (None, "2024-03-13 07:00 UTC, cell <7>"))
+    assert plain == report_text([audit], "html")
+    assert "The report itself bears no date" in plain and "bears no date" not in stamped
+    assert "<dt>Report made on, at</dt><dd>2024-03-13 07:00 UTC, cell &lt;7&gt;</dd>" in stamped

@@ -39,7 +39,7 @@ def command(store: str, sql: str, as_json: bool) -> int:
         say_json(json_text({"schema": QUERY_SCHEMA, "columns": found.columns, "rows": found.rows}))
         return EXIT_PASS
     lines = [[_shown(value) for value in row] for row in found.rows]
-    say(table(found.columns, lines, found.numeric, terminal_width()), nl=False)
+    say(table(found.columns, lines, found.numeric, terminal_width(), fold=True), nl=False)
     return EXIT_PASS
 
 

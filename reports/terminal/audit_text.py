@@ -108,7 +108,7 @@ def _joint_table(result: AuditResult, width: int | None) -> str:
     plain, unit = without_unit(lines, (3, 4, 5, 6))
     title = f"mean |r|{unit}"
     head = ("joint", "watched", "detectable", title, "99 % below", "largest", "gamma", "alarms, near misses")
-    return table(head, plain, (2, 3, 4, 5, 6, 7), width)
+    return table(head, plain, (2, 3, 4, 5, 6, 7), width, fold=True)
 
 
 def _collision_table(result: AuditResult, width: int | None) -> str:
@@ -116,7 +116,7 @@ def _collision_table(result: AuditResult, width: int | None) -> str:
     lines = [(r.joint, r.onset, r.detected, r.lasted, r.peak, r.gamma, r.phase) for r in listed]
     plain, unit = without_unit(lines, (4, 5))
     head = ("joint", "onset", "detected", "above gamma", f"peak{unit}", "gamma", "phase")
-    return table(head, plain, (1, 2, 3, 4, 5), width)
+    return table(head, plain, (1, 2, 3, 4, 5), width, fold=True)
 
 
 def _near_miss_table(result: AuditResult, width: int | None) -> str:
@@ -124,4 +124,4 @@ def _near_miss_table(result: AuditResult, width: int | None) -> str:
     lines = [(r.joint, r.kind, r.onset, r.lasted, r.peak, r.gamma, r.closeness, r.phase) for r in listed]
     plain, unit = without_unit(lines, (4, 5))
     head = ("joint", "kind", "onset", "lasted", f"peak{unit}", "gamma", "how close", "phase")
-    return table(head, plain, (2, 3, 4, 5, 6), width)
+    return table(head, plain, (2, 3, 4, 5, 6), width, fold=True)

@@ -86,7 +86,7 @@ def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
     lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
     plain, unit = without_unit(lines, (1, 5, 6, 7))
     title = f"Smallest torque that would have alarmed{unit} (shares of the time watched)"
-    parts = [f"\n{wrapped(title, width, '  ')}\n", table(head, plain, range(1, 8), width)]
+    parts = [f"\n{wrapped(title, width, '  ')}\n", table(head, plain, range(1, 8), width, fold=True)]
     forces = force_rows(result)
     if forces:
         text = ", ".join(f"{row.place} {row.most}" for row in forces)

@@ -20,7 +20,7 @@ def _points(seed: int, scatter_nm: float = 0.02, timing_nm: float = 0.0) -> ls.P
     friction = 3.0 + 1.2 * np.exp(-14.0 * speed) + 5.0 * speed + 0.1 * direction
     friction += rng.normal(0.0, scatter_nm, speed.size)
     sd = rng.uniform(0.01, 0.02, speed.size)
-    return ls.Points(speed, friction, sd, direction, direction, timing_nm * np.sign(direction))
+    return ls.Points(speed, friction, sd, direction, direction, timing_nm * direction * np.cos(8.0 * speed))
 
 
 @pytest.mark.parametrize("law", WITH_RATE, ids=lambda law: law.name)

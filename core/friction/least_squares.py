@@ -20,6 +20,7 @@ from collaudit.core.numeric.stats import parabola_minimum
 _COARSE = 161
 _DENSE = 121
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
+_ALIKE = 1e-6  # sums of squares closer than this may be ordered by rounding
 _GONE = 1e-24  # power of a column of length one that others explain wholly
 _REACH = 5.0  # standard errors of C to either side of the best
 
@@ -161,7 +162,7 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
 def best_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares, by a grid and a bounded search about its minimum."""
     grid = np.geomspace(*search_range(points), _COARSE)
-    k = int(np.argmin(rate_sums(points, law, grid)))
+    k = _lowest(points, law, grid)
     low, high = np.log(grid[max(k - 1, 0)]), np.log(grid[min(k + 1, _COARSE - 1)])
     found = bounded_minimum(lambda x: fit_at(points, law, float(np.exp(x))).sum_squares, low, high, 1e-9)
     return float(np.exp(found))
@@ -170,11 +171,18 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
 def quick_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares on a grid, a parabola through the three lowest; for many fits in a row."""
     grid = np.geomspace(*search_range(points), _COARSE)
-    k = int(np.argmin(rate_sums(points, law, grid)))
+    k = _lowest(points, law, grid)
     if k in (0, _COARSE - 1):
         return float(grid[k])
     near = _solve_all(points, law, grid[k - 1 : k + 2])[2]
     return float(grid[k] * (grid[1] / grid[0]) ** float(parabola_minimum(*near)))
+
+
+def _lowest(points: Points, law: SeparableLaw, grid: FloatArray) -> int:
+    """Index of the rate with the smallest sum of squares; by whole fits where several are alike to rounding."""
+    sums = rate_sums(points, law, grid)
+    alike = np.count_nonzero(sums <= float(sums.min()) * (1.0 + _ALIKE))
+    return int(np.argmin(sums if alike == 1 else _solve_all(points, law, grid)[2]))
 
 
 def rate_sums(points: Points, law: SeparableLaw, grid: FloatArray) -> FloatArray:

@@ -14,20 +14,20 @@ def comparison_text(found: Comparison, width: int | None = None) -> str:
         found: the comparison.
         width: columns of the terminal that tables are cut to; None: any.
     """
-    return "\n".join([_head(found), *(_shown(part, width) for part in compared_tables(found))])
+    return "\n".join([_head(found, width), *(_shown(part, width) for part in compared_tables(found))])
 
 
-def _head(found: Comparison) -> str:
+def _head(found: Comparison, width: int | None) -> str:
     lines = []
     for side, verdict, name, note in compared_sides(found):
         lines.append(f"{side + ':':<8}{verdict}  {name}\n")
         if note:
-            lines.append(f"{'':8}{note}\n")
-    return "".join([*lines, *(f"{text}\n" for text in compared_notes(found))])
+            lines.append(f"{wrapped(' ' * 8 + note, width, ' ' * 8)}\n")
+    return "".join([*lines, *(f"{wrapped(text, width)}\n" for text in compared_notes(found))])
 
 
 def _shown(part: ComparedTable, width: int | None) -> str:
     if not part.rows:
-        return f"{part.title}{f': {part.note}' if part.note else ''}\n"
+        return wrapped(f"{part.title}{f': {part.note}' if part.note else ''}", width, "  ") + "\n"
     note = f"{wrapped(part.note, width)}\n" if part.note else ""
-    return f"{part.title}\n{table(part.head, part.rows, part.numeric, width, fold=True)}{note}"
+    return f"{wrapped(part.title, width, '  ')}\n{table(part.head, part.rows, part.numeric, width, fold=True)}{note}"

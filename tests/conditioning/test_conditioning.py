@@ -118,7 +118,7 @@ def test_a_small_lag_is_undone_and_the_raw_velocity_is_kept() -> None:
             assert np.array_equal(series.raw_velocity_rad_s, v)
             said = next(f for f in series.findings if f.code == "log-velocity-late")
             assert "'joint2' 3.0 ms" in said.text
-            assert "moved ahead" in said.text
+            assert "shifted by this lag" in said.text
             assert said.severity == "info"
     assert errors["auto"][1] < 0.4 * errors["logged"][1]
     assert errors["auto"][0] == errors["logged"][0]

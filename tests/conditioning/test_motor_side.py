@@ -108,7 +108,7 @@ def test_a_motor_angle_that_starts_again_after_a_turn_is_continued() -> None:
         ({"reduction": [[50, 0, 0], [0, 32, 32], [0, 32, 32]]}, "cannot be inverted"),
         ({"reduction": [[50, 0, 0], [0, 32], [0, 32, 32]]}, "not square"),
         ({"reduction": {"a": 50, "b": 1}}, "lacks joints"),
-        ({"reduction": {"a": 50, "b": 1, "c": 1, "d": 1}}, "nobody has"),
+        ({"reduction": {"a": 50, "b": 1, "c": 1, "d": 1}}, "neither the log nor the robot has"),
         ({"joint_offset_rad": [0.1]}, "a table by joint name is safer"),
     ],
 )

@@ -8,6 +8,7 @@ import gzip
 import io
 import lzma
 import tempfile
+import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -22,6 +23,7 @@ import zstandard
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs import describe, expand_inputs, group_inputs, read_log
+from collaudit.core.logs.csv.csv_text import read_head
 
 COUNT = 200
 COLUMNS = {"t": 0.01 * np.arange(COUNT), "q1": np.arange(COUNT) * 0.1, "q2": np.arange(COUNT) * 0.2}
@@ -132,3 +134,14 @@ def test_a_bomb_is_refused_and_other_content_named(tmp_path: Path, temporary: Pa
     with pytest.raises(LogError, match="known format") as refused:
         read_log((path,), LogConfig(), robot_joints=None)
     assert "compressed (gzip)" in str(refused.value.found)
+
+
+def test_a_packed_line_without_end_is_refused_before_it_is_collected(tmp_path: Path) -> None:
+    log = tmp_path / "endless.csv.gz"
+    with gzip.open(log, "wb", 1) as file:
+        for _ in range(40):
+            file.write(b"0" * 5_000_000)
+    start = time.process_time()
+    with pytest.raises(LogError, match="a line that is too long"):
+        read_head(log)
+    assert time.process_time() - start < 2.0

@@ -14,6 +14,7 @@ from collaudit.core.logs.storage.packed_file import decompression_errors, decomp
 
 _PIECE = 1 << 18
 _LINES = 256
+_LONGEST_LINE = 1 << 24
 
 
 class BoundedStream(io.RawIOBase):
@@ -74,6 +75,12 @@ class BoundedStream(io.RawIOBase):
             self._lines, self._rest = memoryview(self._rest + data[:whole]), data[whole:]
         else:
             self._rest += data
+            if len(self._rest) > _LONGEST_LINE:  # a line that never ends costs the square of its length to collect
+                raise LogError(
+                    "decompresses into a line that is too long for a table",
+                    where=str(self._path),
+                    found=f"more than {_LONGEST_LINE >> 20} MB without an end of line",
+                )
 
     def close(self) -> None:
         """Close it and the file below."""

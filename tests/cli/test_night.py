@@ -214,7 +214,7 @@ def test_an_ended_audit_goes_on_where_it_was(arm, collaudit, tmp_path: Path) -> 
     (out / "AUDIT-UNDER-WAY.txt").write_text('{"host": "elsewhere", "process": 1}\n')
     again = [arm.config, "--friction", arm.friction, "-o", out, "--resume"]
     run = collaudit("audit", tmp_path / "logs", "-c", *again)
-    assert run.code == 1 and "2 of 3 logs were finished before" in run.err
+    assert run.code == 1 and "2 of 3 logs were finished earlier" in run.err
     assert {path: path.stat().st_mtime_ns for path in sorted((out / "0-clean").iterdir())} == first
     assert _verdicts(out) == {"0-clean.csv": "pass", "1-killed.csv": "pass", "2-pushed.csv": "fail"}
     assert (out / "index.html").read_bytes() != index

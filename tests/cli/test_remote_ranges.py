@@ -86,7 +86,7 @@ def test_a_log_that_was_replaced_is_not_taken_over(arm, collaudit, tmp_path: Pat
         assert collaudit(*command).code == 0
         shutil.copyfile(arm.pushed, log)
         run = collaudit(*command)
-    assert run.code == 1 and "0 of 1 logs were finished before" in run.err
+    assert run.code == 1 and "0 of 1 logs were finished earlier" in run.err
 
 
 def test_s3_states_the_hash_of_a_log(bucket, store: Path) -> None:

@@ -79,7 +79,7 @@ def test_resumed_logs_are_recorded_as_if_judged_now(collaudit, arm, tmp_path: Pa
     assert _audit(collaudit, arm, tmp_path, arm.clean, store=first, robot="a").code == 0
     again = collaudit("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "out",
                       "--store", second, "--robot", "a", "--resume")  # fmt: skip
-    assert again.code == 0 and "1 of 1 logs were finished before" in again.err
+    assert again.code == 0 and "1 of 1 logs were finished earlier" in again.err
     one, other = (ResultStore(str(place)).records(evidence=True)[0] for place in (first, second))
     assert replace(one, joints=()) == replace(other, joints=())
     for a, b in zip(one.joints, other.joints, strict=True):  # torques are kept in steps below a thousandth of gamma

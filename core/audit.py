@@ -312,7 +312,11 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     times = run.detected.collision_times
     clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
     stats = {joint: residual_stats(signals, joint, clean[joint], period) for joint in series.joint_names}
-    stats = {joint: replace(item, temperature_c=series.mean_temperature_c(joint)) for joint, item in stats.items()}
+    heat = {joint: (series.mean_temperature_c(joint), series.temperature_range_c(joint)) for joint in stats}
+    stats = {
+        joint: replace(item, temperature_c=heat[joint][0], temperature_range_c=heat[joint][1])
+        for joint, item in stats.items()
+    }
     watched = {joint: samples for joint, samples in clean.items() if watch[joint].watched}
     others: dict[str, DetectorFacts] = {
         name: detector_facts(run_detector(prepared, inputs, config, name), rule, series.joint_names, period)

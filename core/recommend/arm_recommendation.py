@@ -44,7 +44,7 @@ ASSUMPTIONS = (
     "The left-out stretches were contact; what remains is free of contact, as far as an outlier test can tell.",
     f"Tails are extrapolated at most {REACH:g} times the observed hours; rarer alarms are not claimed. Gamma "
     "keeps what is claimed with 95 %, and is no lower than any number of further hours like these would ask for, up to "
-    "those that support the rate asked for.",
+    "those that support the rate asked for; from one log alone, 95 % hold at that rate as well.",
     "Peaks thin out upwards at least as fast as Gaussian ones, unless they show otherwise themselves.",
     "Joints add up: the arm's bound is the sum of the joints' bounds, whether their alarms coincide or not.",
     "gamma is compared with the residual as logged; what a run's own uncertainty of friction adds to it, as for a gear "

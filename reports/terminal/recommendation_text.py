@@ -25,6 +25,7 @@ _HEAD = (
     "false alarms at most (95 %)",
 )
 _NOTICES = "notices: an external torque of this size that lasts n samples alarms at 95 % of the judged moments"
+_UNTIL_THEN = 'until then: gamma_nm = "auto" takes the thresholds of the friction file, which claim less'
 _WHY = {
     "stated": "as stated",
     "chosen": "chosen: notices the least force of those compared",
@@ -34,13 +35,15 @@ _WHY = {
 
 def recommendation_text(found: ArmRecommendation, width: int | None = None) -> str:
     """The answer, one line a joint, what to confirm, and what is missing; lines fit ``width``, None: any."""
-    answer = [wrapped(line, width, "  ") for line in _answer(found)]
-    lines = [*answer, "", table(_HEAD, _rows(found), range(1, len(_HEAD)), width, fold=True).rstrip()]
-    if any(rule.noticed_nm is not None for rule in found.joints.values()):
+    refused = all(rule.gamma_nm is None for rule in found.joints.values())
+    lines = [*(wrapped(line, width, "  ") for line in _answer(found)), ""]
+    if not refused:  # tables of nothing tell nothing
+        lines.append(table(_HEAD, _rows(found), range(1, len(_HEAD)), width, fold=True).rstrip())
         lines.append(wrapped(_NOTICES, width, "  "))
-    for text in (set_rule_text(found.set_rules, width), persistence_text(found.compared, width)):
+    verdicts = "" if refused else set_rule_text(found.set_rules, width)
+    for text in (verdicts, persistence_text(found.compared, width)):
         lines += ["", text.rstrip()] if text else []
-    lines += [""] if found.set_rules or found.compared else []
+    lines += [""] if verdicts or found.compared else []
     lines += _confirm(found.to_confirm, _TO_CONFIRM, width)
     if found.if_clean_nm:
         listed = ", ".join(f"{joint} {gamma:g}" for joint, gamma in found.if_clean_nm.items())
@@ -49,6 +52,8 @@ def recommendation_text(found: ArmRecommendation, width: int | None = None) -> s
     lines += _highest(found, width)
     said = [(joint, text) for joint, rule in found.joints.items() for text in rule.missing]
     lines += [wrapped(f"missing: {line}", width, "  ") for line in joint_lines(said, len(found.joints))]
+    if refused:
+        lines.append(wrapped(_UNTIL_THEN, width, "  "))
     return "\n".join(lines) + "\n"
 
 

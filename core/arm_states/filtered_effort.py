@@ -44,13 +44,18 @@ class FilteredEffort:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Samples:
-    """Samples without gaps, about fifty a second: (k, c) measured, supplied and parts; (k,) in motion; seconds each."""
+    """Samples without gaps, about fifty a second: (k, c) measured, supplied and parts; seconds each.
+
+    ``known``: (k, c) where both torques are. ``told``: of these, in motion; at rest friction is an interval, and what
+    is left there says nothing of a filter.
+    """
 
     measured: FloatArray
     supplied: FloatArray
     friction: FloatArray
     gravity: FloatArray
     known: BoolArray
+    told: BoolArray
     stretches: tuple[slice, ...]
     step_s: float
 
@@ -130,21 +135,23 @@ def _samples(
     pick = np.ix_(rows, np.array(columns, dtype=np.int64))
     own = np.stack([friction[j](series.velocity_rad_s[rows, j]) for j in columns], axis=1)
     supplied = rigid_nm[pick] + own
+    known = np.isfinite(drive_nm[pick]) & np.isfinite(supplied)
     return _Samples(
         measured=drive_nm[pick],
         supplied=np.nan_to_num(supplied),
         friction=own,
         gravity=gravity(series.position_rad[rows])[:, columns],
-        known=np.isfinite(drive_nm[pick]) & np.isfinite(supplied),
+        known=known,
+        told=known & (np.abs(series.velocity_rad_s[pick]) >= MOVING_RAD_S),
         stretches=stretches,
         step_s=_every(series) * series.period_s,
     )
 
 
 def _power(samples: _Samples, explained: FloatArray) -> FloatArray:
-    """(c,) mean square of what is left of the measured torque."""
-    left = np.where(samples.known, samples.measured - explained, 0.0)
-    return np.asarray(np.sum(left**2, axis=0) / np.maximum(np.count_nonzero(samples.known, axis=0), 1))
+    """(c,) mean square of what is left of the measured torque in motion."""
+    left = np.where(samples.told, samples.measured - explained, 0.0)
+    return np.asarray(np.sum(left**2, axis=0) / np.maximum(np.count_nonzero(samples.told, axis=0), 1))
 
 
 def _behind(samples: _Samples, lag_s: float) -> FloatArray:
@@ -158,7 +165,7 @@ def _behind(samples: _Samples, lag_s: float) -> FloatArray:
 
 def _with_factors(samples: _Samples, column: int) -> float:
     """Mean square of what the best factors of gravity, inertia, friction and a constant leave of one joint's torque."""
-    use = samples.known[:, column]
+    use = samples.told[:, column]
     weight, own = samples.gravity[use, column], samples.friction[use, column]
     inertial = samples.supplied[use, column] - own - weight
     design = np.column_stack([weight, inertial, own, np.ones(weight.size)])

@@ -28,6 +28,10 @@ def sliding(v: np.ndarray) -> np.ndarray:
     return np.asarray(np.tanh(50 * v) * (1.5 + np.exp(-np.abs(v) / 0.05)) + 1.2 * v)
 
 
+def stiff(v: np.ndarray) -> np.ndarray:
+    return np.asarray(1.8 * np.sign(v))
+
+
 RIGID = gravity(POSITION) + ACCELERATION * [1.1, 0.3]
 FRICTION = sliding(VELOCITY)
 
@@ -37,14 +41,21 @@ def behind(torque: np.ndarray, lag_s: float) -> np.ndarray:
     return np.asarray(lfilter([share], [1.0, share - 1.0], torque - torque[0], axis=0) + torque[0])
 
 
-def found(effort: np.ndarray) -> FilteredEffort | None:
+def found(
+    effort: np.ndarray,
+    position: np.ndarray = POSITION,
+    velocity: np.ndarray = VELOCITY,
+    rigid: np.ndarray = RIGID,
+    law: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> FilteredEffort | None:
     noisy = effort + np.random.default_rng(2).normal(0, 0.1, effort.shape)
     n = TIME_S.size
+    acceleration = np.gradient(velocity, PERIOD_S, axis=0)
     series = UniformSeries(
-        TIME_S, PERIOD_S, ("a", "b"), POSITION, VELOCITY, ACCELERATION, noisy, "Nm", None, (Span(0, n),),
+        TIME_S, PERIOD_S, ("a", "b"), position, velocity, acceleration, noisy, "Nm", None, (Span(0, n),),
         np.zeros(n, bool), np.zeros((n, 2), bool), 20.0, log_source(),
     )  # fmt: skip
-    return filtered_effort(series, noisy, RIGID, gravity, {0: sliding, 1: sliding})
+    return filtered_effort(series, noisy, rigid, gravity, dict.fromkeys((0, 1), law or sliding))
 
 
 @pytest.mark.parametrize("lag_s", [0.2, 1.0, 4.0])
@@ -88,3 +99,13 @@ OTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 @pytest.mark.parametrize("name", OTHERS)
 def test_nothing_else_is_taken_for_one(name: str) -> None:
     assert found(OTHERS[name](RIGID, FRICTION)) is None
+
+
+def test_a_law_that_turns_with_the_noise_of_rest_is_no_filter() -> None:
+    """Half the time at rest, where the velocity's noise turns the law's sign and the drive supplies no friction."""
+    going = np.sign(np.sin(2 * np.pi * 0.2 * TIME_S)) * (np.sin(2 * np.pi * 0.4 * TIME_S) > 0)
+    exact = np.column_stack([0.05 * going, 0.04 * going])
+    position = np.cumsum(exact, axis=0) * PERIOD_S
+    velocity = exact + np.random.default_rng(3).normal(0.0, 1e-5, exact.shape)
+    effort = gravity(position) + 1.25 * stiff(exact)
+    assert found(effort, position, velocity, gravity(position), stiff) is None

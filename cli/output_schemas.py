@@ -103,6 +103,7 @@ class Recommended:
     to_confirm: list[StretchToConfirm]
     counted: list[StretchToConfirm]
     if_clean_nm: dict[str, float]
+    units: dict[str, str]
     assumptions: list[str]
     dynamic: dict[str, DynamicThreshold]
     studies: list[RuleStudy]

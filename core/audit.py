@@ -49,7 +49,7 @@ from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.tight_thresholds import tight_threshold_findings
 from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
-from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.findings.joint_units import in_joint_units, text_in_joint_units
 from collaudit.core.friction.applied_friction import AppliedFriction, applied_friction
 from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
 from collaudit.core.friction.gear.correction_fit import correction_findings, friction_corrections
@@ -229,10 +229,11 @@ def audit_log(
     coverage = measure_coverage(series, detected.state, judged.inputs.watch)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
+    short = tuple(replace(one, text=text_in_joint_units(one.text, one.joint, sliding)) for one in short)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
     findings = list(in_joint_units(findings, sliding))
-    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings)
+    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings, units)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
@@ -254,7 +255,7 @@ def audit_log(
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, incidents=contacts, flags=alarms, scores=scores),
         contacts=contacts,
-        exclusions=exclusions(coverage, sensitivity.joints, findings),
+        exclusions=exclusions(coverage, sensitivity.joints, findings, units),
         sensitivity=sensitivity,
         disturbances=disturbed,
         unjudged=tuple(unjudged(config.policy, evidence)),

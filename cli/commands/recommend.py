@@ -124,7 +124,7 @@ def command(
         say(text_to_paste(snippet, found), nl=False)
     else:
         say(recommendation_text(found, terminal_width()), nl=False)
-        say(planes_text(_planes(audits), terminal_width()) if len(audits) > 1 else "", nl=False)
+        say(planes_text(_planes(audits), found.units, terminal_width()) if len(audits) > 1 else "", nl=False)
         say_studies(audits, answer=False)
     if found.to_confirm and (as_json or as_dynamic or snippet is not None):
         count = len(found.to_confirm)
@@ -269,6 +269,7 @@ def _json(audits: Sequence[Audit], found: ArmRecommendation, laws: Mapping[str, 
         "counted": [asdict(stretch) for stretch in found.counted],
         "if_clean_nm": found.if_clean_nm,
         "highest": {joint: [asdict(peak) for peak in peaks] for joint, peaks in found.highest.items()},
+        "units": found.units,
         "assumptions": found.assumptions,
         "dynamic": {joint: asdict(law) for joint, law in laws.items()},
         "planes": {joint: asdict(plane) for joint, plane in _planes(audits).items()},

@@ -314,6 +314,7 @@ class RuleStudy:
         labelled: against known contacts; None where none are known.
         assumptions: what the numbers rest on, in words.
         set_rules: what this log alone says of the configured thresholds, by joint: too tight, too loose or supported.
+        units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
     """
 
     schema: str
@@ -329,3 +330,4 @@ class RuleStudy:
     labelled: LabelledCurve | None = None
     assumptions: tuple[str, ...] = ()
     set_rules: dict[str, SetRule] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)

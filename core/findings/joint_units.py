@@ -22,6 +22,20 @@ def torque_unit_of(joint: str, sliding: Collection[str]) -> str:
     return "N" if joint in sliding else "N·m"
 
 
+def text_in_joint_units(text: str, joint: str, sliding: Collection[str]) -> str:
+    """A text about one joint in that joint's units.
+
+    Args:
+        text: written as of a turning joint.
+        joint: its name.
+        sliding: names of the prismatic joints.
+    """
+    if joint in sliding:
+        for turning, ours in _SLIDING:
+            text = text.replace(turning, ours)
+    return text
+
+
 def in_joint_units(findings: Iterable[Finding], sliding: Collection[str]) -> tuple[Finding, ...]:
     """Findings with the units of sliding joints; said of several joints, the sliding ones are named with theirs.
 
@@ -33,11 +47,8 @@ def in_joint_units(findings: Iterable[Finding], sliding: Collection[str]) -> tup
 
 
 def _in_units(finding: Finding, sliding: Collection[str]) -> Finding:
-    text = finding.text
-    if finding.joint in sliding:
-        for turning, ours in _SLIDING:
-            text = text.replace(turning, ours)
-    elif finding.joint is None and any(unit in text for unit, _ in _SLIDING):
+    text = finding.text if finding.joint is None else text_in_joint_units(finding.text, finding.joint, sliding)
+    if finding.joint is None and any(unit in text for unit, _ in _SLIDING):
         named = [joint for joint in sliding if joint in text]
         note = f" ({', '.join(named)} slides: N, m and m/s.)"
         if named and not text.endswith(note):

@@ -83,6 +83,7 @@ class ArmRecommendation:
         compared: the persistences that were compared, over all logs that have a study.
         highest: of each joint the highest levels that count as clean, for a person to look at: a push no larger than
             the rest is no outlier, and raises gamma.
+        units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
     """
 
     persistence_s: float
@@ -98,6 +99,7 @@ class ArmRecommendation:
     chosen_by: PersistenceReason = "set"
     compared: tuple[PersistenceChoice, ...] = ()
     highest: dict[str, tuple[CleanPeak, ...]] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
 
 
 def recommend_arm(
@@ -123,6 +125,8 @@ def recommend_arm(
     outliers = outlying_stretches(gathered, wanted)
     evidence = without_outliers(gathered, outliers)
     joints, found = recommend_joints(evidence, wanted, per_hour)
+    told = {joint: unit for audit in audits for joint, unit in audit.result.log.units.items()}
+    units = {joint: told.get(joint, "N·m") for joint in joints}
     stated = {log.name for log in evidence.logs if log.contact_known}
     unconfirmed = [s for log in evidence.logs if not log.contact_known for s in log.left_out]
     return ArmRecommendation(
@@ -133,9 +137,10 @@ def recommend_arm(
         to_confirm=tuple(_to_confirm(s, evidence, wanted) for s in unconfirmed),
         counted=tuple(_to_confirm(s, evidence, wanted) for s in outliers if s.log in stated),
         if_clean_nm=_if_clean(audits, known, joints, wanted, per_hour) if unconfirmed else {},
-        set_rules=_set_rules(audits, evidence, per_hour),
+        set_rules=_set_rules(audits, evidence, per_hour, units),
         logs=tuple(_use(log) for log in evidence.logs),
         highest={joint: _highest(found[joint].peaks, evidence, joint) for joint in joints},
+        units=units,
     )
 
 
@@ -207,7 +212,9 @@ def _if_clean(
     return out
 
 
-def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) -> dict[str, SetRule]:
+def _set_rules(
+    audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float, units: Mapping[str, str]
+) -> dict[str, SetRule]:
     """Opinions on the thresholds of the latest audit that has one for the joint, at its own persistence."""
     latest: dict[float, dict[str, float]] = {}
     for joint in evidence.joints:
@@ -216,5 +223,5 @@ def _set_rules(audits: Sequence[Audit], evidence: ArmEvidence, per_hour: float) 
             latest.setdefault(rules[-1].persistence_s, {})[joint] = rules[-1].gamma_nm[joint]
     found: dict[str, SetRule] = {}
     for persistence_s, gammas in latest.items():
-        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour)
+        found |= judge_set_rules(evidence, gammas, persistence_s, per_hour, units)
     return {joint: found[joint] for joint in evidence.joints if joint in found}

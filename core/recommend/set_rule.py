@@ -15,7 +15,11 @@ LOOSE = 1.5
 
 
 def judge_set_rules(
-    evidence: ArmEvidence, gamma_nm: Mapping[str, float], persistence_s: float, per_hour: float
+    evidence: ArmEvidence,
+    gamma_nm: Mapping[str, float],
+    persistence_s: float,
+    per_hour: float,
+    units: Mapping[str, str],
 ) -> dict[str, SetRule]:
     """The opinions on a rule that is set, at its own persistence.
 
@@ -24,17 +28,20 @@ def judge_set_rules(
         gamma_nm: as set, of the joints that have one.
         persistence_s: as set.
         per_hour: false alarms of the arm that are accepted.
+        units: by joint, of what its drive exerts; N·m where absent.
     """
     joints, found = recommend_joints(evidence, persistence_s, per_hour, others=False)
     share = per_hour / max(1, len(joints))
     return {
-        joint: judge_set_rule(gamma_nm[joint], rule, found[joint], share)
+        joint: judge_set_rule(gamma_nm[joint], rule, found[joint], share, units.get(joint, "N·m"))
         for joint, rule in joints.items()
         if joint in gamma_nm
     }
 
 
-def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, share_per_hour: float) -> SetRule:
+def judge_set_rule(
+    gamma_nm: float, rule: RecommendedRule, item: JointEvidence, share_per_hour: float, unit: str
+) -> SetRule:
     """The opinion on one joint's threshold.
 
     Args:
@@ -42,6 +49,7 @@ def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, 
         rule: recommended from the same evidence, at the same persistence.
         item: that evidence.
         share_per_hour: false alarms that the joint may have.
+        unit: of what the joint's drive exerts.
     """
     tail = item.tail
     if tail is None or rule.gamma_nm is None:
@@ -58,8 +66,8 @@ def judge_set_rule(gamma_nm: float, rule: RecommendedRule, item: JointEvidence, 
         return SetRule(gamma_nm, opinion, expected, bound, None, text, item.n, best)
     if gamma_nm > LOOSE * best:
         text = (
-            f"Too loose: external torques of {best:.2g} to {gamma_nm:.3g} N·m go unnoticed that the evidence "
-            "would allow to be noticed."
+            f"Too loose: external {'forces' if unit == 'N' else 'torques'} of {best:.2g} to {gamma_nm:.3g} {unit} go "
+            "unnoticed that the evidence would allow to be noticed."
         )
         return SetRule(gamma_nm, "too loose", expected, bound, (best, gamma_nm), text, item.n, best)
     return SetRule(gamma_nm, "supported", expected, bound, None, "Supported by the evidence.", item.n, best)

@@ -55,7 +55,9 @@ def audit_study(
     arm = ArmEvidence((evidence,), evidence.watched)
     arm = without_outliers(arm, outlying_stretches(arm, rule.persistence_s))
     gammas = {joint: gamma for joint, gamma in rule.gamma_nm.items() if joint in arm.joints}
-    return replace(study, set_rules=judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour))
+    units = dict(result.log.units)
+    opinions = judge_set_rules(arm, gammas, rule.persistence_s, config.study.per_hour, units)
+    return replace(study, set_rules=opinions, units=units)
 
 
 def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -> Times | None:

@@ -14,7 +14,10 @@ _WORTH_SAYING_S, _WORTH_SAYING_OF_EDGES_S = 0.1, 1.0
 
 
 def exclusions(
-    coverage: Coverage, sensitivity: Mapping[str, JointSensitivity], findings: Iterable[Finding] = ()
+    coverage: Coverage,
+    sensitivity: Mapping[str, JointSensitivity],
+    findings: Iterable[Finding] = (),
+    units: Mapping[str, str] | None = None,
 ) -> tuple[str, ...]:
     """One sentence for each kind of contact, time or joint that the verdict does not cover.
 
@@ -22,6 +25,7 @@ def exclusions(
         coverage: seconds by joint and reason.
         sensitivity: of the watched joints.
         findings: of the log and its detection; those that exclude a kind of contact are said first.
+        units: by joint, of what its drive exerts; N·m where absent.
     """
     out = list(dict.fromkeys(finding.text for finding in findings if finding.effect == "excludes"))
     if coverage.gaps_s > 0:
@@ -29,7 +33,7 @@ def exclusions(
     away = [joint for joint, cover in coverage.joints.items() if not cover.watched]
     if away:
         out.append(f"Joints not watched: {', '.join(away)}.")
-    return (*out, *_not_judged(coverage), *_hidden(sensitivity))
+    return (*out, *_not_judged(coverage), *_hidden(sensitivity, units or {}))
 
 
 def _not_judged(coverage: Coverage) -> list[str]:
@@ -49,13 +53,14 @@ def _not_judged(coverage: Coverage) -> list[str]:
     return out
 
 
-def _hidden(sensitivity: Mapping[str, JointSensitivity]) -> list[str]:
+def _hidden(sensitivity: Mapping[str, JointSensitivity], units: Mapping[str, str]) -> list[str]:
     """Joints on which friction hid more than what is to be noticeable, longest first."""
     parts = []
     for joint, s in sorted(sensitivity.items(), key=lambda item: -item[1].all.hidden_s):
         if s.all.hidden_s >= _WORTH_SAYING_S and s.largest_nm is not None:
             of = f"for {seconds_text(s.all.hidden_s)} of {seconds_text(s.all.time_s)}"
-            parts.append(f"{joint} up to {s.largest_nm:.3g} N·m {of} (asked: {s.observable_nm:.3g})")
+            unit = units.get(joint, "N·m")
+            parts.append(f"{joint} up to {s.largest_nm:.3g} {unit} {of} (asked: {s.observable_nm:.3g})")
     where = "at rest, in slow motion, just after a reversal or beyond the fitted speeds"
     return [f"Hidden by friction {where}: {'; '.join(parts)}."] if parts else []
 

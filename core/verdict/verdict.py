@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
@@ -26,6 +26,7 @@ class Evidence:
         sensitivity: how little would have alarmed on them.
         shortfalls: where that is less than the policy asks for.
         findings: of the log and its detection; their effects count.
+        units: by joint, of what its drive exerts; N·m where absent.
     """
 
     contacts: Sequence[Contact]
@@ -34,6 +35,7 @@ class Evidence:
     sensitivity: Mapping[str, JointSensitivity]
     shortfalls: Sequence[Shortfall]
     findings: Sequence[Finding]
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
@@ -63,14 +65,21 @@ def _found(evidence: Evidence) -> str:
     seen = {j: s for j, s in evidence.sensitivity.items() if s.motion.detectable_s > 0}
     if not seen:
         return f"{events}, within the policy."
-    asked = [s.observable_nm for s in seen.values()]
     share = [s.motion.detectable_s / s.motion.time_s for s in seen.values()]
     time = seconds_text(evidence.coverage.recorded_s)
     joints = counted(len(seen), "moving joint")
     return (
-        f"{events} in {time}, within the policy. On {joints} a torque of {_range(asked, '.3g')} N·m would have alarmed "
-        f"in {_range([100 * x for x in share], '.0f')} % of the motion."
+        f"{events} in {time}, within the policy. On {joints} {_asked(seen, evidence.units)} would have alarmed in "
+        f"{_range([100 * x for x in share], '.0f')} % of the motion."
     )
+
+
+def _asked(seen: Mapping[str, JointSensitivity], units: Mapping[str, str]) -> str:
+    """What would have alarmed: torques of turning joints, forces of sliding ones."""
+    forces = [s.observable_nm for joint, s in seen.items() if units.get(joint) == "N"]
+    torques = [s.observable_nm for joint, s in seen.items() if units.get(joint) != "N"]
+    kinds = (("a torque", torques, "N·m"), ("a force", forces, "N"))
+    return " or ".join(f"{what} of {_range(values, '.3g')} {unit}" for what, values, unit in kinds if values)
 
 
 def _range(values: Sequence[float], form: str) -> str:

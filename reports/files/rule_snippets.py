@@ -38,7 +38,8 @@ def snippet(kind: str, found: ArmRecommendation) -> str:
     if kind == "franka":
         values = ", ".join(f"{gamma:g}" for gamma in gammas.values())
         return _FRANKA.format(claim=claim(found), joints=", ".join(gammas), count=len(gammas), values=values)
-    return _UR.format(values=", ".join(f"{joint} {gamma:g} N·m" for joint, gamma in gammas.items()))
+    values = ", ".join(f"{joint} {gamma:g} {found.units.get(joint, 'N·m')}" for joint, gamma in gammas.items())
+    return _UR.format(values=values)
 
 
 def _config(found: ArmRecommendation, gammas: dict[str, float]) -> str:

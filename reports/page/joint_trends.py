@@ -43,6 +43,7 @@ def joint_trends(entries: Sequence[IndexEntry]) -> tuple[JointTrend, ...]:
 
 def _trend(joint: str, number: int, dated: Sequence[IndexEntry]) -> JointTrend | None:
     found = [level for entry in dated if (level := entry.level_nm.get(joint)) is not None]
+    unit = next((entry.units[joint] for entry in dated if joint in entry.units), "N·m")
     if len(found) < _LEAST_LOGS:
         return None
     levels = np.array(found)
@@ -54,8 +55,8 @@ def _trend(joint: str, number: int, dated: Sequence[IndexEntry]) -> JointTrend |
     return JointTrend(
         joint,
         drawing(_WIDTH, _HEIGHT, label, [panel], f"trend-{number}"),
-        f"{significant(found[0])} N·m",
-        f"{significant(found[-1])} N·m",
-        f"{significant(min(found))} to {significant(max(found))} N·m",
+        f"{significant(found[0])} {unit}",
+        f"{significant(found[-1])} {unit}",
+        f"{significant(min(found))} to {significant(max(found))} {unit}",
         len(found),
     )

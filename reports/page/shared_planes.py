@@ -44,11 +44,10 @@ def shared_planes(studies: Sequence[RuleStudy | None]) -> SharedPlanes | None:
     found = pooled_planes(known)
     if not found:
         return None
+    units = {joint: unit for study in known for joint, unit in study.units.items()}
+    labels = {joint: visible(f"Alarms and sensitivity of {joint} over γ and n, all logs") for joint in found}
     drawn = tuple(
-        (
-            joint,
-            plane_map(plane, known[0].period_s, visible(f"Alarms and sensitivity of {joint} over γ and n, all logs")),
-        )
+        (joint, plane_map(plane, known[0].period_s, labels[joint], units.get(joint, "N·m")))
         for joint, plane in found.items()
     )
-    return SharedPlanes(len(known), drawn, tuple(plane_rows(found)))
+    return SharedPlanes(len(known), drawn, tuple(plane_rows(found, units)))

@@ -68,10 +68,18 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
     return StudySection(
         shapes=tuple(study.choices[0].force_n) if study.choices else (),
         planes=tuple(
-            (joint, plane_map(plane, study.period_s, visible(f"Alarms and sensitivity of {joint} over γ and n")))
+            (
+                joint,
+                plane_map(
+                    plane,
+                    study.period_s,
+                    visible(f"Alarms and sensitivity of {joint} over γ and n"),
+                    study.units.get(joint, "N·m"),
+                ),
+            )
             for joint, plane in study.joints.items()
         ),
-        points=tuple(plane_rows(study.joints)),
+        points=tuple(plane_rows(study.joints, study.units)),
         noticed=tuple(noticed_rows(study)),
         places=tuple(place_tables(study)),
         choices=tuple(choice_rows(study.choices)),
@@ -85,5 +93,5 @@ def study_section(study: RuleStudy | None) -> StudySection | None:
         forces_drawn=Markup()
         if study.force_map is None
         else force_map_plot(study.force_map, "Smallest force noticed at the tool, over space"),
-        set_rules=tuple(set_rule_rows(study.set_rules)),
+        set_rules=tuple(set_rule_rows(study.set_rules, study.units)),
     )

@@ -26,18 +26,21 @@ _ROWS = 50
 _RATES = (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0)
 
 
-def plane_map(plane: JointPlane, period_s: float, label: str) -> Markup:
+def plane_map(plane: JointPlane, period_s: float, label: str, unit: str = "N·m") -> Markup:
     """Two panels over persistence (ms) and threshold (N·m), both logarithmic, on one axis of thresholds.
 
     Args:
         plane: of one joint.
         period_s: sample period, s.
         label: for those who cannot see the drawing; any text.
+        unit: of what the joint's drive exerts.
     """
     second = _LEFT + _WIDTH + _GAP
-    body = _panel(plane, period_s, _LEFT, _shaded(plane, _LEFT, _alarm_ranks(plane), _ALARMS, False))
-    body += _panel(plane, period_s, second, _shaded(plane, second, _torque_ranks(plane), _TORQUE, True))
-    titles = [(_LEFT + 16, 13.0, "alarms an hour"), (second, 13.0, "smallest push noticed, N·m"), (2, 13.0, "γ, N·m")]
+    alarms = _shaded(plane, _LEFT, _alarm_ranks(plane), _ALARMS, False)
+    pushes = _shaded(plane, second, _torque_ranks(plane), _TORQUE, True)
+    body = _panel(plane, period_s, _LEFT, alarms, unit) + _panel(plane, period_s, second, pushes, unit)
+    pushed, levelled = f"smallest push noticed, {unit}", f"γ, {unit}"
+    titles = [(_LEFT + 16, 13.0, "alarms an hour"), (second, 13.0, pushed), (2, 13.0, levelled)]
     levels = [
         (_LEFT - 4, _TOP + _HEIGHT - _place(plane.gamma_nm, value, _HEIGHT) + 4, f"{value:g}")
         for value in _round(plane.gamma_nm[0], plane.gamma_nm[-1])
@@ -48,7 +51,7 @@ def plane_map(plane: JointPlane, period_s: float, label: str) -> Markup:
     return head + body + _texts(titles, "start") + _texts(levels, "end") + Markup("</svg>")
 
 
-def _panel(plane: JointPlane, period_s: float, left: float, shaded: Markup) -> Markup:
+def _panel(plane: JointPlane, period_s: float, left: float, shaded: Markup, unit: str) -> Markup:
     """One shaded panel with its axis of time and the rules on it."""
     at = {
         point: (
@@ -67,7 +70,7 @@ def _panel(plane: JointPlane, period_s: float, left: float, shaded: Markup) -> M
             out += Markup(
                 '<path transform="translate({:.1f} {:.1f})" d="{}" fill="none" stroke="#8a0018" stroke-width="2">'
                 "<title>{}</title></path>"
-            ).format(*at[point], path, _words(point, period_s))
+            ).format(*at[point], path, _words(point, period_s, unit))
     times = [
         (left + _place(plane.n, value / (1e3 * period_s), _WIDTH), _TOP + _HEIGHT + 14, f"{value:g}")
         for value in _round(plane.n[0] * period_s * 1e3, plane.n[-1] * period_s * 1e3)
@@ -81,9 +84,10 @@ def _dots(at: Sequence[tuple[float, float]]) -> str:
     return "".join(f"m{x - a} {y - b}h0" for (a, b), (x, y) in pairwise([(0, 0), *whole]))
 
 
-def _words(point: PlanePoint, period_s: float) -> str:
-    torque = "no push" if point.torque_nm is None else f"pushes from {point.torque_nm:g} N·m"
-    return f"γ {point.gamma_nm:g} N·m, n {point.n} ({1e3 * period_s * point.n:.0f} ms): {point.alarms} alarms, {torque}"
+def _words(point: PlanePoint, period_s: float, unit: str) -> str:
+    torque = "no push" if point.torque_nm is None else f"pushes from {point.torque_nm:g} {unit}"
+    rule = f"γ {point.gamma_nm:g} {unit}, n {point.n} ({1e3 * period_s * point.n:.0f} ms)"
+    return f"{rule}: {point.alarms} alarms, {torque}"
 
 
 def _texts(texts: Sequence[tuple[float, float, str]], anchor: str) -> Markup:

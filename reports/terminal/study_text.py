@@ -47,11 +47,14 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False,
         parts.append(_titled(title, head, known, width, 0))
     made_of = list(part_rows(study))
     if made_of:
-        lines_of = [wrapped(f"{joint} {level} N·m: {causes}", width, "    ") for joint, level, causes in made_of]
+        levels = (
+            (joint, level if level.endswith(" N") else f"{level} N·m", causes) for joint, level, causes in made_of
+        )
+        lines_of = [wrapped(f"{joint} {level}: {causes}", width, "    ") for joint, level, causes in levels]
         title = "What thresholds are made of: by how much the level falls without each cause (causes overlap), N·m"
         parts.append("\n".join([wrapped(title, width, "  "), *(f"  {line}" for line in lines_of)]) + "\n")
     if detail:
-        parts.append(_points("Each joint alone", study.joints, width))
+        parts.append(_points("Each joint alone", study.joints, study.units, width))
         parts.append(_titled("A dynamic threshold would be", ("joint", ""), list(dynamic_rows(study)), width, 2))
     sentences = [f"{place}: {text}." for place, text in blind_rows(study)]
     for group in (sentences, study.assumptions):
@@ -60,16 +63,16 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False,
     return "\n".join(parts)
 
 
-def planes_text(planes: Mapping[str, JointPlane], width: int | None = None) -> str:
+def planes_text(planes: Mapping[str, JointPlane], units: Mapping[str, str], width: int | None = None) -> str:
     """The configured rule of each joint over several logs; empty where they have none in common."""
     if not any(plane.configured for plane in planes.values()):
         return ""
-    return "\n" + _points("Configured rule of each joint, over all logs", planes, width)
+    return "\n" + _points("Configured rule of each joint, over all logs", planes, units, width)
 
 
-def _points(title: str, planes: Mapping[str, JointPlane], width: int | None) -> str:
+def _points(title: str, planes: Mapping[str, JointPlane], units: Mapping[str, str], width: int | None) -> str:
     head = ("joint", "rule", "gamma N·m", "n", "alarms", "push noticed N·m", "delay ms")
-    points = [(p.joint, p.rule, p.gamma, p.n, p.alarms, p.torque, p.delay) for p in plane_rows(planes)]
+    points = [(p.joint, p.rule, p.gamma, p.n, p.alarms, p.torque, p.delay) for p in plane_rows(planes, units)]
     return _titled(title, head, points, width, 2)
 
 
@@ -82,19 +85,20 @@ def persistence_text(choices: Sequence[PersistenceChoice], width: int | None = N
     return _titled(title, head, list(choice_rows(choices)), width, 0, words=1)
 
 
-def set_rule_text(set_rules: Mapping[str, SetRule], width: int | None = None) -> str:
+def set_rule_text(set_rules: Mapping[str, SetRule], units: Mapping[str, str], width: int | None = None) -> str:
     """The verdict on the thresholds that are set, as a table with its title; empty without any."""
     if not set_rules:
         return ""
     if all(rule.opinion == "not judged" for rule in set_rules.values()):
         return wrapped("Verdict on what is set: not judged, as the evidence supports no threshold.", width, "  ") + "\n"
     title = "Verdict on what is set (false alarms extrapolated from the tails, beyond what the hours support)"
-    return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules)), width, 1, words=2)
+    return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules, units)), width, 1, words=2)
 
 
 def _answer(study: RuleStudy, width: int | None) -> list[str]:
     """What this log alone recommends, and its opinion on the rule that is set."""
-    out = [text for text in (persistence_text(study.choices, width), set_rule_text(study.set_rules, width)) if text]
+    opinions = set_rule_text(study.set_rules, study.units, width)
+    out = [text for text in (persistence_text(study.choices, width), opinions) if text]
     flags = chosen_flags(study)
     if flags is not None:
         text = f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}"

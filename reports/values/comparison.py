@@ -15,6 +15,7 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.sensitivity_rows import joint_time
+from collaudit.reports.values.words import torque_unit
 
 COMPARISON_SCHEMA = "collaudit/comparison/1"
 Bounds = tuple[float | None, float | None]
@@ -62,6 +63,7 @@ class LevelChange:
     after_nm: float | None
     before_s: float
     after_s: float
+    unit: str = "N·m"
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,11 +153,16 @@ def _settings(a: AuditResult, b: AuditResult) -> Iterator[Change]:
             yield Change(what, before.get(what), after.get(what))
 
 
+def _asked(joint: str, unit: str) -> str:
+    return f"{'force' if unit == 'N' else 'torque'} asked to be detectable on {joint}, {unit}"
+
+
 def _facts(result: AuditResult) -> dict[str, str | None]:
     """Everything that was set, and what the numbers rest on."""
     rule, made = result.rule, result.provenance
     joints = {} if result.sensitivity is None else result.sensitivity.joints
     sizes = {joint: sensitivity.observable_nm for joint, sensitivity in joints.items()}
+    units = {joint: torque_unit(result, joint) for joint in (*rule.gamma_nm, *sizes)}
     hashes = {
         "configuration": made.config_sha256,
         "friction file": made.friction_sha256,
@@ -168,8 +175,8 @@ def _facts(result: AuditResult) -> dict[str, str | None]:
         "watched joints": ", ".join(rule.watch),
         "near miss, share of γ": f"{rule.near_miss_amplitude:g}",
         "near miss, share of n": f"{rule.near_miss_persistence:g}",
-        **{f"γ of {joint}, N·m": f"{gamma:.6g}" for joint, gamma in rule.gamma_nm.items()},
-        **{f"torque asked to be detectable on {joint}, N·m": f"{asked:.3g}" for joint, asked in sizes.items()},
+        **{f"γ of {joint}, {units[joint]}": f"{gamma:.6g}" for joint, gamma in rule.gamma_nm.items()},
+        **{_asked(joint, units[joint]): f"{asked:.3g}" for joint, asked in sizes.items()},
         **{f"{name} (hash)": None if value is None else value[:12] for name, value in hashes.items()},
         "collaudit": made.collaudit,
         **made.packages,
@@ -207,6 +214,7 @@ def _levels(a: AuditResult, b: AuditResult) -> Iterator[LevelChange]:
             None if other is None else other.clean_mean_abs_nm,
             0.0 if one is None else one.clean_s,
             0.0 if other is None else other.clean_s,
+            torque_unit(a if one is not None else b, joint),
         )
 
 

@@ -10,7 +10,7 @@ from collaudit.reports.values.comparison import Bounds, Change, Comparison
 from collaudit.reports.values.numbers import duration, interval, percent, significant
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import parameter_unit, verdict_word
+from collaudit.reports.values.words import parameter_unit, verdict_word, with_force_unit
 
 _SAME = "nothing differs"
 
@@ -116,7 +116,9 @@ def _residual(found: Comparison) -> ComparedTable:
         before, after = level.before_nm, level.after_nm
         ratio = NONE if before is None or after is None or not before else f"× {significant(after / before)}"
         clean = (duration(level.before_s), duration(level.after_s))
-        lines.append((level.joint, *(NONE if v is None else significant(v) for v in (before, after)), ratio, *clean))
+        units = {level.joint: level.unit}
+        cells = (NONE if v is None else with_force_unit(significant(v), level.joint, units) for v in (before, after))
+        lines.append((level.joint, *cells, ratio, *clean))
     head = ("joint", "before, N·m", "after, N·m", "ratio", "time before", "time after")
     note = "Mean of the residual's size, half a second and more away from alarms; a mean without an interval."
     return ComparedTable("Residual level", head, tuple(lines), (1, 2, 3, 4, 5), note)

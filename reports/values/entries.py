@@ -32,6 +32,7 @@ class IndexEntry:
         exclusions: what the verdict does not cover.
         start: when the log was recorded, ISO 8601 UTC; None where it does not tell.
         level_nm: RMS of each watched joint's judged residual, N·m; None where nothing was judged.
+        units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
         robot: whose log it is; None without a fleet.
     """
 
@@ -48,6 +49,7 @@ class IndexEntry:
     exclusions: tuple[str, ...] = ()
     start: str | None = None
     level_nm: dict[str, float | None] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
     robot: str | None = None
 
     @property
@@ -89,6 +91,7 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         exclusions=result.exclusions,
         start=result.log.start,
         level_nm={name: stats.rms_nm for name, stats in result.residual.items() if name in result.rule.watch},
+        units=dict(result.log.units),
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from collaudit.core.data.recommendation_result import SetRule
 from collaudit.reports.values.numbers import significant
+from collaudit.reports.values.words import with_force_unit
 
 SET_RULE_HEAD = (
     "joint",
@@ -19,18 +20,25 @@ SET_RULE_HEAD = (
 )
 
 
-def set_rule_rows(set_rules: Mapping[str, SetRule]) -> Iterator[tuple[str, ...]]:
-    """One row a joint, in the order of :data:`SET_RULE_HEAD`."""
+def set_rule_rows(set_rules: Mapping[str, SetRule], units: Mapping[str, str]) -> Iterator[tuple[str, ...]]:
+    """One row a joint, in the order of :data:`SET_RULE_HEAD`.
+
+    Args:
+        set_rules: opinions by joint.
+        units: by joint, of what its drive exerts.
+    """
     for joint, one in set_rules.items():
         unnoticed = one.unnoticed_nm
         yield (
             joint,
-            f"{one.gamma_nm:.3g}",
+            with_force_unit(f"{one.gamma_nm:.3g}", joint, units),
             str(one.n) if one.n else "",
-            "" if one.recommended_nm is None else f"{one.recommended_nm:.3g}",
+            "" if one.recommended_nm is None else with_force_unit(f"{one.recommended_nm:.3g}", joint, units),
             alarm_rate(one.false_alarms_per_hour),
             alarm_rate(one.false_alarms_per_hour_upper95),
-            "" if unnoticed is None else f"{significant(unnoticed[0])} to {significant(unnoticed[1])}",
+            ""
+            if unnoticed is None
+            else with_force_unit(f"{significant(unnoticed[0])} to {significant(unnoticed[1])}", joint, units),
             one.opinion,
         )
 

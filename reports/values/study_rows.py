@@ -16,6 +16,7 @@ from collaudit.core.data.rule_study_result import (
     RuleStudy,
 )
 from collaudit.reports.values.numbers import percent, significant
+from collaudit.reports.values.words import with_force_unit
 
 NEVER = "none"
 ANYWHERE = "anywhere"
@@ -124,25 +125,25 @@ def milliseconds(seconds: float | None) -> str:
     return "" if seconds is None else f"{1e3 * seconds:.0f}"
 
 
-def plane_rows(planes: Mapping[str, JointPlane]) -> list[PlaneRow]:
-    """The configured and the recommended rule of every joint."""
+def plane_rows(planes: Mapping[str, JointPlane], units: Mapping[str, str]) -> list[PlaneRow]:
+    """The configured and the recommended rule of every joint; ``units`` by joint, of what its drive exerts."""
     return [
-        _plane(joint, name, point)
+        _plane(joint, name, point, units)
         for joint, plane in planes.items()
         for name, point in (("configured", plane.configured), ("recommended", plane.chosen))
         if point is not None
     ]
 
 
-def _plane(joint: str, name: str, point: PlanePoint) -> PlaneRow:
+def _plane(joint: str, name: str, point: PlanePoint, units: Mapping[str, str]) -> PlaneRow:
     upper = point.alarms_per_hour_upper95
     return PlaneRow(
         joint=joint,
         rule=name,
-        gamma=significant(point.gamma_nm),
+        gamma=with_force_unit(significant(point.gamma_nm), joint, units),
         n=str(point.n),
         alarms=f"{point.alarms}" + ("" if upper is None else f" (at most {significant(upper)} an hour)"),
-        torque=NEVER if point.torque_nm is None else significant(point.torque_nm),
+        torque=NEVER if point.torque_nm is None else with_force_unit(significant(point.torque_nm), joint, units),
         delay=milliseconds(point.delay_s),
     )
 
@@ -170,22 +171,22 @@ def part_rows(study: RuleStudy) -> Iterator[tuple[str, ...]]:
     for joint, parts in study.parts.items():
         shares = sorted(parts.parts, key=lambda part: part.cause == "rest")
         told = [f"{_CAUSES[p.cause]} {significant(p.gamma_nm, 2)}" for p in shares if p.gamma_nm >= 0.005]
-        yield joint, significant(parts.level_nm), ", ".join(told)
+        yield joint, with_force_unit(significant(parts.level_nm), joint, study.units), ", ".join(told)
 
 
 def dynamic_rows(study: RuleStudy) -> Iterator[tuple[str, str]]:
     """What a dynamic threshold would gain, by joint."""
     for joint, gain in study.dynamic.items():
-        yield joint, _gain(gain)
+        yield joint, _gain(gain, study.units.get(joint, "N·m"))
 
 
-def _gain(gain: DynamicGain) -> str:
+def _gain(gain: DynamicGain, unit: str) -> str:
     if gain.sensitivity_gain is None:
         return gain.why_not or ""
     if gain.sensitivity_gain <= 0.02:
         held = "no gain: constant and dynamic thresholds are about equal"
     else:
-        held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} N·m constant)"
+        held = f"{percent(gain.sensitivity_gain, 0)} lower on average ({significant(gain.constant_nm)} {unit} constant)"
     fresh = f"alarms on the held-out half: {gain.alarms_constant} constant, {gain.alarms_dynamic} dynamic"
     return f"{held}; {fresh}"
 

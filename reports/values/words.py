@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.friction_result import FrictionFit
@@ -52,6 +52,17 @@ def torque_unit(result: AuditResult, joint: str) -> str:
     if result.log.units:
         return "N" if result.log.units.get(joint) == "N" else "N·m"
     return effort_unit(fit) if fit is not None else "N·m"
+
+
+def with_force_unit(cell: str, joint: str, units: Mapping[str, str]) -> str:
+    """A cell of a column headed N·m: of a prismatic joint it carries its own unit.
+
+    Args:
+        cell: the number; empty or a word where there is none.
+        joint: the joint of the row.
+        units: by joint, of what its drive exerts.
+    """
+    return f"{cell} N" if units.get(joint) == "N" and cell[:1].isdigit() else cell
 
 
 def effort_unit(fit: FrictionFit) -> str:

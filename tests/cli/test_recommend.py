@@ -102,6 +102,7 @@ def test_one_persistence_is_recommended_over_all_studies(collaudit, studied: lis
     assert known["n"] == 25 and known["force_n"]["push"] == 10.0
     assert both["set"]["joint1"]["n"] == 13, "the verdict on what is set is at its own persistence"
     assert both["set"]["joint1"]["opinion"] == "too loose"
+    assert both["units"]["joint1"] == "N·m"
 
 
 def test_the_delay_holds_for_the_compared_persistences(collaudit, studied: list[Path]) -> None:

@@ -1,0 +1,117 @@
+"""Tables whose columns are headed N·m say N beside the numbers of a joint that slides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import studies
+from residual_audits import audit_of, coloured
+from samples import JOINTS, passed
+
+from collaudit.core.api import recommend_arm
+from collaudit.core.config.schema import PolicyConfig
+from collaudit.core.data.audit_result import Audit, Coverage
+from collaudit.core.data.sensitivity_result import JointSensitivity, TimeShares
+from collaudit.core.verdict.exclusions import exclusions
+from collaudit.core.verdict.verdict import Evidence, decide
+from collaudit.reports.files.rule_snippets import snippet
+from collaudit.reports.page.index import entry_of
+from collaudit.reports.page.joint_trends import joint_trends
+from collaudit.reports.page.shared_planes import shared_planes
+from collaudit.reports.page.study_section import study_section
+from collaudit.reports.terminal.recommendation_text import recommendation_text
+from collaudit.reports.terminal.study_text import study_text
+from collaudit.reports.values.comparison import compare
+from collaudit.reports.values.comparison_tables import compared_tables
+
+SLIDES = JOINTS[0]
+
+
+def sliding(audit: Audit, joint: str) -> Audit:
+    units = {name: "N" if name == joint else "N·m" for name in audit.result.log.joints}
+    return replace(audit, result=replace(audit.result, log=replace(audit.result.log, units=units)))
+
+
+@pytest.fixture(scope="module")
+def audit() -> Audit:
+    return sliding(passed(), SLIDES)
+
+
+def row_of(text: str, joint: str) -> str:
+    return next(line for line in text.splitlines() if line.strip().startswith(joint))
+
+
+def test_of_a_recommendation(audit: Audit) -> None:
+    found = recommend_arm([audit])
+    assert (found.units[SLIDES], found.units[JOINTS[1]]) == ("N", "N·m")
+    # Half a minute supports no threshold: the table shows stated ones.
+    rules = {joint: replace(rule, gamma_nm=9.5, noticed_nm=12.0) for joint, rule in found.joints.items()}
+    found = replace(found, joints=rules, if_clean_nm={SLIDES: 11.0, JOINTS[1]: 11.0})
+    text = recommendation_text(found)
+    slides, turns = (row_of(text, joint) for joint in JOINTS[:2])
+    assert " 9.5 N " in slides and " 12 N " in slides
+    assert " 9.5 " in turns and " N " not in turns
+    assert f"{SLIDES} 11 N, {JOINTS[1]} 11" in text
+    assert f"{SLIDES} 9.5 N, {JOINTS[1]} 9.5 N·m" in snippet("ur", found)
+
+
+def test_of_what_is_set() -> None:
+    two = sliding(audit_of(coloured(2, 600.0, joints=2), gamma_nm=40.0), "joint1")
+    found = recommend_arm([two])
+    assert "Too loose: external forces of " in found.set_rules["joint1"].text
+    assert " to 40 N go unnoticed" in found.set_rules["joint1"].text
+    assert " to 40 N·m go unnoticed" in found.set_rules["joint2"].text
+    text = recommendation_text(found)
+    opinions = [line for line in text.splitlines() if line.endswith("too loose")]
+    assert [line.count(" N ") for line in opinions] == [3, 0], "set, asked for, unnoticed"
+    peaks = text[text.index("Highest level") :].replace("\n", " ")
+    assert " N), joint2 " in peaks and peaks.count("N·m)") == 1
+
+
+def test_of_a_comparison(audit: Audit) -> None:
+    rule = replace(audit.result.rule, gamma_nm=dict.fromkeys(JOINTS, 9.5))
+    other = replace(audit, result=replace(audit.result, rule=rule))
+    found = compare(audit, other)
+    assert {f"γ of {SLIDES}, N", f"γ of {JOINTS[1]}, N·m"} <= {change.what for change in found.settings}
+    residual = next(table for table in compared_tables(found) if table.title == "Residual level")
+    by_joint = {row[0]: row for row in residual.rows}
+    assert by_joint[SLIDES][1].endswith(" N")
+    assert by_joint[JOINTS[1]][1][-1].isdigit()
+
+
+def test_of_the_trends_of_an_index(audit: Audit) -> None:
+    entry = entry_of(audit.result)
+    dated = [replace(entry, start=f"2024-03-0{day}", level_nm=dict.fromkeys(JOINTS[:2], 2.0)) for day in range(1, 4)]
+    trends = {trend.joint: trend for trend in joint_trends(dated)}
+    assert (trends[SLIDES].last, trends[JOINTS[1]].last) == ("2.00 N", "2.00 N·m")
+
+
+def test_of_a_verdict() -> None:
+    hidden = JointSensitivity(
+        30.0, True, TimeShares(10.0, 8.0, 2.0, 0.0), TimeShares(5.0, 5.0, 0.0, 0.0), 1.0, 50.0, ()
+    )
+    sensitivity, units = {"lift": hidden, "elbow": hidden}, {"lift": "N", "elbow": "N·m"}
+    coverage = Coverage(10.0, 0.0, {})
+    (text,) = exclusions(coverage, sensitivity, (), units)
+    assert "lift up to 50 N for" in text
+    assert "elbow up to 50 N·m for" in text
+    verdict, (reason,) = decide(PolicyConfig(), Evidence((), (), coverage, sensitivity, (), (), units))
+    assert verdict == "pass"
+    assert "a torque of 30 N·m or a force of 30 N would have alarmed" in reason
+
+
+def test_of_a_study() -> None:
+    study = studies.study(("lift", "elbow"))
+    moved_study = replace(study, units={"lift": "N", "elbow": "N·m"})
+    plain, moved = study_text(study, detail=True), study_text(moved_study, detail=True)
+    assert row_of(plain, "lift") != row_of(moved, "lift")
+    gamma = next(iter(study.joints.values())).configured
+    assert gamma is not None
+    assert f"{gamma.gamma_nm:.3g} N " in moved
+    page, pooled = study_section(moved_study), shared_planes([moved_study, moved_study])
+    assert page is not None and pooled is not None
+    for shown in (page, pooled):
+        assert ["γ, N<" in str(plane) for _, plane in shown.planes] == [True, False]
+        units = {row.joint: row.gamma.endswith(" N") for row in shown.points}
+        assert units == {"lift": True, "elbow": False}

@@ -101,8 +101,8 @@ def _answer(study: RuleStudy, width: int | None) -> list[str]:
     out = [text for text in (persistence_text(study.choices, width), opinions) if text]
     flags = chosen_flags(study)
     if flags is not None:
-        text = f"Recommended persistence with its thresholds, from this log alone: {visible(flags)}"
-        out.append(wrapped(text, width, "  ") + "\n")
+        # Flags are to be copied: they stay on one line.
+        out.append(f"Recommended persistence with its thresholds, from this log alone:\n  {visible(flags)}\n")
     return out
 
 

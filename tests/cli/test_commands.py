@@ -109,7 +109,7 @@ def test_flags_override_the_configuration(arm, collaudit) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (r'"joint(\d)"', r'"axis\1"', "is not in the friction file"),
+        (r'"joint(\d)"', r'"axis\1"', "has a friction law but is not in this log"),
         ('"effort_unit": "N·m"', '"effort_unit": "raw"', "own unit"),
     ],
 )
@@ -228,7 +228,7 @@ def test_logs_of_one_name_are_told_apart(arm, collaudit, tmp_path: Path) -> None
     outcome = _audit(collaudit, arm, tmp_path / "out", tmp_path / "monday", tmp_path / "tuesday", "--json")
     names = [entry["name"] for entry in json.loads(outcome.out)["logs"]]
     assert len(set(names)) == 2
-    assert {path.name for path in (tmp_path / "out").iterdir() if path.is_dir()} == {"run", "run-2"}
+    assert {path.name for path in (tmp_path / "out").iterdir() if path.is_dir()} == {"run", "run-2", "assets"}
 
 
 def test_inspect(arm, collaudit) -> None:

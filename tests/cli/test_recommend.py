@@ -33,7 +33,7 @@ def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
     lines = found.out.splitlines()
     assert found.code == 0 and len(lines) < 25
     assert lines[0].startswith("Asked: false alarms of the arm below 1 per 1,000 h, persistence 26 ms (as set; ")
-    assert lines[1].startswith("Answer: NOT SUPPORTED: 9 min 59 s of clean time support 1.2 per hour; ")
+    assert lines[1].startswith("Answer: NOT SUPPORTED: 9 min 58 s of clean time support 1.2 per hour; ")
     assert "199 h 50 min more would support 1 per 1,000 h" in lines[1]
     assert "too loose" in found.out and "too tight" in found.out
     assert re.search(r"made\.mcap 199\.\d-200\.\d s: suspicious joint1, \S+ N·m for n samples", found.out)

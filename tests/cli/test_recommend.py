@@ -36,7 +36,7 @@ def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
     assert lines[1].startswith("Answer: NOT SUPPORTED: 9 min 58 s of clean time support 1.2 per hour; ")
     assert "199 h 50 min more would support 1 per 1,000 h" in lines[1]
     assert "too loose" in found.out and "too tight" in found.out
-    assert re.search(r"made\.mcap 199\.\d-200\.\d s: suspicious joint1, \S+ N·m for n samples", found.out)
+    assert re.search(r"made\.mcap 199\.\d-201\.\d s: suspicious joint1, \S+ N·m for n samples", found.out)
     assert "joint1 " in next(line for line in lines if line.startswith("If nothing touched"))
     assert re.search(r"1 stretch \([\d.]+ s\) left out as possible contact; please confirm", found.out)
     assert "left out" not in found.err, "said once"

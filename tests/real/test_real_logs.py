@@ -56,6 +56,7 @@ def test_ur10_from_inspect_to_report(cli, data_dir: Path) -> None:  # type: igno
         "coulomb-viscous",
         "asymmetric-coulomb-viscous",
         "smooth-coulomb-viscous",
+        "rbf",  # a curve without meaning of its own, where it predicts other speeds best
     }
     assert all(f["not_identifiable"] for f in fits.values() if f["model"] == "coulomb-viscous")
     assert {p["source"] for f in fits.values() for p in f["points"]} == {"model"}, "no joint moves alone in this log"

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
 
@@ -16,9 +17,12 @@ from collaudit.core.logs.csv.csv_stream import BoundedStream, LineStream
 from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, open_bytes, rows_as_text
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.packed_file import decompression_errors
+from collaudit.core.numeric.parallel import ordered_map
 
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
 _BLOCK = 3 << 18
+#: Bytes that one thread reads at a time: enough that starting it costs nothing, few enough for the memory.
+_PART = 1 << 24
 _COMMENT = tuple(mark.encode() for mark in COMMENT)
 
 
@@ -61,8 +65,10 @@ def parse(
         ArrowInvalid: a row or a cell is not as it should be.
         LogError: a compressed file cannot be read at all.
     """
-    from pyarrow import ArrowInvalid, NativeFile, OSFile
+    from pyarrow import ArrowInvalid, NativeFile, enable_signal_handlers
 
+    # Arrow's handler of Ctrl-C is a thread of its own; Python's serves between the parts.
+    enable_signal_handlers(False)
     if mend is None and suits_pandas(dialect):
         table = read_plain(path, dialect, wanted, types)
         if table is not None:
@@ -71,14 +77,12 @@ def parse(
         source, skip, delimiter, encoding = _source(path, dialect, mend)
         reading = _Reading(len(dialect.names), skip, delimiter, encoding, quotes, wanted, types, dialect.decimal)
         with source:
-            # A file of one block leaves other threads nothing to do.
-            if isinstance(source, NativeFile) and encoding == "utf-8" and source.size() > _BLOCK:
+            if isinstance(source, NativeFile) and encoding == "utf-8" and not quotes and source.size() > _PART:
                 try:
-                    with OSFile(str(path)) as own:
-                        return reading.table(own, threads=True), None
+                    return reading.table_of_parts(path), None
                 except ArrowInvalid:
-                    pass  # perhaps of a comment between the rows only
-            table = reading.table(source, threads=False)
+                    pass  # the whole file tells at which row
+            table = reading.table(source)
             stream = getattr(source, "raw", None)
             return table, stream.damage if isinstance(stream, (BoundedStream, LineStream)) else None
     except decompression_errors() as error:
@@ -98,12 +102,25 @@ class _Reading:
     types: Mapping[str, Any]
     decimal: str
 
-    def table(self, source: Any, *, threads: bool) -> Any:
-        """Read it, with several threads or with comments between the rows, but never with both.
+    def table_of_parts(self, path: Path) -> Any:
+        """Read a plain file without quotes in parts that end with a line, several at a time.
 
-        After an error Arrow leaves its threads at work on the rest of the file. One that then calls Python (a
-        handler of rows, a source in Python) while the interpreter ends, aborts the process. In one thread none is left.
+        Arrow's own threads go on after an error and can abort the process; ours are waited for.
         """
+        import pyarrow as pa
+
+        def part(span: tuple[int, int]) -> Any:
+            first, stop = span
+            with path.open("rb") as file:
+                file.seek(first)
+                content = file.read(stop - first)
+            own = self if first == 0 else replace(self, skip=0)
+            return own.table(pa.BufferReader(content))
+
+        return pa.concat_tables(ordered_map(part, list(pairwise(_line_starts(path)))))
+
+    def table(self, source: Any) -> Any:
+        """Read it in this thread, with comments between the rows left out."""
         from pyarrow import csv as arrow_csv
 
         return arrow_csv.read_csv(
@@ -113,12 +130,12 @@ class _Reading:
                 skip_rows=self.skip,
                 block_size=_BLOCK,
                 encoding=self.encoding,
-                use_threads=threads,
+                use_threads=False,
             ),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=self.delimiter,
                 quote_char='"' if self.quotes else False,
-                invalid_row_handler=None if threads else _comment_or_error,
+                invalid_row_handler=_comment_or_error,
             ),
             convert_options=arrow_csv.ConvertOptions(
                 include_columns=[f"c{index}" for index in self.wanted],
@@ -127,6 +144,18 @@ class _Reading:
                 null_values=list(NULLS),
             ),
         )
+
+
+def _line_starts(path: Path) -> list[int]:
+    """Where parts of about ``_PART`` bytes begin, each with a line, and the end of the file."""
+    size = path.stat().st_size
+    starts = [0]
+    with path.open("rb") as file:
+        while starts[-1] + _PART < size:
+            file.seek(starts[-1] + _PART)
+            file.readline()
+            starts.append(min(file.tell(), size))
+    return starts if starts[-1] == size else [*starts, size]
 
 
 def _comment_or_error(row: Any) -> str:

@@ -1,4 +1,4 @@
-"""What a result rests on: versions and hashes of the inputs."""
+"""Origin of a result: versions and hashes of the inputs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Logs that an audit finished before it was ended: taken over by ``--resume`` where nothing that they rest on changed.
+"""Logs that an audit finished before it was ended: taken over by ``--resume`` where none of their inputs changed.
 
 In: a run folder. Out: its outcome, or None where the log is to be judged. A run counts as finished by the file that is
-written last. That names what the run rests on: content of the log, settings, friction, robot, and versions.
+written last. It names the inputs of the run: content of the log, settings, friction, robot, and versions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a finished run rests on, written after all its other files: content of the log, settings, and versions."""
+"""The inputs of a finished run, written after all its other files: content of the log, settings, and versions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MOST_BYTES = 1 << 16
 
 
 def note_finished(run: Path, files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> None:
-    """Write down, after all its other files, what a run rests on.
+    """Write down, after all its other files, the inputs of a run.
 
     Raises:
         CollauditError: it cannot be written.
@@ -49,7 +49,7 @@ def note_origin(run: Path, stamp: Mapping[str, str], fetched: Fetched) -> None:
 
 
 def read_note(run: Path) -> object:
-    """What a run says that it rests on; None where it says nothing that can be understood."""
+    """The inputs that a run names; None where they cannot be read."""
     file = run / FINISHED
     if run.is_symlink() or file.is_symlink():
         return None
@@ -64,7 +64,7 @@ def read_note(run: Path) -> object:
 
 
 def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str, object]:
-    """What the run of a log rests on, as it is written.
+    """The inputs of the run of a log, as they are written.
 
     Args:
         files: of the log.

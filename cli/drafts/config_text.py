@@ -24,7 +24,7 @@ class Line:
     Attributes:
         key: its name inside the section.
         value: its value; shown as an example when ``active`` is False.
-        why: what the value rests on.
+        why: the evidence for the value.
         active: whether the line counts, or is commented out.
         guess: whether the value was not stated anywhere.
         choice: whether it is one answer to a question; then it is commented out, too.
@@ -39,7 +39,7 @@ class Line:
 
     @property
     def remark(self) -> str:
-        """What the value rests on, guesses marked."""
+        """The evidence for the value, guesses marked."""
         return visible(f"GUESS: {self.why}" if self.guess else self.why)
 
     def put_into(self, table: Table) -> None:

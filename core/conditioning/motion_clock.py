@@ -212,7 +212,7 @@ def _wander(off: FloatArray) -> float:
 
 
 def clock_findings(clock: MotionClock, fresh: BoolArray) -> list[Finding]:
-    """What was rebuilt and what it rests on; (n,) samples that are no copy of the one before."""
+    """What was rebuilt and from what; (n,) samples that are no copy of the one before."""
     lost = int(np.sum(np.round(np.diff(clock.stamps_s[fresh]) / clock.period_s) - 1.0))
     text = (
         f"Stamps scatter by {1e3 * clock.jitter_s:.2g} ms (robust standard deviation), but positions advance by "

@@ -32,7 +32,7 @@ AUDIT_SCHEMA = "collaudit/audit/1"
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """What a result rests on.
+    """Origin of a result: versions and hashes of its inputs.
 
     Attributes:
         collaudit: version of this program.
@@ -192,7 +192,7 @@ class RecommendedRule:
         n: samples.
         largest_clean_nm: the largest level that lasted n samples without a collision.
         margin: gamma_nm / largest_clean_nm.
-        clean_hours: judged hours free of events that it rests on.
+        clean_hours: judged hours free of events that support it.
         false_alarms_per_hour: at the recommended rule at most this, at 95 % confidence, extrapolated from
             the tail of the clean residual; None where there is too little of it to have a tail.
         false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the observed hours only, without the tail.

@@ -38,7 +38,7 @@ class TailFacts:
 
 @dataclass(frozen=True, slots=True)
 class RangeOfEvidence:
-    """What one joint's evidence covers; a log that leaves it is judged by a threshold that rests on nothing there.
+    """What one joint's evidence covers; a log that leaves it is judged by a threshold without evidence there.
 
     Attributes:
         fastest_rad_s: 99.9 % of the clean time is slower (m/s if prismatic).
@@ -112,7 +112,7 @@ class StretchToConfirm:
 
 @dataclass(frozen=True, slots=True)
 class CleanPeak:
-    """A moment that gamma rests on: among the highest levels that count as clean.
+    """A moment that determines gamma: among the highest levels that count as clean.
 
     Attributes:
         log: its name.

@@ -312,7 +312,7 @@ class RuleStudy:
         parts: what each joint's threshold is made of.
         dynamic: gain of a dynamic threshold, by joint.
         labelled: against known contacts; None where none are known.
-        assumptions: what the numbers rest on, in words.
+        assumptions: what the numbers assume, in words.
         set_rules: what this log alone says of the configured thresholds, by joint: too tight, too loose or supported.
         units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
     """

@@ -52,7 +52,7 @@ class JointThreshold:
         levels: by persistence, shortest first; empty when there is no threshold, see ``reason``.
         noise_nm: robust standard deviation of the held-out residual.
         rms_nm: its root mean square.
-        hours: time that the thresholds rest on, rest and reversals included as far as the rule can fire there.
+        hours: time that supports the thresholds, rest and reversals included as far as the rule can fire there.
         held_out: share of its motion whose friction law was fitted without it.
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
         reason: why there is no threshold.

@@ -102,20 +102,20 @@ def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel 
 
 
 def _source(thresholds: FittedThresholds, gamma: dict[str, float], order: tuple[str, ...]) -> Finding:
-    """What the thresholds rest on, in one sentence."""
+    """The evidence for the thresholds, in one sentence."""
     known = [thresholds.joints[joint] for joint in order if joint in gamma]
     least = min(joint.hours for joint in known)
     held = min(joint.held_out for joint in known)
     in_sample = "" if held > 0.5 else "; for a joint or more the friction law was not held out, so they may be too low"
     listed = ", ".join(f"{joint} {gamma[joint]:.3g}" for joint in order if joint in gamma)
     text = (
-        f"Thresholds (N·m) from the friction file's held-out residual: {listed}. They rest on "
-        f"{_duration(least)} of motion per joint at least{in_sample}."
+        f"Thresholds (N·m) from the friction file's held-out residual: {listed}. They are "
+        f"supported by at least {_duration(least)} of motion per joint{in_sample}."
     )
     if 0 < least < _MUCH_H:
         text += (
-            f" That is little: by itself it cannot exclude up to {_NONE_SEEN_95 / least:.2g} false alarms per joint "
-            "and hour (95 %), and the thresholds include a margin for that."
+            f" That is little: so short a time alone cannot exclude up to {_NONE_SEEN_95 / least:.2g} false alarms "
+            "per joint and hour (95 %), and the thresholds include a margin for that."
         )
     return Finding("gamma-from-fit", "info", text)
 

@@ -38,8 +38,8 @@ def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:
     """(n,) half width of the curve's 95 % interval by the delta method; 0 where the fit has no covariance.
 
     sd(v)² = g(v)ᵀ Σ g(v) with g the gradient of the curve with respect to the parameters, times Student's t
-    for the points left over (one fewer when directions share an offset, as they may in points that rest on
-    the model's torque).
+    for the points left over (one fewer when directions share an offset, as they may in points that rely on
+    the robot model).
     """
     spread = law.spread
     if spread is None or spread.covariance.shape[0] != len(law.values):

@@ -67,7 +67,7 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
 
     The variance is the one that brings chi-square down to its degrees of freedom (Paule and Mandel, J. Res.
     Natl. Bur. Stand. 87, 1982), so that a point with a lucky small error cannot pull the curve to itself. Points that
-    rest on the model's torque have a variance of their own beside pairs: an error of the model, or a drift of the
+    rely on the robot model have a variance of their own beside pairs: an error of the model, or a drift of the
     effort's zero, is in them and not in pairs.
 
     Args:
@@ -188,7 +188,7 @@ def robust_weights(data: ls.Points, method: str) -> FloatArray:
 
 
 def _reweighted(data: ls.Points, law: SeparableLaw, method: str) -> tuple[FloatArray, float]:
-    """Weights (n,) about one law, and the robust standard deviation they rest on."""
+    """Weights (n,) about one law, and their robust standard deviation."""
     weight, scale = np.ones(data.n), np.inf
     equal = replace(data, sd=np.full(data.n, float(np.median(data.sd))))
     for _ in range(20):

@@ -221,7 +221,7 @@ def _not_directional(points: Sequence[FrictionPoint], law: FrictionLaw | None) -
     if min(ahead, back) >= _MIN_A_SIDE and ahead + back == len(points):
         return None
     return (
-        f"{law.name} needs at least {_MIN_A_SIDE} points of each direction that rest on a model's torque; there are "
+        f"{law.name} needs at least {_MIN_A_SIDE} points of each direction that rely on the robot model; there are "
         f"{ahead} forward and {back} backward"
     )
 

@@ -149,7 +149,7 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
             moving = sum(p.others_moving for p in fit.points)
             scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
             text = (
-                f"{rest} of {fit.n_points} friction points of joint '{joint}' rest on the model's torque{scaled} "
+                f"{rest} of {fit.n_points} friction points of joint '{joint}' rely on the robot model's torque{scaled} "
                 f"instead of a pair of directions ({moving} with other joints moving): "
                 "an error of the model goes into them."
             )

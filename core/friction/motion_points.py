@@ -192,7 +192,7 @@ def any_motion_tells_more(
 
     Args:
         sections: points of constant speed.
-        motion: points of arbitrary motion; they rest on the model's torque.
+        motion: points of arbitrary motion; they rely on the robot model.
         speeds: (n,) speeds that the joint moves at.
     """
     here, there = distinct_speeds(sections), distinct_speeds(motion)

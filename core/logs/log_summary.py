@@ -54,7 +54,7 @@ class ColumnInfo:
         changes: how often its number differs from the row before; None for text.
         role: the signal it is taken as; with a question mark what its numbers look like, which is not used.
         joint: whose signal it is, "" for none.
-        why: what the role rests on.
+        why: the evidence for the role.
         file: it stands in.
     """
 

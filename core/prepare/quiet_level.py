@@ -37,7 +37,7 @@ class QuietLevel:
         level_nm: (n,) measured less rigid-body torque while nothing touches the arm.
         spread_nm: standard deviation about it, robust.
         gamma_nm: threshold of changes that follows from it.
-        quiet_s: time it rests on.
+        quiet_s: time it was measured in.
         stretch_s: a load that is constant for as long as this is part of the level.
     """
 

@@ -35,7 +35,7 @@ from collaudit.core.recommend.sustained_levels import SustainedPeaks, sustained_
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
 _DIFFERS = 1.05
-#: Moments that a joint's gamma rests on, to look at.
+#: Moments that determine a joint's gamma, to look at.
 _HIGHEST = 5
 
 #: What a recommendation takes for granted.

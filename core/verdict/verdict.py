@@ -17,7 +17,7 @@ from collaudit.core.verdict.shortfalls import Shortfall
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a verdict rests on.
+    """Evidence for a verdict.
 
     Attributes:
         contacts: alarms that belong together, one each contact.

@@ -37,7 +37,7 @@ class ManifestFile:
 
 @dataclass(frozen=True, slots=True)
 class ManifestLog:
-    """What the result of one log rests on; hashes are None where there was none, or the log was not audited.
+    """Inputs of the result of one log; hashes are None where there was none, or the log was not audited.
 
     Attributes:
         log: its name.
@@ -69,7 +69,7 @@ class Manifest:
         collaudit: version of this program.
         packages: name to version of what computes.
         inputs: files that were read.
-        logs: what each result rests on.
+        logs: inputs of each result.
         outputs: files that were written, but for this one and its signature.
     """
 

@@ -123,7 +123,7 @@ def _rows(found: ArmRecommendation) -> list[tuple[str, ...]]:
 
 
 def _highest(found: ArmRecommendation, width: int | None) -> list[str]:
-    """The moment that each gamma rests on most."""
+    """The moment that determines each gamma most."""
     first = {joint: peaks[0] for joint, peaks in found.highest.items() if peaks and found.joints[joint].gamma_nm}
     if not first:
         return []

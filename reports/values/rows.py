@@ -91,7 +91,7 @@ class CoverageRow:
 
 @dataclass(frozen=True, slots=True)
 class RuleRow:
-    """Recommended threshold of one joint and what it rests on."""
+    """Recommended threshold of one joint and its evidence."""
 
     joint: str
     gamma: str

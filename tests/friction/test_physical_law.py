@@ -19,7 +19,7 @@ UNITS = FrictionUnits.of("revolute", "Nm")
 
 
 def points(speeds: np.ndarray, curve, sd: float = 0.05, offset: float = 0.0, seed: int = 0) -> list[FrictionPoint]:  # type: ignore[no-untyped-def]
-    """Points of both directions that rest on the model, whose error is ``offset``."""
+    """Points of both directions that rely on the robot model, whose error is ``offset``."""
     rng = np.random.default_rng(seed)
     return [
         FrictionPoint(float(v), float(curve(v) + way * offset + rng.normal(0, sd)), sd, sd, "model", way, False)

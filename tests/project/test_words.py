@@ -29,7 +29,7 @@ RIDDLES = (
     r"certainty about",
     r"friction only an interval",
     r"proves nothing",
-    r"points? rests? on the model",
+    r"rests? on the (robot )?model",
     r"the findings? should go\b",
     r"the hours it rests on",
     r"what the data cannot tell",

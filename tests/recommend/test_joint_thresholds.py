@@ -182,7 +182,7 @@ def test_a_residual_that_grows_is_called_drifting() -> None:
     assert drifting.tail is not None and drifting.tail.drift == pytest.approx(1.67, rel=0.1)
     assert any("steady residual" in text for text in drifting.missing)
     assert drifting.gamma_nm is not None and steady.gamma_nm is not None
-    assert drifting.gamma_nm > 1.5 * steady.gamma_nm, "it rests on the worst third"
+    assert drifting.gamma_nm > 1.5 * steady.gamma_nm, "the worst third determines it"
 
 
 def test_longer_persistence_needs_no_more() -> None:

@@ -16,7 +16,7 @@ class JointGuess:
 
     Attributes:
         mapping: log name to robot name, of joints whose names differ; empty where nothing is guessed.
-        why: what it rests on.
+        why: the evidence for it.
         sure: whether it may be used unasked; otherwise it is only a proposal.
         problem: why there is no answer; "" where there is one.
         candidates: reason to mapping, of the answers that are possible.

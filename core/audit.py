@@ -60,6 +60,7 @@ from collaudit.core.identification.identification import identify, wanted
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
@@ -73,7 +74,7 @@ from collaudit.core.rule_study.audit_study import audit_study
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
-from collaudit.core.verdict.coverage import measure_coverage
+from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
@@ -226,8 +227,9 @@ def audit_log(
     ranges = ranges_behind(config.detect.evidence, on_file, auto)
     beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     detected = judged.run.detected
-    coverage = measure_coverage(series, detected.state, judged.inputs.watch)
-    sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s)
+    moving = joints_in_motion(series, detected.state)
+    coverage = measure_coverage(series, detected.state, judged.inputs.watch, moving)
+    sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s, moving)
     short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
     short = tuple(replace(one, text=text_in_joint_units(one.text, one.joint, sliding)) for one in short)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
@@ -312,7 +314,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     signals = judged_signals(series, run, rule.gamma_nm)
     times = run.detected.collision_times
     clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
-    stats = {joint: residual_stats(signals, joint, clean[joint], period) for joint in series.joint_names}
+    stats = by_name(lambda joint: residual_stats(signals, joint, clean[joint], period), series.joint_names)
     heat = {joint: (series.mean_temperature_c(joint), series.temperature_range_c(joint)) for joint in stats}
     stats = {
         joint: replace(item, temperature_c=heat[joint][0], temperature_range_c=heat[joint][1])

@@ -16,6 +16,8 @@ from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
@@ -35,7 +37,7 @@ _LEAST_CLEAN = 100
 def residual_noise(prepared: Prepared, run: DetectorRun) -> FloatArray:
     """(j,) robust standard deviation of each joint's judged residual over the log, not smoothed, N·m."""
     columns = range(run.detected.state.shape[1])
-    return np.array([_noise(prepared, run, j) for j in columns])
+    return np.array(list(ordered_map(lambda j: _noise(prepared, run, j), columns)))
 
 
 def _unsmoothed(prepared: Prepared, run: DetectorRun, rows: slice, columns: Sequence[int]) -> FloatArray:
@@ -142,7 +144,7 @@ def _noise(prepared: Prepared, run: DetectorRun, j: int) -> float:
     judged = run.detected.state[:, j] == State.JUDGED
     if np.count_nonzero(judged) < _LEAST_CLEAN:
         return _DEFAULT_NOISE_NM
-    x = _unsmoothed(prepared, run, slice(None), [j])[judged, 0]
+    x = np.concatenate([_unsmoothed(prepared, run, block, [j])[judged[block], 0] for block in blocks(judged.size)])
     return robust_sd(x[~np.isnan(x)])
 
 

@@ -12,6 +12,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, friction_levels
 from collaudit.core.findings import Finding
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.residual.friction_level import LARGEST
 from collaudit.core.residual.residual import Residual
@@ -30,11 +31,14 @@ def detection_findings(series: UniformSeries, run: DetectorRun, inputs: Detectio
     findings = _slow_kernel(run, inputs.rule, series.period_s)
     findings += _friction_levels(run.residual)
     findings += _ripple_not_shown(run.residual)
-    for j, joint in enumerate(series.joint_names):
-        if inputs.watch[joint].watched and joint in inputs.rule.gamma_nm:
-            findings += _cut_events(series, run, j, joint, inputs.rule.n)
-            findings += _hidden_at_rest(series, run, inputs, j, joint)
-    return findings
+
+    def of_joint(joint: str) -> list[Finding]:
+        j = series.column(joint)
+        cut = _cut_events(series, run, j, joint, inputs.rule.n)
+        return cut + _hidden_at_rest(series, run, inputs, j, joint)
+
+    judged = [name for name in series.joint_names if inputs.watch[name].watched and name in inputs.rule.gamma_nm]
+    return findings + [finding for its in by_name(of_joint, judged).values() for finding in its]
 
 
 def _friction_levels(residual: Residual) -> list[Finding]:

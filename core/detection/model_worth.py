@@ -11,7 +11,9 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 
 #: A model that leaves this share of the torque's spread explains nothing.
@@ -37,26 +39,30 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
     series, residual = prepared.judged_series, run.residual
     if residual.effort_nm is None or prepared.rigid_nm is None or not residual.isolation.isolates:
         return []
-    out = []
-    for j, joint in enumerate(series.joint_names):
-        if not inputs.watch[joint].watched or joint not in inputs.laws:
-            continue
-        moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
+
+    def of_joint(joint: str) -> Finding | None:
+        j = series.column(joint)
+        assert residual.effort_nm is not None
+        moving = exceeds(series.velocity_rad_s[:, j], MOVING_RAD_S)
         good = (run.detected.state[:, j] == State.JUDGED) & moving & np.isfinite(residual.effort_nm[:, j])
-        rows = np.flatnonzero(good)
-        if rows.size * series.period_s < _LEAST_S:
-            continue
-        before = float(np.std(_smoothed(run, residual.effort_nm[:, j], prepared)[rows]))
-        after = float(np.std(residual.torque_nm[rows, j]))
+        if np.count_nonzero(good) * series.period_s < _LEAST_S:
+            return None
+        before = float(np.std(_smoothed(run, residual.effort_nm[:, j], prepared)[good]))
+        after = float(np.std(residual.torque_nm[good, j]))
         if after <= _NO_GAIN * before:
-            continue
+            return None
+        rows = np.flatnonzero(good)
         text = (
             f"Subtracting model and friction does not reduce the torque of joint '{joint}': in motion the "
             f"residual spreads by {after:.3g} N·m (standard deviation), the measured torque by {before:.3g} N·m. "
             f"Likely cause: {_cause(prepared, run, joint, j, rows)}."
         )
-        out.append(Finding("model-no-gain", "warning", text, joint=joint))
-    return out
+        return Finding("model-no-gain", "warning", text, joint=joint)
+
+    found = by_name(
+        of_joint, [name for name in series.joint_names if inputs.watch[name].watched and name in inputs.laws]
+    )
+    return [finding for finding in found.values() if finding is not None]
 
 
 def _smoothed(run: DetectorRun, x: FloatArray, prepared: Prepared) -> FloatArray:

@@ -17,7 +17,8 @@ from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import settled_residual
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 
 _BINS = 16
@@ -62,17 +63,16 @@ def position_pattern(
     rest = residual.copy()
     for sign in (-1.0, 1.0):
         way = direction == sign
-        if way.any():
-            rest[way] -= np.median(rest[way])
+        there = rest[way]
+        if there.size:
+            rest[way] = there - np.median(there)
     low, high = np.quantile(position, [0.005, 0.995])
     if not high - low > _LEAST_RANGE_RAD:
         return None
     bins = np.clip(((position - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     visit = np.floor(time_s / _VISIT_S).astype(np.int64)
-    key, label = np.unique(visit * _BINS + bins, return_inverse=True)
-    count = np.bincount(label)
-    mean = np.bincount(label, weights=rest) / count
-    of_bin, late = key % _BINS, key // _BINS > np.median(visit)
+    key, mean = _means(visit * _BINS + bins, rest)
+    of_bin, late = key % _BINS, key // _BINS > _median_of_rising(visit)
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
     both = np.isfinite(early_of) & np.isfinite(late_of)
     if np.count_nonzero(both) < _LEAST_BINS:
@@ -94,7 +94,25 @@ def position_pattern(
     )
 
 
-def _by_bin(mean: FloatArray, of_bin: FloatArray, use: BoolArray) -> FloatArray:
+def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The numbers that occur in ``key`` (n,), rising, and the mean of the values (n,) of each."""
+    least = int(key.min())
+    if int(key.max()) - least > 4 * key.size:  # a clock that jumped: most numbers do not occur
+        there, label = np.unique(key, return_inverse=True)
+        return there, np.bincount(label, weights=values) / np.bincount(label)
+    count, total = np.bincount(key - least), np.bincount(key - least, weights=values)
+    there = np.flatnonzero(count)
+    return there + least, total[there] / count[there]
+
+
+def _median_of_rising(x: IntArray) -> float:
+    """The median of values that do not fall, as times do; of any others, too."""
+    if (x[1:] >= x[:-1]).all():
+        return 0.5 * float(x[(x.size - 1) // 2] + x[x.size // 2])
+    return float(np.median(x))
+
+
+def _by_bin(mean: FloatArray, of_bin: IntArray, use: BoolArray) -> FloatArray:
     """(bins,) median over the visits of each bin; NaN where there are too few."""
     out = np.full(_BINS, np.nan)
     for b in range(_BINS):
@@ -113,19 +131,20 @@ def _line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
 
 def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Finding]:
     """Joints of a judged log whose residual follows the position, against their thresholds."""
-    findings = []
-    for j, joint in enumerate(signals.joint_names):
-        limit = gamma_nm.get(joint)
-        rows = np.flatnonzero((signals.state[:, j] == State.JUDGED) & np.isfinite(signals.residual_nm[:, j]))
-        if limit is None or rows.size == 0:
-            continue
-        columns = (
-            signals.position_rad[rows, j],
-            signals.residual_nm[rows, j],
-            np.sign(signals.velocity_rad_s[rows, j]),
+
+    def of_joint(joint: str) -> list[Finding]:
+        j = signals.joint_names.index(joint)
+        position, residual, velocity = (
+            x[:, j] for x in (signals.position_rad, signals.residual_nm, signals.velocity_rad_s)
         )
-        findings += _finding(joint, position_pattern(signals.time_s[rows], *columns), limit, "the threshold")
-    return findings
+        there = (signals.state[:, j] == State.JUDGED) & np.isfinite(residual)
+        if not there.any():
+            return []
+        found = position_pattern(signals.time_s[there], position[there], residual[there], np.sign(velocity[there]))
+        return _finding(joint, found, gamma_nm[joint], "the threshold")
+
+    found = by_name(of_joint, [joint for joint in signals.joint_names if joint in gamma_nm])
+    return [finding for its in found.values() for finding in its]
 
 
 def fit_pattern_findings(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> list[Finding]:

@@ -19,6 +19,7 @@ from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.residual.residual import Residual
 
@@ -83,17 +84,13 @@ def learn_dynamic_thresholds(
     series: UniformSeries, residual: Residual, clean: Mapping[str, BoolArray], n: int
 ) -> dict[str, DynamicThreshold | None]:
     """Dynamic thresholds of the joints whose clean samples (n,) are given, at a persistence of ``n`` samples."""
-    return {
-        joint: learn_dynamic(
-            residual.torque_nm[:, j],
-            series.velocity_rad_s[:, j],
-            series.acceleration_rad_s2[:, j],
-            clean[joint],
-            n,
-        )
-        for j, joint in enumerate(series.joint_names)
-        if joint in clean
-    }
+
+    def learnt(joint: str) -> DynamicThreshold | None:
+        j = series.column(joint)
+        velocity, acceleration = series.velocity_rad_s[:, j], series.acceleration_rad_s2[:, j]
+        return learn_dynamic(residual.torque_nm[:, j], velocity, acceleration, clean[joint], n)
+
+    return by_name(learnt, [joint for joint in series.joint_names if joint in clean])
 
 
 def learn_dynamic(

@@ -12,6 +12,7 @@ from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, TailFacts
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
@@ -91,15 +92,17 @@ def recommend_joints(
         per_hour: false alarms of the arm.
         others: whether other persistences are tried as well.
     """
-    found, rules = {}, {}
     asked = (per_hour, max(1, len(evidence.joints)))
-    for joint in evidence.joints:
+
+    def of_joint(joint: str) -> tuple[RecommendedRule, JointEvidence]:
         data = evidence.of_joint(joint)
-        found[joint] = joint_evidence(data, persistence_s)
-        factors = _OTHERS if others and found[joint].tail is not None else ()
+        found = joint_evidence(data, persistence_s)
+        factors = _OTHERS if others and found.tail is not None else ()
         tried = [joint_evidence(data, factor * persistence_s, tested=False) for factor in factors]
-        rules[joint] = _rule(found[joint], data, asked, _falling([found[joint], *tried], asked))
-    return rules, found
+        return _rule(found, data, asked, _falling([found, *tried], asked)), found
+
+    made = by_name(of_joint, evidence.joints)
+    return {joint: rule for joint, (rule, _) in made.items()}, {joint: found for joint, (_, found) in made.items()}
 
 
 def arm_rate(

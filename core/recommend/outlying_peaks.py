@@ -17,6 +17,7 @@ import numpy as np
 
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.special_functions import fisher_tail
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
 from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks, declustered_peaks
@@ -50,10 +51,13 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
     """
     found: dict[int, list[LeftOutStretch]] = {}
     together: list[dict[int, dict[str, float]]] = [{} for _ in evidence.logs]
-    for joint in evidence.joints:
-        logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
+
+    def peaks_of(joint: str) -> SustainedPeaks:
         data = evidence.of_joint(joint)
-        peaks = declustered_peaks(data, [persistence_samples(persistence_s, d.period_s) for d in data])
+        return declustered_peaks(data, [persistence_samples(persistence_s, d.period_s) for d in data])
+
+    for joint, peaks in by_name(peaks_of, evidence.joints).items():
+        logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
         if peaks.level_nm.size < _FEWEST:
             continue
         usual = _usual_nm(peaks, [evidence.logs[k] for k in logs], joint)

@@ -87,7 +87,14 @@ class Residual:
         """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
         if self.effort_nm is None:
             return np.full_like(self.torque_nm, np.nan)
-        return np.asarray(self.effort_nm - self.torque_nm)
+        effort, out = self.effort_nm, np.empty(self.torque_nm.shape, order="F")
+
+        def fill_joint(j: int) -> None:
+            np.subtract(effort[:, j], self.torque_nm[:, j], out=out[:, j])
+
+        for _ in ordered_map(fill_joint, range(effort.shape[1])):
+            pass
+        return out
 
 
 def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:

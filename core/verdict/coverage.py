@@ -11,8 +11,9 @@ from collaudit.core.data.audit_result import Coverage, JointCoverage, NotJudgedS
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.watch import Watch
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import exceeds
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import centred_range
 
 _LISTED_SPAN_S = 0.5
@@ -24,8 +25,20 @@ _DITHER_S = 0.5
 _CREEPING_RAD_S = 0.03
 
 
-def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch]) -> Coverage:
-    """Add up the states of every joint.
+def joints_in_motion(series: UniformSeries, state: NDArray[np.int8]) -> dict[str, BoolArray]:
+    """By joint the samples (n,) at which it moved while it was watched; states are (n, j)."""
+
+    def of_joint(joint: str) -> BoolArray:
+        j = series.column(joint)
+        return moving_samples(travelling_velocity(series, j), state[:, j])
+
+    return by_name(of_joint, series.joint_names)
+
+
+def measure_coverage(
+    series: UniformSeries, state: NDArray[np.int8], watch: Mapping[str, Watch], moving: Mapping[str, BoolArray]
+) -> Coverage:
+    """Add up the states (n, j) of every joint; ``moving``: of :func:`joints_in_motion`.
 
     ``moving_s`` counts recorded time in motion that was to be judged, motion below the speeds at which
     friction was measured included. Time in state FRICTION_INTERVAL is listed apart, since a joint that
@@ -33,10 +46,11 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
     not watched, with the reason.
     """
     recorded = sum(len(s) for s in series.segments)
-    joints = {
-        joint: _joint(series, state[:, j], travelling_velocity(series, j), watch[joint])
-        for j, joint in enumerate(series.joint_names)
-    }
+
+    def of_joint(joint: str) -> JointCoverage:
+        return _joint(series, state[:, series.column(joint)], moving[joint], watch[joint])
+
+    joints = by_name(of_joint, series.joint_names)
     count = series.time_s.size
     unrecorded_s = (count - recorded) * series.period_s
     beyond_s = float(series.time_s[-1] - series.time_s[0]) - (count - 1) * series.period_s  # long gaps, cut on the grid
@@ -45,10 +59,12 @@ def measure_coverage(series: UniformSeries, state: NDArray[np.int8], watch: Mapp
     return Coverage(recorded * series.period_s, unrecorded_s, joints)
 
 
-def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray, watch: Watch) -> JointCoverage:
+def _joint(series: UniformSeries, state: NDArray[np.int8], moving: BoolArray, watch: Watch) -> JointCoverage:
     period = series.period_s
-    count = np.bincount(state, minlength=len(State))
-    moving = moving_samples(velocity, state)
+    starts = np.concatenate(([0], np.flatnonzero(state[1:] != state[:-1]) + 1))
+    stops, states = np.append(starts[1:], state.size), state[starts]
+    count = np.zeros(len(State), dtype=np.int64)
+    np.add.at(count, states, stops - starts)
     return JointCoverage(
         watched=watch.watched,
         why=watch.why,
@@ -58,7 +74,7 @@ def _joint(series: UniformSeries, state: NDArray[np.int8], velocity: FloatArray,
         not_judged_s={
             code.code: float(count[code]) * period for code in State if code > State.FRICTION_INTERVAL and count[code]
         },
-        spans=_spans(series.time_s, state, period),
+        spans=_spans(series.time_s, (starts, stops, states), period),
     )
 
 
@@ -73,19 +89,22 @@ def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
 
 def moving_samples(velocity: FloatArray, state: NDArray[np.int8]) -> BoolArray:
     """(n,) samples at which a joint with these velocities and states moved while it was watched."""
-    standing = np.where(state == State.FRICTION_INTERVAL, _CREEPING_RAD_S, _STANDING_RAD_S)
-    return np.asarray((np.abs(np.nan_to_num(velocity)) > standing) & (state != State.NOT_WATCHED))
+    moving = exceeds(velocity, _STANDING_RAD_S)
+    moving &= (state != State.FRICTION_INTERVAL) | exceeds(velocity, _CREEPING_RAD_S)
+    moving &= state != State.NOT_WATCHED
+    return moving
 
 
-def _spans(time_s: FloatArray, state: NDArray[np.int8], period_s: float) -> tuple[NotJudgedSpan, ...]:
-    """The longest stretches not judged, in time order."""
-    spans = []
-    for code in State:
-        if code <= State.FRICTION_INTERVAL:
-            continue
-        starts, stops = run_bounds(state == code)
-        for a, b in zip(starts, stops, strict=True):
-            if (b - a) * period_s >= _LISTED_SPAN_S:
-                spans.append(NotJudgedSpan(float(time_s[a]), float(time_s[b - 1] + period_s), code.code))
+def _spans(
+    time_s: FloatArray, runs: tuple[IntArray, IntArray, NDArray[np.int8]], period_s: float
+) -> tuple[NotJudgedSpan, ...]:
+    """The longest stretches not judged, in time order; runs of one state: starts, stops, states."""
+    starts, stops, states = runs
+    listed = np.flatnonzero((states > State.FRICTION_INTERVAL) & ((stops - starts) * period_s >= _LISTED_SPAN_S))
+    listed = listed[np.argsort(states[listed], kind="stable")]
+    spans = [
+        NotJudgedSpan(float(time_s[starts[k]]), float(time_s[stops[k] - 1] + period_s), State(int(states[k])).code)
+        for k in listed
+    ]
     longest = sorted(spans, key=lambda s: s.start_s - s.end_s)[:_LISTED_SPANS]
     return tuple(sorted(longest, key=lambda s: s.start_s))

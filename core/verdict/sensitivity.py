@@ -15,10 +15,10 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import window_maxima, window_minima
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.coverage import moving_samples, travelling_velocity
 from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
 
 #: Bounds, in thresholds, of the torque that is to be noticeable where the configuration states none.
@@ -90,7 +90,12 @@ def detectable_torque(run: DetectorRun, j: int, n: int) -> FloatArray:
 
 
 def measure_sensitivity(
-    prepared: Prepared, run: DetectorRun, inputs: DetectionInputs, config: Config, gaps_s: float
+    prepared: Prepared,
+    run: DetectorRun,
+    inputs: DetectionInputs,
+    config: Config,
+    gaps_s: float,
+    moving: Mapping[str, BoolArray],
 ) -> Sensitivity:
     """How little would have alarmed on a log.
 
@@ -100,6 +105,7 @@ def measure_sensitivity(
         inputs: the rule, watched joints.
         config: what is to be noticeable.
         gaps_s: time in gaps, in which nothing can be told.
+        moving: by joint the samples (n,) at which it moved.
 
     Raises:
         ConfigError: something is to be noticeable on a joint that is not judged.
@@ -108,15 +114,16 @@ def measure_sensitivity(
     series, states = prepared.judged_series, run.detected.state
     samples = _spread(np.flatnonzero((states != State.GAP).any(axis=1)), MOMENTS)
     at_samples = np.full((samples.size, states.shape[1]), np.inf)
-    joints = {}
-    for j, joint in enumerate(series.joint_names):
-        if not inputs.watch[joint].watched or joint not in observable:
-            continue
+
+    def of_joint(joint: str) -> JointSensitivity:
+        j = series.column(joint)
         level, state = detectable_torque(run, j, inputs.rule.n), states[:, j]
         at_samples[:, j] = level[samples]
         there = np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
-        moving = moving_samples(travelling_velocity(series, j), state)[there]
-        joints[joint] = _distribution(level[there], moving, series.period_s, gaps_s, observable[joint])
+        return _distribution(level[there], moving[joint][there], series.period_s, gaps_s, observable[joint])
+
+    watched = [joint for joint in series.joint_names if inputs.watch[joint].watched and joint in observable]
+    joints = by_name(of_joint, watched)
     if not run.residual.isolation.isolates:
         return Sensitivity(joints)
     return Sensitivity(joints, force_sensitivities(prepared, at_samples, samples, config.robot.tool.frame))

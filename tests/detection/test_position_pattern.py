@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.detection.position_pattern import position_pattern
+from collaudit.core.detection.position_pattern import _means, _median_of_rising, position_pattern
 from collaudit.fixtures.simulated_audit import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -71,3 +71,19 @@ def test_springs_that_no_model_knows_are_said_beside_their_alarms(
     assert "spring of 4.9 N·m/rad" in said["joint4"].text or "spring of 5 N·m/rad" in said["joint4"].text
     plain = audit_simulated(made("free-clean", "paper6", duration_s=60.0), friction_of("paper6")).result
     assert "residual-position" not in {f.code for f in plain.findings}
+
+
+@pytest.mark.parametrize("far", [0, 10**7])
+def test_means_by_place_are_those_of_the_samples_there_whatever_the_clock_does(far: int) -> None:
+    rng = np.random.default_rng(2)
+    key, values = rng.integers(-40, 40, 500), rng.normal(size=500)
+    key[250:] += far
+    there, mean = _means(key, values)
+    np.testing.assert_array_equal(there, np.unique(key))
+    np.testing.assert_allclose(mean, [values[key == k].mean() for k in there], atol=1e-12)
+
+
+def test_the_median_of_times_needs_no_sorting() -> None:
+    for size in (1, 2, 7, 8):
+        rising = np.sort(np.random.default_rng(size).integers(0, 9, size))
+        assert _median_of_rising(rising) == np.median(rising) == _median_of_rising(rising[::-1])

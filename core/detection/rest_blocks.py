@@ -1,0 +1,201 @@
+"""Signals of a log in means over short blocks of time, by which standing joints are looked at.
+
+What is asked of them at every place and scale, a mean, a step, the way that a joint went, comes from running sums and
+sliding extremes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.detection.detector_run import DetectorRun
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.sliding_extremes import centred_range, widened
+from collaudit.core.prepare.prepared import Prepared
+
+#: Steps are looked for in means over this time, s.
+BLOCK_S = 0.01
+#: Lengths of the means before and after a step, and the time between them in which it rises, s.
+SCALES = ((0.04, 0.02), (0.12, 0.08), (0.3, 0.3), (0.5, 1.0))
+#: A joint that goes no further than this over the windows of a step stands, rad (m of a prismatic joint).
+STILL = 5e-3
+#: It has stood for this long before a step, and goes nowhere for this long after it, s.
+STOOD_S, STAYS_S = 0.3, 0.3
+#: Nothing is told this close to time in which the drives were off, s.
+_NEAR_OFF_S = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RestBlocks:
+    """Signals of the judged joints in means over blocks of time; NaN where a sample is unknown or does not count.
+
+    Attributes:
+        time_s: (m,) middle of each block.
+        period_s: between blocks.
+        position_rad: (m, j).
+        torque_nm: (m, j) measured less the model's.
+        model_nm: (m, j) the model's.
+        count_rad: (j,) step of the encoder.
+        stands: (scales, m) no joint of the arm moves over the windows of a step, before and after them.
+    """
+
+    time_s: FloatArray
+    period_s: float
+    position_rad: FloatArray
+    torque_nm: FloatArray
+    model_nm: FloatArray
+    count_rad: FloatArray
+    stands: BoolArray
+
+    @classmethod
+    def of(cls, prepared: Prepared, run: DetectorRun) -> RestBlocks | None:
+        """None without a model, without torque in N·m, or of too short a log."""
+        series, columns = prepared.series, prepared.columns()
+        if series.effort is None or series.effort_unit != "Nm" or prepared.rigid_nm is None:
+            return None
+        size = max(1, round(BLOCK_S / series.period_s))
+        count = series.time_s.size // size
+        if count * size * series.period_s < 2.0:
+            return None
+        period = size * series.period_s
+        if round(sum(SCALES[-1]) / period) < 1:
+            return None
+        off = None
+        if series.not_driven is not None and series.not_driven.any():
+            off = widened(series.not_driven, round(_NEAR_OFF_S / series.period_s))
+
+        every = _position_means(series, size, count)
+        steps = np.array([_count(series.position_rad[:, j]) for j in columns])
+        torque, model = (np.empty((count, len(columns)), order="F") for _ in range(2))
+
+        def fill_joint(k: int) -> None:
+            usable = run.detected.state[:, k] <= State.FRICTION_INTERVAL
+            if off is not None:
+                usable &= ~off
+            left, modelled = _beyond_model(prepared, columns[k])
+            left[~usable] = np.nan
+            torque[:, k], model[:, k] = _means(left, size, count), _means(modelled, size, count)
+
+        for _ in ordered_map(fill_joint, range(len(columns))):
+            pass
+        stands = ~_moves(every, [Window.of(scale, period) for scale in SCALES])
+        time_s = _means(series.time_s, size, count)
+        return cls(time_s, period, every[:, columns], torque, model, steps, stands)
+
+
+def _means(x: FloatArray, size: int, count: int) -> FloatArray:
+    """(count,) means of ``size`` samples in a row each."""
+    total = x[: count * size : size].copy()
+    for k in range(1, size):
+        total += x[k : count * size : size]
+    total /= size
+    return total
+
+
+def _position_means(series: UniformSeries, size: int, count: int) -> FloatArray:
+    """(count, joints) means of the positions of all joints of the arm."""
+    out = np.empty((count, series.position_rad.shape[1]), order="F")
+
+    def fill_joint(j: int) -> None:
+        out[:, j] = _means(series.position_rad[:, j], size, count)
+
+    for _ in ordered_map(fill_joint, range(out.shape[1])):
+        pass
+    return out
+
+
+def _beyond_model(prepared: Prepared, j: int) -> tuple[FloatArray, FloatArray]:
+    """Torque (n,) of one joint of the arm less the model's, and the model's, N·m."""
+    assert prepared.rigid_nm is not None and prepared.series.effort is not None
+    modelled = prepared.rigid_nm[:, j]
+    if prepared.contact_nm is not None:
+        modelled = modelled + prepared.contact_nm[:, j]
+    return np.asarray(prepared.series.effort[:, j] - modelled), modelled
+
+
+def _moves(position: FloatArray, windows: Sequence[Window]) -> BoolArray:
+    """(windows, m) any joint with these positions (m, joints) goes further than one that stands."""
+
+    def of_joint(j: int) -> BoolArray:
+        known = np.where(np.isfinite(position[:, j]), position[:, j], 0.0)
+        return np.stack([travel(known, w.before, w.after) > STILL for w in windows])
+
+    return np.asarray(np.logical_or.reduce(list(ordered_map(of_joint, range(position.shape[1])))))
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Blocks of a scale: of either mean, of the rise between them, and all that must be still around the middle."""
+
+    width: int
+    rise: int
+    before: int
+    after: int
+
+    @classmethod
+    def of(cls, scale: tuple[float, float], period_s: float) -> Window:
+        """Of a scale: length of the means and time between them, s; blocks are so far apart, s."""
+        width, rise = (max(least, round(x / period_s)) for x, least in zip(scale, (1, 0), strict=True))
+        stood, stays = (max(1, round(t / period_s)) for t in (STOOD_S, STAYS_S))
+        return cls(width, rise, stood + width + rise // 2, width + rise - rise // 2 + stays)
+
+
+def _count(position: FloatArray) -> float:
+    """The smallest step that a joint's positions are written in; 0 where they are no grid."""
+    values = np.unique(position[:: max(1, position.size // 20_000)])
+    gaps = np.diff(values[np.isfinite(values)])
+    gaps = gaps[gaps > 1e-9]
+    return float(np.quantile(gaps, 0.05)) if gaps.size else 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningSums:
+    """Running sums of a signal of blocks: (m + 1,) of what is known, from its median, and of how many are unknown."""
+
+    known: FloatArray
+    lost: IntArray
+
+    @classmethod
+    def of(cls, x: FloatArray) -> RunningSums:
+        """Of the values (m,), NaN where one is unknown."""
+        unknown = ~np.isfinite(x)
+        known, lost = np.zeros(x.size + 1), np.zeros(x.size + 1, dtype=np.int64)
+        if not unknown.all():
+            np.cumsum(np.where(unknown, 0.0, x - np.nanmedian(x)), out=known[1:])
+        np.cumsum(unknown, out=lost[1:])
+        return cls(known, lost)
+
+    def step(self, width: int, rise: int) -> FloatArray:
+        """(m,) mean of ``width`` blocks after less that before each, ``rise`` blocks apart; NaN at unknown ones."""
+        sums, lost, count = self.known, self.lost, self.known.size - 1
+        mean = (sums[width:] - sums[:-width]) / width
+        mean[lost[width:] > lost[:-width]] = np.nan
+        out = np.full(count, np.nan)
+        first = width + rise // 2
+        if count >= 2 * width + rise:
+            span = mean[width + rise :] - mean[: -(width + rise)]
+            out[first : first + span.size] = span
+            crossed = lost[first : first + span.size] - lost[first - width : first - width + span.size]
+            out[first : first + span.size][crossed > 0] = np.nan
+        return out
+
+
+def travel(x: FloatArray, before: int, after: int) -> FloatArray:
+    """(m,) largest less smallest value of the blocks from k - before to k + after (not included); none is unknown.
+
+    Beyond the ends the values there are held.
+    """
+    length = before + after
+    spread = centred_range(x, length)
+    shift, out = length // 2 - before, np.empty(x.size)
+    start = min(x.size, max(0, -shift))
+    inside = slice(start, max(start, min(x.size, x.size - shift)))
+    out[inside] = spread[inside.start + shift : inside.stop + shift]
+    out[: inside.start], out[inside.stop :] = spread[0], spread[-1]
+    return out

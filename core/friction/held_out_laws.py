@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,10 +13,11 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
-from collaudit.core.friction.motion_points import motion_points
+from collaudit.core.friction.motion_points import motion_samples, points_of_samples
 from collaudit.core.friction.parameter_units import FrictionUnits
-from collaudit.core.friction.sections import find_sections
-from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.friction.sections import SectionSet, find_sections
+from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.prepared import Prepared
 
 #: A law that lacks more than this of the speeds of the whole fit would judge beyond what it was fitted on.
@@ -39,44 +40,75 @@ def fold_of_sample(series: UniformSeries, folds: int) -> IntArray:
 
 
 def held_out_laws(
-    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config, fold: int
-) -> dict[str, FrictionModel]:
-    """Laws of all joints fitted without one fold of every log; a joint is left out where the rest cannot carry it.
+    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config
+) -> list[dict[str, FrictionModel]]:
+    """For each fold the laws of all joints fitted without it; a joint is left out where the rest cannot carry it.
 
     The kind of law is that of the whole fit: only its parameters are held out.
 
     Args:
         prepared: the logs, effort in N·m.
         fits: friction of the whole logs.
-        config: how friction is fitted.
-        fold: number of the fold, of ``[fit] blocks``.
+        config: how friction is fitted, and the number of folds, ``[fit] blocks``.
     """
-    rest = [_without(log, fold_of_sample(log.series, config.fit.blocks) == fold) for log in prepared]
-    sections = [find_sections(log.series, config.sections) for log in rest]
-    laws = {}
-    for joint, fit in fits.items():
-        if fit.model is None or fit.effort_unit == "raw":
-            continue
-        points: list[FrictionPoint] = []
-        for log, found in zip(rest, sections, strict=True):
-            if joint not in log.judged:
-                continue
-            if fit.motion != "sections":
-                points += motion_points(log, joint)
-            else:
-                points += friction_points(log.series, found.of(joint), log.rigid_nm, config.friction)
+    fitted = {joint: fit for joint, fit in fits.items() if fit.model is not None and fit.effort_unit != "raw"}
+    logs = [_FoldedLog.of(log, fitted.values(), config) for log in prepared]
+
+    def laws_of(joint: str) -> list[FrictionModel | None]:
+        parts = [log.points(joint, fitted[joint], config) for log in logs if joint in log.prepared.judged]
         units = _units(prepared, joint)
-        again = fit_friction(sorted(points, key=lambda p: p.speed_rad_s), units, fit.model, config.friction.robust)
-        law = FrictionModel.of(again)
-        if law is not None and _covers(law, fit):
-            laws[joint] = law
-    return laws
+        return [
+            _law([point for part in parts for point in part[k]], units, fitted[joint], config)
+            for k in range(config.fit.blocks)
+        ]
+
+    laws = dict(zip(fitted, ordered_map(laws_of, fitted), strict=True))
+    return [{joint: law for joint in fitted if (law := laws[joint][k]) is not None} for k in range(config.fit.blocks)]
 
 
-def _without(log: Prepared, held_out: BoolArray) -> Prepared:
-    """The log with these samples (n,) marked as the fit marks effort that it must not use."""
-    masked: BoolArray = np.asarray(log.series.saturated | held_out[:, None])
-    return replace(log, series=replace(log.series, saturated=masked))
+@dataclass(frozen=True, slots=True, eq=False)
+class _FoldedLog:
+    """A log with the fold of each sample (n,), and the sections of all of it where a fit is made of sections."""
+
+    prepared: Prepared
+    fold: IntArray
+    sections: SectionSet
+
+    @classmethod
+    def of(cls, log: Prepared, fits: Iterable[FrictionFit], config: Config) -> _FoldedLog:
+        none = SectionSet((), ())
+        sections = find_sections(log.series, config.sections) if any(map(_of_sections, fits)) else none
+        return cls(log, fold_of_sample(log.series, config.fit.blocks), sections)
+
+    def points(self, joint: str, fit: FrictionFit, config: Config) -> list[Sequence[FrictionPoint]]:
+        """Points of one joint without each fold in turn: none of its samples, and none of the sections it touches.
+
+        What is left out of samples and sections is what :attr:`UniformSeries.saturated` would leave out of them.
+        """
+        log, folds = self.prepared, range(config.fit.blocks)
+        if not _of_sections(fit):
+            samples = motion_samples(log, joint)
+            if samples is None:
+                return [() for _ in folds]
+            fold = self.fold[samples.rows]
+            return [points_of_samples(samples, fold == k) for k in folds]
+        sections = self.sections.of(joint)
+        rest = [[s for s in sections if not np.any(self.fold[s.span.slice] == k)] for k in folds]
+        return [friction_points(log.series, kept, log.rigid_nm, config.friction) for kept in rest]
+
+
+def _of_sections(fit: FrictionFit) -> bool:
+    return fit.motion == "sections"
+
+
+def _law(
+    points: Sequence[FrictionPoint], units: FrictionUnits, fit: FrictionFit, config: Config
+) -> FrictionModel | None:
+    """The law of a fit, from these points; None where they do not cover its speeds."""
+    assert fit.model is not None
+    again = fit_friction(sorted(points, key=lambda p: p.speed_rad_s), units, fit.model, config.friction.robust)
+    law = FrictionModel.of(again)
+    return law if law is not None and _covers(law, fit) else None
 
 
 def _units(prepared: Sequence[Prepared], joint: str) -> FrictionUnits:

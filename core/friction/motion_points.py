@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.prepare.gear_torque import gear_torque, sensed
 from collaudit.core.prepare.prepared import Prepared
@@ -29,6 +30,25 @@ _GAIN, _GAIN_OVER_PAIRS = 0.1, 0.3
 _MARGIN = 1.05  # friction is used a little beyond the speeds it was measured at
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionSamples:
+    """Samples of one joint's settled motion that tell friction, in the order of time, each (m,).
+
+    Attributes:
+        rows: sample numbers of the log.
+        speed: rad/s (m/s if prismatic).
+        direction: of the motion, 1 or -1.
+        friction: effort less the torque that reaches the link, along the motion, N·m.
+        stretch: number of the second that a sample lies in, rising.
+    """
+
+    rows: IntArray
+    speed: FloatArray
+    direction: FloatArray
+    friction: FloatArray
+    stretch: IntArray
+
+
 def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
     """Points (speed, friction) of one joint from all its settled motion, each direction by itself.
 
@@ -38,31 +58,75 @@ def motion_points(prepared: Prepared, joint: str) -> tuple[FrictionPoint, ...]:
         prepared: a log with effort in torque units, and a model torque or a joint torque sensor.
         joint: its name.
     """
+    samples = motion_samples(prepared, joint)
+    return () if samples is None else points_of_samples(samples)
+
+
+def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
+    """What :func:`motion_points` is made of; None without such a torque or motion.
+
+    Args:
+        prepared, joint: as there.
+    """
     series = prepared.series
     known = gear_torque(prepared, joint)
     if known is None or series.effort is None:
-        return ()
+        return None
     j = series.column(joint)
     if sensed(prepared, joint):  # as noisy as the effort
         known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     v = series.velocity_rad_s[:, j]
-    friction = np.sign(v) * (effort - known)
     rows = _settled(v, round(_SETTLED_S / series.period_s))
-    rows = rows[np.isfinite(friction[rows]) & ~series.edge[rows] & ~series.saturated[rows, j]]
+    rows = rows[~(series.edge[rows] | series.saturated[rows, j])]
+    direction = np.sign(v[rows])
+    friction = direction * (effort[rows] - known[rows])
+    if not np.isfinite(friction.sum()):
+        finite = np.isfinite(friction)
+        rows, direction, friction = rows[finite], direction[finite], friction[finite]
     if rows.size == 0:
-        return ()
-    speed = np.abs(v[rows])
-    edges = np.geomspace(max(MOVING_RAD_S, float(np.quantile(speed, 0.02))), float(speed.max()) * 1.0001, _BINS + 1)
+        return None
     stretch = np.asarray(np.floor(series.time_s[rows] / _STRETCH_S), dtype=np.int64)
+    return MotionSamples(rows, np.abs(v[rows]), direction, friction, stretch)
+
+
+def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None) -> tuple[FrictionPoint, ...]:
+    """The points, as of :func:`motion_points`.
+
+    Args:
+        samples: of one joint.
+        left_out: (m,) samples that do not count; None: all count.
+    """
+    speed = samples.speed if left_out is None else samples.speed[~left_out]
+    if speed.size == 0:
+        return ()
+    edges = np.geomspace(max(MOVING_RAD_S, float(np.quantile(speed, 0.02))), float(speed.max()) * 1.0001, _BINS + 1)
+    bins = _bins(samples, edges)
+    if left_out is not None:
+        bins[left_out] = 2 * _BINS
+    order = np.argsort(bins, kind="stable")  # within a bin samples stay in the order of time
+    ends = np.cumsum(np.bincount(bins, minlength=2 * _BINS + 1))
     points = []
-    for sign in (1, -1):
-        for low, high in pairwise(edges):
-            inside = (speed >= low) & (speed < high) & (np.sign(v[rows]) == sign)
-            point = _point(speed[inside], friction[rows][inside], stretch[inside], sign)
-            if point is not None:
-                points.append(point)
+    for number in range(2 * _BINS):
+        inside = order[ends[number - 1] if number else 0 : ends[number]]
+        sign = 1 if number < _BINS else -1
+        point = _point(samples.speed[inside], samples.friction[inside], samples.stretch[inside], sign)
+        if point is not None:
+            points.append(point)
     return tuple(points)
+
+
+def _bins(samples: MotionSamples, edges: FloatArray) -> NDArray[np.uint8]:
+    """(m,) bin of each sample's speed, backward ones after forward ones; below the lowest edge twice their number."""
+    out = np.empty(samples.speed.size, dtype=np.uint8)
+    for block in blocks(out.size):
+        speed = samples.speed[block]
+        above = np.zeros(speed.size, dtype=np.uint8)
+        for edge in edges:
+            above += speed >= edge
+        number = above - np.uint8(1) + np.uint8(_BINS) * (samples.direction[block] < 0)
+        out[block] = np.where(above > 0, number, 2 * _BINS)
+    return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,16 +199,24 @@ def clustered_mean(values: FloatArray, cluster: IntArray) -> tuple[float, float]
         values: (n,) samples.
         cluster: (n,) number of the cluster that a sample belongs to; two clusters at least.
     """
-    ids, label = np.unique(cluster, return_inverse=True)
+    label = _label(cluster)
     count = np.bincount(label)
     total = np.bincount(label, weights=values)
     mean = float(values.mean())
     score = total - mean * count  # ratio estimator of a mean over clusters of unequal size
-    return mean, float(np.sqrt(ids.size / (ids.size - 1) * np.sum(score**2))) / values.size
+    return mean, float(np.sqrt(count.size / (count.size - 1) * np.sum(score**2))) / values.size
+
+
+def _label(cluster: IntArray) -> IntArray:
+    """(n,) clusters numbered from 0, in the order of their numbers."""
+    change: IntArray = np.diff(cluster)
+    if int(change.min(initial=0)) >= 0:  # in the order of time there is nothing to sort
+        return np.concatenate([[0], np.cumsum(change > 0)])
+    return np.unique(cluster, return_inverse=True)[1]
 
 
 def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
-    if np.unique(stretch).size < _MIN_STRETCHES:
+    if 1 + np.count_nonzero(np.diff(stretch)) < _MIN_STRETCHES:
         return None
     mean, se = clustered_mean(friction, stretch)
     return FrictionPoint(

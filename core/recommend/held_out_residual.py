@@ -88,7 +88,7 @@ def laws_of_folds(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit],
         prepared, fits, config: as of :func:`held_out_residuals`.
     """
     usable = _usable(prepared)
-    return [held_out_laws(usable, fits, config, k) for k in range(config.fit.blocks)] if usable else []
+    return held_out_laws(usable, fits, config) if usable else []
 
 
 def _usable(prepared: Sequence[Prepared]) -> list[Prepared]:

@@ -27,6 +27,8 @@ TREE := build/types
 PACKAGES := cli core reports fixtures
 SOURCES := $(shell find $(PACKAGES) -type f -not -name '*.pyc' 2>/dev/null)
 SETUP := setup.cfg pyproject.toml
+# As pip does for a wheel: where PYTHONDONTWRITEBYTECODE is set, every command would compile all its modules again (0.3 s).
+COMPILED = $(RUN)/bin/python -m compileall -q $(PACKAGES)
 
 .PHONY: demo test check lint types bench fuzz docs clean bounds lock sbom vulnerabilities wheel-twice soak
 
@@ -110,10 +112,12 @@ $(RUN)/.made $(TEST)/.made:
 
 $(RUN)/.installed: $(RUN)/.made $(SETUP)
 	$(RUN)/bin/python -m pip install --quiet --editable '.[simulate]'
+	$(COMPILED)
 	touch $@
 
 $(RUN)/.dev: $(RUN)/.installed
 	$(RUN)/bin/python -m pip install --quiet --editable '.[dev]'
+	$(COMPILED)
 	touch $@
 
 # LOCK=requirements/ci.txt installs the locked versions; without it the newest that setup.cfg allows are tested.

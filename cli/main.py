@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import signal
@@ -88,6 +89,10 @@ def main(args: Sequence[str] | None = None) -> None:
     one_thread_of_linear_algebra()
     keep_freed_memory()
     gc.set_threshold(_COLLECT_AFTER, 10, 20)
+    # What is left goes with the process: ending, Python would look through all of it several times for cycles.
+    atexit.register(gc.freeze)
+    # Importing pydantic would read the metadata of every installed distribution, in search of plugins.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     silence_library_warnings()
     signal.signal(signal.SIGTERM, _terminate)
     arguments = list(sys.argv[1:] if args is None else args)

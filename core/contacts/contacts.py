@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.value_types import dataclass
 
 #: Alarms of different joints closer than this are one contact.
 _TOGETHER_S = 0.1

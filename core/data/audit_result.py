@@ -7,7 +7,7 @@ Plain Python numbers only; None stands for "not known", never for zero.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
@@ -22,6 +22,7 @@ from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
+from collaudit.core.value_types import dataclass
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]

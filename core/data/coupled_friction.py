@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collaudit.core.value_types import dataclass
 
 Bounds = tuple[float | None, float | None]
 

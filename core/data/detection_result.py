@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
+
+from collaudit.core.value_types import dataclass
 
 Mode = Literal["position", "force", "standing"]
 ContactKind = Literal["meant", "accidental", "undecided"]

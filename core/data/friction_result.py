@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
 from collaudit.core.friction_laws.law_registry import LawName
+from collaudit.core.value_types import dataclass
 
 OpenSide = Literal["low", "high", "both"]
 Bounds = tuple[float | None, float | None]

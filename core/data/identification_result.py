@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
+from collaudit.core.value_types import dataclass
 
 Bounds = tuple[float | None, float | None]
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from collaudit.core.value_types import dataclass
 
 Opinion = Literal["too tight", "too loose", "supported", "not judged"]
 PersistenceReason = Literal["stated", "chosen", "set"]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
 from collaudit.core.data.recommendation_result import SetRule
+from collaudit.core.value_types import dataclass
 
 STUDY_SCHEMA = "collaudit/study/1"
 Motion = Literal["moving", "standing"]

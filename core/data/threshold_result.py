@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from collaudit.core.data.recommendation_result import RangeOfEvidence
+from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ until it settles. Nothing here is a result of its own: friction and inertials ar
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -25,6 +24,7 @@ from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown,
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.value_types import dataclass
 
 #: A stretch begins where the residual exceeds this many robust standard deviations for this long …
 _FAR, _LASTING_S, _LASTING = 6.0, 0.02, 3

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,6 @@ of an arm that does not move at all, a knock of 10 ms would show a third more.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -26,6 +25,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.residual.residual import SIGMAS
+from collaudit.core.value_types import dataclass
 
 _BELOW_RANGE = 0.95
 

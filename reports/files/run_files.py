@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.errors import CollauditError, similar_file
+from collaudit.core.value_types import dataclass
 from collaudit.reports.files.atomic import atomic_write, staged, write_synced
 from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
 from collaudit.reports.files.json_writer import json_text

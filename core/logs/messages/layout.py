@@ -11,9 +11,10 @@ strings are counted with their terminating NUL. ROS 1 has no header, no alignmen
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from collaudit.core.logs.messages.message_schema import Number, Repeated, Struct, Text, WireType, smallest_size
+from collaudit.core.value_types import dataclass
 
 Path = tuple[str | int, ...]
 MAX_LEAVES = 200_000

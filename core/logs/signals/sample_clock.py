@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.value_types import dataclass
 
 Clock = Literal["header", "log"]
 #: Stamps before this (1980) are not taken as times since the epoch.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
+from collaudit.core.value_types import dataclass
 
 _STEP = 1 << 16
 

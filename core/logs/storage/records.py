@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.value_types import dataclass
 
 ByteArray = NDArray[np.uint8]
 Progress = Callable[[int, int], None]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+
+from collaudit.core.value_types import dataclass
 
 _AXES = "xyz"
 _FORCE = frozenset({"f", "force", "forces", "kraft"})

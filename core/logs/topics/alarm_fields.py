@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
@@ -13,6 +11,7 @@ from collaudit.core.logs.signals.annotation_spans import spans_of
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.numeric.arrays import BoolArray, IntArray
+from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

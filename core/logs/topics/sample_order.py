@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.value_types import dataclass
 
 Breaks = tuple[SetBack, ...]
 

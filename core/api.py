@@ -87,13 +87,16 @@ def describe(files: Files, settings: LoadedConfig | None = None) -> LogSummary:
     return summary_of(_paths(files), (settings or load_config(None)).config.log)
 
 
-def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = None) -> JointLog:
+def open_log(
+    files: Files, settings: LoadedConfig, progress: Progress | None = None, *, hashed: bool = True
+) -> JointLog:
     """Read one log: joint signals as recorded, in SI units, under the robot's joint names.
 
     Args:
         files: a log, or the parts of one.
         settings: robot, topics, columns, units.
         progress: of reading.
+        hashed: whether its hash will be asked for, and is to be computed beside what follows.
 
     Returns:
         Stamps (n,) in s from the first sample; position, velocity, effort (n, j).
@@ -115,6 +118,7 @@ def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = N
         judged=settings.config.robot.joints or (),
         progress=progress,
         cache=settings.cache,
+        hashed=hashed,
     )
     return at_joints(log, settings.config.robot, movable or ())
 
@@ -131,7 +135,12 @@ def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
 
 
 def prepare(
-    files: Files, settings: LoadedConfig, friction: FrictionFile | None = None, progress: Progress | None = None
+    files: Files,
+    settings: LoadedConfig,
+    friction: FrictionFile | None = None,
+    progress: Progress | None = None,
+    *,
+    hashed: bool = True,
 ) -> Prepared:
     """Read one log, build its robot, condition and check both.
 
@@ -140,6 +149,7 @@ def prepare(
         settings: everything about log and robot.
         friction: what an earlier fit found of drives, arm and sensor; None for nothing.
         progress: of reading.
+        hashed: whether its hash will be asked for.
 
     Returns:
         Uniform series, model torque (n, j) in N·m, phases, and findings on all of it.
@@ -150,7 +160,7 @@ def prepare(
     from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.prepared import prepare as prepared_of
 
-    log = open_log(files, settings, progress)
+    log = open_log(files, settings, progress, hashed=hashed)
     robot = load_robot(settings, log.joint_names)
     calibration = None if friction is None else Calibration.of(friction, settings.config)
     return prepared_of(log, robot, settings.config, calibration)

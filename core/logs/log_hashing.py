@@ -23,15 +23,16 @@ class Hashing:
     """The sha256 of files, computed in a thread that gives way to what else is done.
 
     It is started when the files have been read, and awaited where it is written down, by which time it is there. Files
-    that the page cache may not keep are hashed while they are read. Copied and pickled it is the hash itself.
+    that the page cache may not keep are hashed while they are read. Where nobody is known to want it (``soon`` is
+    False) it is computed when asked for. Copied and pickled it is the hash itself.
     """
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+    def __init__(self, paths: Sequence[Path], *, soon: bool = True) -> None:
         self._paths = tuple(paths)
         self._future: Future[str] | None = None
         with contextlib.suppress(OSError, LogError):  # who reads them will say it better
             files = [file for path in paths for file in data_files(path) if partial_file(file) is None]
-            if sum(file.stat().st_size for file in files) > _AT_ONCE:
+            if soon and sum(file.stat().st_size for file in files) > _AT_ONCE:
                 self.start()
 
     def start(self) -> None:

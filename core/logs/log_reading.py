@@ -38,6 +38,7 @@ def read_log(
     prismatic: Sequence[str] = (),
     judged: Sequence[str] = (),
     cache: Path | None = None,
+    hashed: bool = True,
 ) -> JointLog:
     """Read one log.
 
@@ -50,6 +51,7 @@ def read_log(
         judged: the joints that ``[robot] joints`` states; a log of as many, under other names, is theirs.
         cache: folder that keeps decoded logs; the next reading of the same bytes with the same settings is then
             only a hash and a load. None keeps nothing.
+        hashed: whether its hash is computed beside what follows; else it is computed where it is asked for.
 
     Returns:
         Joint signals in SI units in the robot's joint order, stamps as recorded.
@@ -60,7 +62,7 @@ def read_log(
     """
     check_there(paths)
     if cache is None or any(partial_file(path) for path in paths):  # of one with holes the hash is known last
-        return _read(paths, settings, robot_joints, prismatic, judged, progress)
+        return _read(paths, settings, robot_joints, prismatic, judged, progress, hashed)
     from collaudit.core.logs.cache import cache_key, load, store
 
     names = [path.name for path in paths]
@@ -68,7 +70,7 @@ def read_log(
     key = cache_key(sha256_of([*paths, *further]), names, settings, robot_joints, prismatic, judged)
     found = load(cache, key)
     if found is None:
-        found = _read(paths, settings, robot_joints, prismatic, judged, progress)
+        found = _read(paths, settings, robot_joints, prismatic, judged, progress, hashed)
         try:
             store(cache, key, found)
         except OSError as error:
@@ -83,9 +85,10 @@ def _read(
     prismatic: Sequence[str],
     judged: Sequence[str],
     progress: Progress | None,
+    hashed: bool,
 ) -> JointLog:
     tables = [is_table(path) for path in paths]
-    hashing = Hashing(paths)
+    hashing = Hashing(paths, soon=hashed)
     try:
         if all(tables):
             log = without_impossible(_read_tables(paths, settings, robot_joints, prismatic, judged, hashing), "row")
@@ -102,7 +105,8 @@ def _read(
     except BaseException:
         hashing.abandon()
         raise
-    hashing.start()
+    if hashed:
+        hashing.start()
     found = [finding for path in paths for finding in hash_findings(path)]
     return replace(log, findings=(*log.findings, *found)) if found else log
 

@@ -11,11 +11,10 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
-_Asked = tuple["Future[R]", T]
 
 #: More are not taken unasked: a nightly audit shares its machine.
 _threads = min(2, os.cpu_count() or 1)
@@ -51,16 +50,16 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | Non
     if count == 1 or (isinstance(items, Sized) and len(items) < 2):
         yield from map(function, items)
         return
-    asked: deque[_Asked[R, T]] = deque()
+    asked: deque[_Asked[T, R]] = deque()
     try:
         for item in items:
-            asked.append((_helpers(count - 1).submit(function, item), item))
+            asked.append(_Asked(function, item))
             if len(asked) > (count if ahead is None else ahead):
-                yield _first(function, asked)
+                yield _first(asked)
         while asked:
-            yield _first(function, asked)
+            yield _first(asked)
     finally:
-        wait([future for future, _ in asked if not future.cancel()])
+        _give_up(asked)
 
 
 def by_name(function: Callable[[str], R], names: Iterable[str]) -> dict[str, R]:
@@ -69,25 +68,91 @@ def by_name(function: Callable[[str], R], names: Iterable[str]) -> dict[str, R]:
     return dict(zip(listed, ordered_map(function, listed), strict=True))
 
 
-def _first(function: Callable[[T], R], asked: deque[_Asked[R, T]]) -> R:
+class Beside:
+    """Work without results that is done beside what its caller goes on with; a context that ends when all is done.
+
+    The threads of :func:`ordered_map` do it, and the caller's where it gets ahead of them by more than so many pieces.
+    An error is raised where a later piece is added, or at the end.
+    """
+
+    def __init__(self, ahead: int) -> None:
+        self._ahead = ahead
+        self._asked: deque[_Asked[Callable[[], None], None]] = deque()
+
+    def add(self, work: Callable[[], None]) -> None:
+        """Have a piece of work done, at once where there is one thread."""
+        if _threads == 1:
+            work()
+            return
+        self._asked.append(_Asked(_call, work))
+        if len(self._asked) > self._ahead:
+            _first(self._asked)
+
+    def settle(self) -> None:
+        """Wait until all that was added is done."""
+        while self._asked:
+            _first(self._asked)
+
+    def __enter__(self) -> Beside:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            if kind is None:
+                self.settle()
+        finally:
+            _give_up(self._asked)
+
+
+def _call(work: Callable[[], None]) -> None:
+    work()
+
+
+class _Asked(Generic[T, R]):
+    """A piece of work that another thread was asked for, until the caller does it itself.
+
+    Whoever does it empties the box first: a thread holds nothing of what it has done, and files close in time.
+    """
+
+    def __init__(self, function: Callable[[T], R], item: T) -> None:
+        self._box = [(function, item)]
+        self.future: Future[R] = _helpers(max(1, _threads - 1)).submit(_emptied, self._box)
+
+    def do(self) -> None:
+        """Do it, unless another thread is at it."""
+        if not self.future.cancel():
+            return
+        self.future = Future()
+        try:
+            self.future.set_result(_emptied(self._box))
+        except Exception as error:  # noqa: BLE001 (whatever it is, it is raised where its result is taken)
+            self.future.set_exception(error)
+
+    def give_up(self) -> bool:
+        """Whether it will not be done."""
+        given_up = self.future.cancel()
+        if given_up:
+            self._box.clear()
+        return given_up
+
+
+def _emptied(box: list[tuple[Callable[[T], R], T]]) -> R:
+    function, item = box.pop()
+    return function(item)
+
+
+def _first(asked: deque[_Asked[T, R]]) -> R:
     """The oldest result; while another thread is at it, this one does what comes next."""
-    for place in range(len(asked)):
-        future, item = asked[place]
-        if future.cancel():
-            asked[place] = (_done(function, item), item)
-        if asked[0][0].done():
+    for one in asked:
+        one.do()
+        if asked[0].future.done():
             break
-    return asked.popleft()[0].result()
+    return asked.popleft().future.result()
 
 
-def _done(function: Callable[[T], R], item: T) -> Future[R]:
-    """What an item gives, or its error, to be told in its turn."""
-    future: Future[R] = Future()
-    try:
-        future.set_result(function(item))
-    except Exception as error:  # noqa: BLE001 (whatever it is, it is raised where its result is taken)
-        future.set_exception(error)
-    return future
+def _give_up(asked: Iterable[_Asked[T, R]]) -> None:
+    """Wait for what others are at, and leave the rest."""
+    wait([one.future for one in asked if not one.give_up()])
 
 
 @cache

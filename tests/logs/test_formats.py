@@ -14,7 +14,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.logs import describe, expand_inputs, read_log
+from collaudit.core.logs import describe, expand_inputs, log_hashing, read_log
 from collaudit.core.logs.message_description import describe_by_overview
 from collaudit.core.logs.opening import open_messages
 
@@ -266,3 +266,14 @@ def test_the_hash_is_that_of_the_bytes_and_survives_a_copy(tmp_path: Path) -> No
     source = read_log((path,), LogConfig(), robot_joints=None).source
     copied = pickle.loads(pickle.dumps(source))
     assert source.sha256 == hashlib.sha256(path.read_bytes()).hexdigest() == copied.sha256 == copied.digest
+
+
+def test_a_hash_that_nobody_wants_is_not_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,q1\n" + "".join(f"{k / 100},{k / 10}\n" for k in range(50)))
+    computed: list[object] = []
+    monkeypatch.setattr(log_hashing, "_politely", lambda paths: computed.append(paths) or "0" * 64)
+    unwanted, wanted = (read_log((path,), LogConfig(), robot_joints=None, hashed=hashed) for hashed in (False, True))
+    assert wanted.source.sha256 == "0" * 64
+    assert computed == [(path,)]
+    assert unwanted.source.sha256 == "0" * 64  # but where it is asked for after all

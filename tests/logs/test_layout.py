@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import log_writers as w
@@ -19,6 +20,7 @@ from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
 from collaudit.core.logs.messages.profiles import PROFILES, Profile
 from collaudit.core.logs.storage.records import Batch, Channel
+from collaudit.core.numeric.parallel import Beside
 
 NUMBERS = {
     "bool": "?", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
@@ -230,6 +232,50 @@ def decode(channel: Channel, profile: Profile, payloads: list[bytes], max_plans:
         if length[part].size:
             decoder.add(Batch(1, data, (stop - length)[part], length[part], np.arange(len(payloads))[part]))
     return out
+
+
+class Late(Beside):
+    """Does nothing before it must."""
+
+    def __init__(self) -> None:
+        self.asked: list[Callable[[], None]] = []
+
+    def add(self, work: Callable[[], None]) -> None:
+        self.asked.append(work)
+
+    def settle(self) -> None:
+        while self.asked:
+            self.asked.pop()()
+
+
+@pytest.mark.parametrize("apart", [40, 41, None])
+def test_columns_written_late_and_from_any_places_are_those_written_at_once(apart: int | None) -> None:
+    """Rows that are still to be written are written before their array is moved to where there is more room."""
+    text = "float64[] position\nfloat64[] effort\nint32 more"
+    channel = Channel(1, "/x", "a/msg/B", "cdr", "ros2msg", text.encode())
+    profile = replace(JOINTS, types=("a/msg/B",), stamp=None, names=None, fixed_names=("j",), velocity=None)
+    count, wide = 20_000, 40
+    rng = np.random.default_rng(0)
+    head = np.frombuffer(bytes([0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]), np.uint8)
+    rows = np.hstack([np.tile(head, (count, 1)), rng.integers(0, 63, (count, 28), dtype=np.uint8)])
+    rows[:, 20:28] = head[4:12]
+    start = np.arange(count) * apart if apart else np.cumsum(rng.integers(wide, 60, count))
+    data = np.zeros(start[-1] + wide, dtype=np.uint8)
+    data[start[:, None] + np.arange(wide)] = rows
+    found = []
+    for beside in (None, Late()):
+        out = Decoded(beside=beside)
+        decoder = ChannelDecoder.of(channel, profile, out)
+        for part in np.array_split(np.arange(count), 20):
+            decoder.add(Batch(1, data, start[part], np.full(part.size, wide), part))
+        if beside is not None:
+            assert beside.asked
+            beside.settle()
+        (group,) = out.groups.values()
+        found.append({name: group.look(name).tobytes() for name in group.columns})
+    assert found[0] == found[1]
+    assert found[0]["position"] == rows[:, 12:20].tobytes()
+    assert found[0]["effort"] == rows[:, 28:36].tobytes()
 
 
 @pytest.mark.parametrize("wire", ["cdr-le", "cdr-be", "ros1"])

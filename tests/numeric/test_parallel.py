@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import threading
 import time
+import weakref
 from collections.abc import Iterator
 
 import pytest
 
-from collaudit.core.numeric.parallel import ordered_map, threads, use_threads
+from collaudit.core.numeric.parallel import Beside, ordered_map, threads, use_threads
 
 
 @pytest.fixture(autouse=True, params=[2, 4])
@@ -69,6 +70,50 @@ def test_a_map_that_is_left_early_leaves_nothing_at_work() -> None:
     assert next(found) == 0
     found.close()  # type: ignore[attr-defined]
     assert at_work == []
+
+
+class Held:
+    def __call__(self, number: int = 0) -> int:
+        return -number
+
+
+def test_a_thread_holds_nothing_of_what_it_has_done() -> None:
+    """Else a file that is read would be closed whenever that thread is scheduled next."""
+    work = Held()
+    gone = weakref.ref(work)
+    found = ordered_map(work, range(20))
+    assert next(found) == 0
+    found.close()  # type: ignore[attr-defined]
+    del work, found
+    assert gone() is None
+
+
+def test_work_beside_is_done_at_the_end_and_when_asked_for() -> None:
+    done: set[int] = set()
+    with Beside(3) as beside:
+        for number in range(20):
+            beside.add(lambda number=number: done.add(number))  # type: ignore[misc]
+            assert len(done) >= number - 3
+        beside.settle()
+        assert done == set(range(20))
+        beside.add(lambda: done.add(99))
+    assert 99 in done
+
+
+def test_an_error_of_work_beside_is_raised_and_leaves_nothing_at_work() -> None:
+    late: list[int] = []
+
+    def slow() -> None:
+        time.sleep(0.02)
+        late.append(1)
+
+    with pytest.raises(ZeroDivisionError), Beside(1) as beside:
+        beside.add(lambda: 1 // 0)  # type: ignore[arg-type, return-value]
+        for _ in range(10):
+            beside.add(slow)
+    count = len(late)
+    time.sleep(0.05)
+    assert len(late) == count
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")

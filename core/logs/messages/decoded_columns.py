@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.parallel import Beside
 
 #: Rows of room that a column grows by at least.
 _LEAST_ROWS = 4096
@@ -16,6 +17,8 @@ _LEAST_ROWS = 4096
 _MARGIN, _MOST_FORESEEN = 1.1, 1000
 #: Numbers of a row besides its quantities: stamps and place.
 _OWN_COLUMNS = 3
+#: Bytes of messages that are not held beyond the decoding of their batch.
+_MOST_HELD = 1 << 22
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")
 
@@ -45,22 +48,24 @@ class Growing:
     zeros into the new rows first, and in small pages.
     """
 
-    def __init__(self, first: Column, share: float = 0.0) -> None:
-        self._array = _with_room(first, first.shape[0], share)
-        self._used = first.shape[0]
+    def __init__(self, width: int) -> None:
+        """``width``: numbers of a row; 0 for one integer."""
+        self._array: Column = np.empty((0, width)) if width else np.empty(0, dtype=np.int64)
+        self._used = 0
 
-    def add(self, rows: Column, share: float = 0.0) -> None:
-        """Append rows of the same width.
+    def room(self, count: int, share: float, settle: Callable[[], None]) -> Column:
+        """So many further rows, to be written to.
 
         Args:
-            rows: (n, …) what is appended.
+            count: rows.
             share: how much of the log lies before these rows, 0 … 1; 0 where that is not known.
+            settle: called before the rows so far are moved: waits until all of them are written.
         """
-        stop = self._used + rows.shape[0]
-        if stop > self._array.shape[0]:
-            self._array = _with_room(self._array[: self._used], stop, share)
-        self._array[self._used : stop] = rows
-        self._used = stop
+        start, self._used = self._used, self._used + count
+        if self._used > self._array.shape[0]:
+            settle()
+            self._array = _with_room(self._array[:start], self._used, share)
+        return self._array[start : self._used]
 
     def copy(self) -> Column:
         """The rows so far."""
@@ -101,13 +106,19 @@ class Group:
     key: GroupKey
     columns: dict[str, Growing] = field(default_factory=dict)
 
-    def add(self, columns: dict[str, IntArray | FloatArray], share: float = 0.0) -> None:
-        """Append rows; every call names the same columns, and how much of the log lies before them."""
-        for name, values in columns.items():
-            if name in self.columns:
-                self.columns[name].add(values, share)
-            else:
-                self.columns[name] = Growing(values, share)
+    def room(
+        self, widths: Mapping[str, int], count: int, share: float, settle: Callable[[], None]
+    ) -> dict[str, Column]:
+        """So many further rows of its columns, to be written to; every call names the same columns.
+
+        Args:
+            widths: column name to numbers of a row, 0 for one integer.
+            count, share, settle: as of :meth:`Growing.room`.
+        """
+        for name, width in widths.items():
+            if name not in self.columns:
+                self.columns[name] = Growing(width)
+        return {name: self.columns[name].room(count, share, settle) for name in widths}
 
     def take(self, name: str) -> FloatArray | IntArray | None:
         """The whole column, which the group gives away."""
@@ -171,6 +182,7 @@ class Decoded:
         latency: how long after publishing messages were recorded.
         share: how much of the log's bytes has been read, 0 … 1.
         bounds: how much may be read; None for no bounds.
+        beside: does the writing of columns; None to have it done at once.
     """
 
     groups: dict[GroupKey, Group] = field(default_factory=dict)
@@ -181,6 +193,7 @@ class Decoded:
     latency: Latency = field(default_factory=lambda: Latency())
     share: float = 0.0
     bounds: ReadingBounds | None = None
+    beside: Beside | None = None
 
     def skip(self, count: int, problem: str) -> None:
         """Count messages that could not be used."""
@@ -196,14 +209,28 @@ class Decoded:
                 self.bounds.check_layouts(len(self.groups))
         return found
 
-    def take(self, key: GroupKey, rows: int) -> None:
-        """Count rows that are about to be kept.
+    def room(self, key: GroupKey, widths: Mapping[str, int], rows: int) -> dict[str, Column]:
+        """So many further rows of a group, to be written to by what :meth:`write` is given.
 
         Raises:
             LogError: they are more than is read of a log.
         """
         if self.bounds is not None:
             self.bounds.take_values(rows, _OWN_COLUMNS + sum(count for _, count in key.present))
+        return self.group(key).room(widths, rows, self.share, self._settle)
+
+    def write(self, work: Callable[[], None], held: int) -> None:
+        """Have rows written to, in any order and beside what comes next; until then so many bytes are held."""
+        if self.beside is None:
+            work()
+            return
+        self.beside.add(work)
+        if held > _MOST_HELD:
+            self.beside.settle()
+
+    def _settle(self) -> None:
+        if self.beside is not None:
+            self.beside.settle()
 
 
 def all_names(tables: Iterable[Decoded]) -> tuple[str, ...]:

@@ -9,23 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
-from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
+from collaudit.core.logs.messages.decoded_columns import Column, Decoded, GroupKey
 from collaudit.core.logs.messages.generic_decoder import generic_decoder
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_schema import Struct, parse_schema
 from collaudit.core.logs.messages.profiles import Profile
-from collaudit.core.logs.storage.message_places import gather
+from collaudit.core.logs.storage.message_places import rows_at
 from collaudit.core.logs.storage.packed_messages import packing_of, unpacked
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 #: More layouts than this on one channel, and the rest goes through the generic decoder.
 MAX_PLANS = 256
+
+#: Columns besides those of a message.
+_OWN = {"log_ns": 0, "order": 0}
+_TAGGED = {**_OWN, "source": 0}
 
 Row = tuple[GroupKey, dict[str, IntArray | FloatArray]]
 Generic = Callable[[bytes], Row]
@@ -100,15 +105,15 @@ class ChannelDecoder:
 
     def _equal_size(self, batch: Batch, picked: IntArray | None, size: int, order: IntArray) -> None:
         """Decode the messages of one size: all of a batch when ``picked`` is None."""
-        rows = gather(batch.data, batch.start if picked is None else batch.start[picked], size)
+        rows = rows_at(batch.data, batch.start if picked is None else batch.start[picked], size)
         for plan in self._plans.get(size, ()):
             same = plan.matches(rows)
             if same is None:
-                self._emit(plan, rows, batch.log_ns, order, picked)
+                self._emit(plan, rows, batch, order, picked)
                 return
             if same.any():
                 picked = np.arange(rows.shape[0]) if picked is None else picked
-                self._emit(plan, rows[same], batch.log_ns, order, picked[same])
+                self._emit(plan, rows[same], batch, order, picked[same])
                 rows, picked = rows[~same], picked[~same]
         self._new_layouts(batch, rows, np.arange(rows.shape[0]) if picked is None else picked, order)
 
@@ -128,21 +133,22 @@ class ChannelDecoder:
             self._plans.setdefault(rows.shape[1], []).append(plan)
             same = plan.matches(rows)
             if same is None:
-                self._emit(plan, rows, batch.log_ns, order, picked)
+                self._emit(plan, rows, batch, order, picked)
                 return
-            self._emit(plan, rows[same], batch.log_ns, order, picked[same])
+            self._emit(plan, rows[same], batch, order, picked[same])
             rows, picked = rows[~same], picked[~same]
 
-    def _emit(self, plan: Plan, rows: ByteArray, log_ns: IntArray, order: IntArray, picked: IntArray | None) -> None:
+    def _emit(self, plan: Plan, rows: ByteArray, batch: Batch, order: IntArray, picked: IntArray | None) -> None:
+        log_ns = batch.log_ns
         if picked is not None:
             log_ns, order = log_ns[picked], order[picked]
-        self._add(plan.key, {"log_ns": log_ns, "order": order, **plan.columns_of(rows)})
+        room = self._room(plan.key, plan.widths, rows.shape[0])
+        work = partial(_write, room, plan, rows, log_ns, order, self.channel.key)
+        self.out.write(work, batch.data.nbytes)
 
-    def _add(self, key: GroupKey, columns: dict[str, IntArray | FloatArray]) -> None:
-        self.out.take(key, columns["log_ns"].shape[0])
-        if self.tagged:
-            columns["source"] = np.full(columns["log_ns"].shape[0], self.channel.key, dtype=np.int64)
-        self.out.group(key).add(columns, self.out.share)
+    def _room(self, key: GroupKey, widths: Mapping[str, int], count: int) -> dict[str, Column]:
+        own = _TAGGED if self.tagged else _OWN
+        return self.out.room(key, {**own, **widths}, count)
 
     def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
         if self._generic is None:
@@ -154,5 +160,25 @@ class ChannelDecoder:
                 self.out.skip(1, str(error))
                 continue
             self.out.slow += 1
-            one = slice(index, index + 1)
-            self._add(key, {"log_ns": batch.log_ns[one], "order": order[one], **columns})
+            room = self._room(
+                key, {name: values.shape[1] if values.ndim > 1 else 0 for name, values in columns.items()}, 1
+            )
+            for name, values in columns.items():
+                room[name][:] = values
+            _write_own(room, batch.log_ns[index : index + 1], order[index : index + 1], self.channel.key)
+
+
+def _write(
+    room: dict[str, Column], plan: Plan, rows: ByteArray, log_ns: IntArray, order: IntArray, source: int
+) -> None:
+    """Write the columns of rows that match a plan; runs in a thread."""
+    for name, values in plan.columns_of(rows).items():
+        room[name][:] = values
+    _write_own(room, log_ns, order, source)
+
+
+def _write_own(room: dict[str, Column], log_ns: IntArray, order: IntArray, source: int) -> None:
+    room["log_ns"][:] = log_ns
+    room["order"][:] = order
+    if "source" in room:
+        room["source"][:] = source

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +14,15 @@ from collaudit.core.logs.messages.message_schema import SchemaError
 from collaudit.core.logs.messages.profiles import Profile, configured, profile_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
+from collaudit.core.numeric.parallel import Beside
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 Definitions = Mapping[str, Any]
 ENCODINGS = ("cdr", "ros1", "json", "protobuf")
+#: So many batches may wait for their columns to be written.
+_AHEAD = 8
 
 
 @dataclass(slots=True, eq=False)
@@ -132,11 +136,25 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
         if progress is not None:
             progress(done, total)
 
-    for batch in reader.batches(frozenset(decoders), note):
-        for decoder in decoders[batch.key]:
-            decoder.add(batch)
-        if limit and all(topic.decoded.seen >= limit for topic in topics):
-            return
+    with written_beside(topics):
+        for batch in reader.batches(frozenset(decoders), note):
+            for decoder in decoders[batch.key]:
+                decoder.add(batch)
+            if limit and all(topic.decoded.seen >= limit for topic in topics):
+                return
+
+
+@contextmanager
+def written_beside(topics: Sequence[Topic]) -> Iterator[None]:
+    """A context in which columns are written beside decoding; all are at its end."""
+    try:
+        with Beside(_AHEAD) as beside:
+            for topic in topics:
+                topic.decoded.beside = beside
+            yield
+    finally:
+        for topic in topics:
+            topic.decoded.beside = None
 
 
 def described(topics: Sequence[Topic], limit: int = 20) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
+from simulated_logs import without_thresholds
 from synthetic import PERIOD, lugre, make_log, strokes
 
 from collaudit.core.audit import Audit, audit_log, fit_logs, prepare, recommend_rules
@@ -74,8 +75,9 @@ def friction() -> FrictionFile:
     return fitted(1)
 
 
-def test_friction_is_found_within_its_intervals() -> None:
+def test_friction_is_found_within_its_intervals(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parameters of one draw err together: of twelve draws at 95 % three or fewer miss (1 in 400 otherwise)."""
+    without_thresholds(monkeypatch)
     inside = []
     for seed in range(12):
         fit = fitted(seed).joints["joint1"]

@@ -123,12 +123,18 @@ class Arm:
 
 
 @pytest.fixture(scope="session")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Arm:
-    """The small arm's files, made once."""
-    folder = tmp_path_factory.mktemp("arm")
-    made = Arm(folder / "arm.toml", folder / "clean.csv", folder / "pushed.csv", folder / "friction.json")
-    made.config.write_text(CONFIG, encoding="utf-8")
-    write_arm_csv(made.clean)
-    write_arm_csv(made.pushed, push_nm=12.0, seed=1)
-    assert entry.run(["fit", str(made.clean), "-c", str(made.config), "-o", str(made.friction)]) == 0
-    return made
+def arm(once: Callable[..., Path]) -> Arm:
+    """The small arm's files, made once; no test changes them."""
+
+    def files(folder: Path) -> Arm:
+        return Arm(folder / "arm.toml", folder / "clean.csv", folder / "pushed.csv", folder / "friction.json")
+
+    def make(folder: Path) -> Path:
+        made = files(folder)
+        made.config.write_text(CONFIG, encoding="utf-8")
+        write_arm_csv(made.clean)
+        write_arm_csv(made.pushed, push_nm=12.0, seed=1)
+        assert entry.run(["fit", str(made.clean), "-c", str(made.config), "-o", str(made.friction)]) == 0
+        return folder
+
+    return files(once(("small arm",), make))

@@ -60,13 +60,11 @@ class Row:
 
 def csv(path: Path, columns: Mapping[str, Any], delimiter: str = ",", decimal: str = ".") -> list[Path]:
     names = list(columns)
-    rows = (delimiter.join(_cell(value, decimal) for value in row) for row in zip(*columns.values(), strict=True))
-    path.write_text("\n".join([delimiter.join(names), *rows]) + "\n", encoding="utf-8")
+    values = np.column_stack(list(columns.values()))
+    row = delimiter.join(["%.9g"] * len(names)) + "\n"
+    body = (row * len(values)) % tuple(values.ravel().tolist())
+    path.write_text(delimiter.join(names) + "\n" + body.replace(".", decimal), encoding="utf-8")
     return [path]
-
-
-def _cell(value: Any, decimal: str) -> str:
-    return value if isinstance(value, str) else f"{value:.9g}".replace(".", decimal)
 
 
 def _vocabulary(name: str) -> Row:

@@ -112,10 +112,15 @@ def test_an_archive_of_several_files_is_refused(tmp_path: Path) -> None:
     assert "other.csv" in str(refused.value.found)
 
 
+@pytest.fixture(scope="module")
+def long_log(once: Callable[..., bytes]) -> bytes:
+    """The bytes of a log of 20,000 samples."""
+    return once(("20,000 samples",), lambda path: w.write_mcap(path / "log.mcap", w.motion(20_000)).read_bytes())
+
+
 @pytest.mark.parametrize("suffix", [".gz", ".xz", ".zst"])
-def test_what_comes_before_damage_is_read_and_said(suffix: str, tmp_path: Path) -> None:
-    plain = w.write_mcap(tmp_path / "log.mcap", w.motion(20_000))
-    data = PACKERS[suffix](plain.read_bytes())
+def test_what_comes_before_damage_is_read_and_said(suffix: str, long_log: bytes, tmp_path: Path) -> None:
+    data = PACKERS[suffix](long_log)
     packed = tmp_path / f"log.mcap{suffix}"
     packed.write_bytes(data[: len(data) * 3 // 4])
     log = read_log((packed,), LogConfig(), robot_joints=None)

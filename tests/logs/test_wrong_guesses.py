@@ -14,9 +14,10 @@ import pytest
 from table_formats import FORMATS
 from vocabularies import CURRENTS, TORQUE_CONSTANT, VOCABULARIES, table_of
 
-from collaudit.core.config.schema import LogConfig
+from collaudit.core.config.schema import CsvConfig, LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs import guess_csv_columns, read_log
+from collaudit.core.logs.log_formats import LogFormat
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader
 from collaudit.core.logs.tables import joined_tables
 
@@ -53,14 +54,28 @@ def robots(joints: int) -> list[tuple[str, ...]]:
 
 
 class ReadOnce:
-    """Reads the columns of a table once for equal questions, until the file is written anew; gives copies."""
+    """Opens a table and reads its columns once for equal questions, until the file is written anew; gives copies."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.kept: dict[str, TableColumns] = {}
-        plain = joined_tables._read_one
+        self.opened: dict[str, TableReader] = {}
+        plain, opening = joined_tables._read_one, LogFormat.open_table
+
+        def open_table(form: LogFormat, path: Path, settings: CsvConfig) -> TableReader:
+            key = repr((form.name, path, settings))
+            if key not in self.opened:
+                self.opened[key] = opening(form, path, settings)
+            return self.opened[key]
+
+        monkeypatch.setattr(LogFormat, "open_table", open_table)
         monkeypatch.setattr(
             joined_tables, "_read_one", lambda file, how: plain(replace(file, reader=self._reader(file.reader)), how)
         )
+
+    def forget(self) -> None:
+        """The files are others now."""
+        self.kept.clear()
+        self.opened.clear()
 
     def _reader(self, reader: TableReader) -> Any:
         def read(*asked: Any) -> TableColumns:
@@ -81,7 +96,7 @@ def test_no_joint_is_mapped_wrongly(form: str, tmp_path: Path, monkeypatch: pyte
         for joints, base in ((joints, base) for joints in COUNTS for base in (0, 1)):
             path, truth = tmp_path / f"{joints}-{base}-{form}", signals(joints)
             FORMATS[form](path, table_of(vocabulary, base, TIME_S, truth))
-            read_once.kept.clear()
+            read_once.forget()
             known = (*truth[:2], truth[2] / (TORQUE_CONSTANT if vocabulary in CURRENTS else 1.0))
             guess = guess_csv_columns([path])
             for robot in robots(joints):

@@ -39,12 +39,15 @@ INERTIA = {"joint_3": 0.0988, "joint_4": 0.0313, "joint_5": 0.0468 - 0.00964, "j
 
 
 @pytest.fixture
-def tx40(cli, data_dir: Path) -> Any:  # type: ignore[no-untyped-def]
-    urdf = (data_dir / "urdf" / "tx40_mdh_modified.urdf").as_posix()
-    Path("c.toml").write_text(TX40.format(urdf=urdf), encoding="utf-8")
-    logs = sorted((data_dir / "tx40_csv").glob("*.csv"))
-    assert cli("fit", *logs, "-c", "c.toml", "-o", "friction.json").code == 0
-    return json.loads(Path("friction.json").read_text(encoding="utf-8"))
+def tx40(cli, data_dir: Path, once: Any) -> Any:  # type: ignore[no-untyped-def]
+    def fitted(_: Path) -> Any:
+        urdf = (data_dir / "urdf" / "tx40_mdh_modified.urdf").as_posix()
+        Path("c.toml").write_text(TX40.format(urdf=urdf), encoding="utf-8")
+        logs = sorted((data_dir / "tx40_csv").glob("*.csv"))
+        assert cli("fit", *logs, "-c", "c.toml", "-o", "friction.json").code == 0
+        return json.loads(Path("friction.json").read_text(encoding="utf-8"))
+
+    return once(("fit of the tx40",), fitted)
 
 
 def inside(bounds: list[float], value: float) -> bool:

@@ -51,7 +51,7 @@ def log_of(q: np.ndarray, external: np.ndarray | float = 0.0) -> JointLog:
 
 
 def way() -> np.ndarray:
-    stroke, _ = strokes((0.03, 0.06, 0.1, 0.2, 0.4, 0.8))
+    stroke, _ = strokes((0.06, 0.1, 0.2, 0.4, 0.8))
     rest = np.full_like(stroke, -0.5)
     return np.concatenate([np.column_stack([stroke, rest]), np.column_stack([rest, stroke])])
 

@@ -158,12 +158,14 @@ def prepare(
         CollauditError: any of it cannot be done.
     """
     from collaudit.core.prepare.calibration import Calibration
-    from collaudit.core.prepare.prepared import prepare as prepared_of
+    from collaudit.core.prepare.prepared import conditioned, modelled
 
     log = open_log(files, settings, progress, hashed=hashed)
     robot = load_robot(settings, log.joint_names)
     calibration = None if friction is None else Calibration.of(friction, settings.config)
-    return prepared_of(log, robot, settings.config, calibration)
+    start = conditioned(log, robot, settings.config)
+    del log  # what was recorded is not held beside what was made of it
+    return modelled(start, settings.config, calibration)
 
 
 def fit(
@@ -291,6 +293,7 @@ def residuals(audit: Audit) -> pd.DataFrame:
         (n, 6 j) table, index ``time_s`` in s from the log's first sample, columns (quantity, joint): position_rad,
         velocity_rad_s, measured_nm, model_nm, residual_nm, and state, the reason code of each sample.
     """
+    import numpy as np
     import pandas as pd
 
     from collaudit.core.data.signals import State
@@ -300,7 +303,7 @@ def residuals(audit: Audit) -> pd.DataFrame:
     codes = pd.Index([state.code for state in State])
     parts: dict[str, pd.DataFrame] = {}
     for quantity in ("position_rad", "velocity_rad_s", "measured_nm", "model_nm", "residual_nm"):
-        parts[quantity] = pd.DataFrame(getattr(signals, quantity), columns=names)
+        parts[quantity] = pd.DataFrame(np.asarray(getattr(signals, quantity)), columns=names)
     states = {
         name: pd.Categorical.from_codes(signals.state[:, j].tolist(), categories=codes) for j, name in enumerate(names)
     }

@@ -9,6 +9,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -34,9 +35,7 @@ _FACTOR, _LIKE, _ALIKE = 15.0, 3.0, 2.0
 _LEAST_MOVING = 50
 
 
-def switched_efforts(
-    series: UniformSeries, model_nm: FloatArray | None, judged: Collection[str]
-) -> tuple[Finding, ...]:
+def switched_efforts(series: UniformSeries, model_nm: Columns | None, judged: Collection[str]) -> tuple[Finding, ...]:
     """A finding for each judged joint whose effort changes its unit or sign.
 
     Args:
@@ -47,9 +46,7 @@ def switched_efforts(
     if series.effort is None or model_nm is None:
         return ()
     columns = [series.column(joint) for joint in judged]
-    all_joints = columns == list(range(series.effort.shape[1]))
-    picked = slice(None) if all_joints else columns  # a view, not a copy of the whole log
-    scaled = _rescaled(series, series.effort[:, picked], model_nm[:, picked], series.velocity_rad_s[:, picked])
+    scaled = _rescaled(series, series.effort, model_nm, columns)
     if scaled is not None:  # a unit is one for all joints, also for those that move too little to tell it
         at, times = scaled
         listed = ", ".join(f"{joint} {share:.3g} times" for joint, share in zip(judged, times, strict=True) if share)
@@ -73,20 +70,24 @@ def switched_efforts(
 
 
 def _rescaled(
-    series: UniformSeries, effort: FloatArray, model: FloatArray, velocity: FloatArray
+    series: UniformSeries, effort: FloatArray, model: Columns, columns: list[int]
 ) -> tuple[float, list[float]] | None:
     """Time from which the moving joints' efforts all are larger, or smaller, by like factors; None without one.
 
     With the factors; 0 of joints that do not move enough before or after.
     """
-    rows = np.flatnonzero((np.isfinite(effort) & (effort != 0.0)).any(axis=1))
+    some = np.zeros(effort.shape[0], dtype=np.bool_)
+    for j in columns:
+        some |= np.isfinite(effort[:, j]) & (effort[:, j] != 0.0)
+    rows = np.flatnonzero(some)
     rows = rows[:: max(1, rows.size // _MOST_SAMPLES)]
     if rows.size < 50:
         return None
-    t, moving = series.time_s[rows], (np.abs(velocity[rows]) >= MOVING_RAD_S) & np.isfinite(effort[rows])
+    effort, model, velocity = (x[rows][:, columns] for x in (effort, model, series.velocity_rad_s))
+    t, moving = series.time_s[rows], (np.abs(velocity) >= MOVING_RAD_S) & np.isfinite(effort)
     length = max(_LEAST_S, _LEAST_SHARE * float(t[-1] - t[0]))
     cuts = np.flatnonzero((t - t[0] >= length) & (t[-1] - t >= length))
-    parts = (moving.astype(float), np.where(moving, effort[rows] ** 2, 0.0), np.where(moving, model[rows] ** 2, 0.0))
+    parts = (moving.astype(float), np.where(moving, effort**2, 0.0), np.where(moving, model**2, 0.0))
     counts, sizes, loads = (np.cumsum(np.nan_to_num(part), axis=0) for part in parts)
     first, second = counts[cuts], counts[-1] - counts[cuts]
     told = np.minimum(first, second) >= _LEAST_MOVING

@@ -17,6 +17,7 @@ from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.conditioning.wrench_grid import wrench_on_grid
 from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.data.columns import Slope
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
@@ -76,13 +77,14 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
         edge[span.start + margin : max(span.stop - margin, span.start + margin)] = False
     edge.flags.writeable = base.bridged.flags.writeable = False
     saturated.flags.writeable = False
+    velocity = frozen(motion.velocity_rad_s)
     return UniformSeries(
         time_s=frozen(base.time_s),
         period_s=period,
         joint_names=log.joint_names,
         position_rad=frozen(position),
-        velocity_rad_s=frozen(motion.velocity_rad_s),
-        acceleration_rad_s2=frozen(motion.acceleration_rad_s2),
+        velocity_rad_s=velocity,
+        acceleration_rad_s2=Slope(velocity, segments, period),
         effort=None if effort is None else frozen(effort),
         effort_unit=log.effort_unit,
         wrench=None if wrench is None else frozen(wrench),

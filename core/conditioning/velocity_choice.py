@@ -27,19 +27,17 @@ _NOWHERE_RAD = 0.002
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """Velocities and acceleration of all joints.
+    """Velocities of all joints.
 
     Attributes:
         raw_rad_s: (n, j) velocity as chosen, not filtered.
         velocity_rad_s: (n, j) low-passed.
-        acceleration_rad_s2: (n, j) central difference of the low-passed velocity.
         lag_s: how much later than the derivative of position the logged velocity is, s; None where that is not told.
         findings: every departure from the log.
     """
 
     raw_rad_s: FloatArray
     velocity_rad_s: FloatArray
-    acceleration_rad_s2: FloatArray
     lag_s: float | None
     findings: tuple[Finding, ...]
 
@@ -75,7 +73,7 @@ def choose_velocity(
             hint='name its columns or topic under [log], or set [conditioning] velocity = "auto"',
         )
     rows = lag_rows(segments, period_s, bandwidth_hz)
-    velocity, acceleration = (np.empty(position.shape, order="F") for _ in range(2))
+    velocity = np.empty(position.shape, order="F")
     changed: dict[int, FloatArray] = {}
     findings: list[Finding] = []
 
@@ -107,7 +105,6 @@ def choose_velocity(
                     velocity[:, j] = smooth
                 else:
                     low_pass(chosen, segments, period_s, bandwidth_hz, velocity[:, j])
-        differentiate(velocity[:, j], segments, period_s, acceleration[:, j])
         return said, lag
 
     lags: list[Lag | None] = []
@@ -123,7 +120,7 @@ def choose_velocity(
         raw = np.empty_like(position) if raw is None else raw.copy()
         for j, column in changed.items():
             raw[:, j] = column
-    return Motion(raw, velocity, acceleration, pooled_s(lags), tuple(findings))
+    return Motion(raw, velocity, pooled_s(lags), tuple(findings))
 
 
 def _late(lags: Sequence[Lag | None], joint_names: Sequence[str], period_s: float, source: str) -> list[Finding]:

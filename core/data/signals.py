@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 
 
@@ -74,13 +75,13 @@ class Signals:
         joint_names: j judged joints.
         position_rad, velocity_rad_s: (n, j).
         measured_nm: (n, j) measured torque.
-        model_nm: (n, j) rigid-body torque + friction + J^T F.
+        model_nm: (n, j) rigid-body torque + friction + J^T F; computed where it is read.
         residual_nm: (n, j) estimate of external joint torque, eq. (5); in state FRICTION_INTERVAL only the
             part that no friction within its interval explains. NaN where unknown.
         state: (n, j) codes of :class:`State`.
         gamma_nm: (j,) threshold, NaN where there is none.
-        least_nm, most_nm: (n, j) range of the residual that friction within its interval allows, NaN outside state
-            FRICTION_INTERVAL; None where the detector or the file of an earlier version does not tell.
+        least_nm, most_nm: (n, j) float32 range of the residual that friction within its interval allows, NaN outside
+            state FRICTION_INTERVAL; None where the detector or the file of an earlier version does not tell.
         wrench: (n, 6) force in N and torque in N·m as the wrist sensor reads them; None where there is none.
     """
 
@@ -89,10 +90,10 @@ class Signals:
     position_rad: FloatArray
     velocity_rad_s: FloatArray
     measured_nm: FloatArray
-    model_nm: FloatArray
+    model_nm: Columns
     residual_nm: FloatArray
     state: NDArray[np.int8]
     gamma_nm: FloatArray
-    least_nm: NDArray[np.float32] | None = None
-    most_nm: NDArray[np.float32] | None = None
+    least_nm: Columns | None = None
+    most_nm: Columns | None = None
     wrench: FloatArray | None = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.data.columns import Columns
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
@@ -24,7 +25,8 @@ class UniformSeries:
         time_s: (n,) seconds from the log's first sample, spaced ``period_s``.
         period_s: sample period in s.
         joint_names: j names.
-        position_rad, velocity_rad_s, acceleration_rad_s2: (n, j); NaN inside gaps.
+        position_rad, velocity_rad_s, acceleration_rad_s2: (n, j); NaN inside gaps. Acceleration is the slope of the
+            velocity, and computed where it is read.
         effort: (n, j), not filtered; NaN inside gaps; None when there is none.
         effort_unit: ``Nm`` or ``raw``.
         wrench: (n, 6) in the sensor frame, not filtered, NaN where absent; or None.
@@ -34,7 +36,8 @@ class UniformSeries:
         bandwidth_hz: -3 dB frequency of the zero-phase filters.
         source: provenance of the log.
         findings: those of the log and those made here.
-        raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept.
+        raw_velocity_rad_s: (n, j) the believed velocity before any filter; None when not kept, as for detectors that
+            are not causal.
         velocity_lag_s: how late the logged velocity is against the positions, s; None where that is not told.
         annotations, phases: those of the log.
         temperature_c: (n, j), or None.
@@ -50,7 +53,7 @@ class UniformSeries:
     joint_names: tuple[str, ...]
     position_rad: FloatArray
     velocity_rad_s: FloatArray
-    acceleration_rad_s2: FloatArray
+    acceleration_rad_s2: Columns
     effort: FloatArray | None
     effort_unit: EffortUnit
     wrench: FloatArray | None

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.columns import KnownAtFew
 from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
@@ -99,7 +99,7 @@ def detector_facts(run: DetectorRun, rule: RuleFacts, joints: tuple[str, ...], p
 
 def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[str, float]) -> Signals:
     """The sample-by-sample evidence of a run: measured, modelled, left over, and what was judged; thresholds in N·m."""
-    measured = np.full_like(series.position_rad, np.nan) if series.effort is None else series.effort
+    measured = np.broadcast_to(np.nan, series.position_rad.shape) if series.effort is None else series.effort
     least, most = _spans(run)
     return Signals(
         time_s=series.time_s,
@@ -117,14 +117,14 @@ def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[st
     )
 
 
-def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] | tuple[None, None]:
+def _spans(run: DetectorRun) -> tuple[KnownAtFew, KnownAtFew] | tuple[None, None]:
     """Least and greatest residual where friction is an interval, NaN elsewhere; in 7 digits, which are looked at."""
     if run.residual.span_nm is None:
         return None, None
     state = run.detected.state
-    least, most = (np.full(state.shape, np.nan, dtype=np.float32, order="F") for _ in range(2))
-    for j in range(state.shape[1]):  # joint by joint: arrays of all joints are fresh memory
-        open_ = np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL)
-        for out, x in zip((least, most), run.residual.span_nm, strict=True):
-            out[open_, j] = x[open_, j]
+    open_ = [np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL).astype(np.int32) for j in range(state.shape[1])]
+    least, most = (
+        KnownAtFew(state.shape[0], open_, [x[rows, j].astype(np.float32) for j, rows in enumerate(open_)])
+        for x in run.residual.span_nm
+    )
     return least, most

@@ -87,7 +87,8 @@ def wrench_delay(prepared: Prepared, config: Config) -> Found:
     gravity = prepared.robot.gravity_in(series.position_rad, frame)
     force = series.wrench[:, :3]
     known = np.isfinite(gravity).all(axis=1) & np.isfinite(force).all(axis=1) & ~series.edge
-    known &= np.isfinite(series.acceleration_rad_s2).all(axis=1)
+    acceleration = np.asarray(series.acceleration_rad_s2)
+    known &= np.isfinite(acceleration).all(axis=1)
     if not known.any() or float(np.std(gravity[known], axis=0).max()) < 1.0:
         return None
     moving = known & (np.abs(series.velocity_rad_s) > MOVING_RAD_S).any(axis=1)
@@ -96,7 +97,7 @@ def wrench_delay(prepared: Prepared, config: Config) -> Found:
     def costs(pick: IntArray) -> Callable[[int], FloatArray]:
         # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
         at = rows[pick]
-        motion = (series.acceleration_rad_s2[at], series.velocity_rad_s[at] ** 2)
+        motion = (acceleration[at], series.velocity_rad_s[at] ** 2)
         basis = basis_of(np.column_stack([gravity[at], np.ones(at.size), *motion]))
         return lambda shift: np.array([left_over(basis, force[at + shift, k]) for k in range(3)])
 

@@ -77,7 +77,7 @@ def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
     """
     late = series.velocity_lag_s
     if late is None or late < SAMPLES * series.period_s:
-        return series.velocity_rad_s, series.acceleration_rad_s2
+        return series.velocity_rad_s, np.asarray(series.acceleration_rad_s2)
     return position_motion(series)
 
 

@@ -75,8 +75,9 @@ def model_torques(
     """
     motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
     carried, weighed = _carried(robot, None), _weighed(config)
-    frame, signals = config.log.wrench_frame, (series.wrench, *motion[1:])
+    frame, signals = config.log.wrench_frame, (series.wrench, series.velocity_rad_s)
     whole = all(x is not None and all(np.isfinite(x[s.slice].sum()) for s in series.segments) for x in signals)
+    whole = whole and all(len(s) != 1 for s in series.segments)  # such a sample has no acceleration
     if not whole or frame is None or weighed != (carried is not None):  # a row with anything unknown is unknown in both
         return robot.inverse_dynamics(*motion), contact_torque(series, robot, phases, config)
     if carried is not None and not robot.same_link(frame, carried[0]):

@@ -13,6 +13,7 @@ from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
+from collaudit.core.data.columns import Slope, Sum
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
@@ -144,6 +145,15 @@ def prepare(
         LogError: a configured joint is not in the log.
         ConfigError: a wrench lacks its frame, or the calibration is another arm's.
     """
+    return modelled(conditioned(log, robot, config), config, calibration)
+
+
+def conditioned(log: JointLog, robot: RobotModel, config: Config) -> ConditionedLog:
+    """The first half of :func:`prepare`: nothing after it reads the log as recorded.
+
+    Raises:
+        NotJudgedError, LogError: as :func:`prepare`.
+    """
     linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
     series = undelayed(condition(_in_model_order(log, robot), config.conditioning, linear), config.log)
     judged = _judged(config, series.joint_names, log.source.name)
@@ -153,7 +163,17 @@ def prepare(
     findings += position_findings(series, robot, units.position, "position" in units.model_fields_set)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     source, about_source = effort_source(config.log, robot.joint_names)
-    start = ConditionedLog(series, robot, judged, labels, (*findings, *about_source), source)
+    if not config.detect.causal:
+        series = replace(series, raw_velocity_rad_s=None)  # only a causal detector reads it
+    return ConditionedLog(series, robot, judged, labels, (*findings, *about_source), source)
+
+
+def modelled(start: ConditionedLog, config: Config, calibration: Calibration | None = None) -> Prepared:
+    """The second half of :func:`prepare`: model torque and the effort's checks.
+
+    Raises:
+        ConfigError: as :func:`prepare`.
+    """
     return _modelled(start, calibration or Calibration(), config, None)
 
 
@@ -219,7 +239,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else rigid + contact
+    explained = rigid if rigid is None or contact is None else Sum(rigid, contact)
     switched = switched_efforts(series, explained, start.judged)
     states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, states)
@@ -328,12 +348,13 @@ def _of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
     def take(array: FloatArray) -> FloatArray:
         return np.asfortranarray(array[:, columns])
 
+    velocity = take(series.velocity_rad_s)
     return replace(
         series,
         joint_names=joints,
         position_rad=take(series.position_rad),
-        velocity_rad_s=take(series.velocity_rad_s),
-        acceleration_rad_s2=take(series.acceleration_rad_s2),
+        velocity_rad_s=velocity,
+        acceleration_rad_s2=Slope(velocity, series.segments, series.period_s),
         effort=None if series.effort is None else take(series.effort),
         saturated=series.saturated[:, columns],
         raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),

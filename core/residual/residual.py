@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.columns import Columns, Difference
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.extrapolation import extrapolation_doubt
@@ -83,18 +84,11 @@ class Residual:
     ripple_not_shown_nm: dict[str, float] = field(default_factory=dict)
 
     @property
-    def model_nm(self) -> FloatArray:
+    def model_nm(self) -> Columns:
         """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
         if self.effort_nm is None:
-            return np.full_like(self.torque_nm, np.nan)
-        effort, out = self.effort_nm, np.empty(self.torque_nm.shape, order="F")
-
-        def fill_joint(j: int) -> None:
-            np.subtract(effort[:, j], self.torque_nm[:, j], out=out[:, j])
-
-        for _ in ordered_map(fill_joint, range(effort.shape[1])):
-            pass
-        return out
+            return np.broadcast_to(np.nan, self.torque_nm.shape)
+        return Difference(self.effort_nm, self.torque_nm)
 
 
 def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:

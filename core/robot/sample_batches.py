@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
+from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 
@@ -50,7 +51,7 @@ class Batched(Protocol):
 class Signal:
     """Inputs: (n, c) values, as (r, n) rows scale · (matrix · values + offset), as far as there are any."""
 
-    values: FloatArray
+    values: Columns
     matrix: FloatArray | None = None
     offset: FloatArray | None = None
     scale: float = 1.0

@@ -210,7 +210,7 @@ def _parts(studied: StudiedLog) -> dict[str, ThresholdParts]:
         return {}
     columns = prepared.columns()
     gravity = prepared.robot.gravity_torque(prepared.series.position_rad)
-    motion = np.nan_to_num(series.acceleration_rad_s2)
+    motion = np.nan_to_num(np.asarray(series.acceleration_rad_s2))
     out = {}
     for j, name in zip(studied.columns, studied.joints, strict=True):
         joint, column = joint_series(studied, j), columns[j]

@@ -92,9 +92,10 @@ def _series(signals: Signals, stamps: NDArray[np.int64]) -> list[Channel]:
         "friction_range/most": signals.most_nm,
     }
     made = []
-    for name, values in series.items():
-        if values is None:
+    for name, columns in series.items():
+        if columns is None:
             continue
+        values = np.asarray(columns)
         known = np.isfinite(values).any(axis=1) if name.startswith("friction_range") else np.ones(len(stamps), bool)
         at = stamps[known]
         made.append(_channel(name, _JOINTS, at, joint_states(at, signals.joint_names, values[known].astype(float))))

@@ -172,7 +172,7 @@ def test_runs_know_the_temperature_of_their_evidence() -> None:
 
 def test_load_temperature_and_phase_have_ranges_too() -> None:
     slow = moving(0.5)
-    signals = replace(slow.signals, model_nm=slow.signals.model_nm + 30.0)
+    signals = replace(slow.signals, model_nm=np.asarray(slow.signals.model_nm) + 30.0)
     known = limits(slow).model_copy(update={"temperature_c": (20.0, 30.0)})
     warm = np.full(signals.residual_nm.shape, 45.0)
     contact = (PhaseSpan("contact", 0.0, 60.0),)

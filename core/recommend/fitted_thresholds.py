@@ -20,7 +20,13 @@ from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
 from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
-from collaudit.core.recommend.held_out_residual import Folds, HeldOutResidual, held_out_residuals, laws_of_folds
+from collaudit.core.recommend.held_out_residual import (
+    Folds,
+    HeldOutResidual,
+    folds_of,
+    held_out_residuals,
+    joint_by_joint,
+)
 from collaudit.core.recommend.isolated_peaks import without_isolated_peaks
 from collaudit.core.recommend.recommendation import MARGIN, TARGET_H, CleanResidual, sustained_peaks
 
@@ -76,11 +82,12 @@ def corrections_that_help(
     Args:
         prepared, fits, variation, corrections, config: as of :func:`fitted_thresholds`.
     """
-    folds = laws_of_folds(prepared, fits, config)
+    folds = folds_of(prepared, fits, config)
     plain = fitted_thresholds(prepared, fits, variation, {}, config, folds)
     if not corrections:
         return {}, plain
-    corrected = fitted_thresholds(prepared, fits, variation, corrections, config, folds)
+    among = {j: fit for j, fit in fits.items() if j in corrections} if joint_by_joint(config) else fits
+    corrected = fitted_thresholds(prepared, among, variation, corrections, config, folds)
     kept = {j: c for j, c in corrections.items() if _helps(corrected.joints[j], plain.joints[j])}
     return kept, plain
 
@@ -143,7 +150,7 @@ def _range(columns: Sequence[tuple[HeldOutResidual, int]]) -> RangeOfEvidence | 
     return range_of_samples(
         speed=np.concatenate([np.abs(r.velocity_rad_s[mask, j]) for r, j, mask in used]),
         turn=np.concatenate([acceleration(r.velocity_rad_s[:, j], r.period_s)[mask] for r, j, mask in used]),
-        load=np.nan_to_num(np.concatenate([r.model_nm[mask, j] for r, j, mask in used])),
+        load=np.nan_to_num(np.concatenate([r.model_nm(mask, j) for r, j, mask in used])),
         reversals=(
             sum(reversals_of(r.velocity_rad_s[mask, j]) for r, j, mask in used),
             sum(float(np.count_nonzero(mask)) * r.period_s for r, _, mask in used) / 3600.0,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +18,25 @@ from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.held_out_laws import fold_of_sample, held_out_laws
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.recommend.fold_residual import FoldResidual, fold_residual
+from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import ResidualInputs
 
-#: Laws by joint without each fold of the time in turn.
-Folds = Sequence[Mapping[str, FrictionModel]]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Folds:
+    """What held-out residuals are made of, whatever is corrected.
+
+    Attributes:
+        laws: by joint, without each fold of the time in turn.
+        balances: of each log that has a residual, where the detector works joint by joint; None where it does not.
+    """
+
+    laws: Sequence[Mapping[str, FrictionModel]]
+    balances: Sequence[Balance | None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +53,7 @@ class HeldOutResidual:
         judged: (n, j) those of them at which friction is a value.
         held_out: (n, j) those whose law was fitted without them.
         velocity_rad_s: (n, j) of the joint.
-        model_nm: (n, j) modelled torque.
+        effort_nm: (n, j) measured torque; None without.
         temperature_c: (n, j), or None.
         period_s: sample period, s.
     """
@@ -55,9 +67,15 @@ class HeldOutResidual:
     judged: BoolArray
     held_out: BoolArray
     velocity_rad_s: FloatArray
-    model_nm: FloatArray
+    effort_nm: FloatArray | None
     temperature_c: FloatArray | None
     period_s: float
+
+    def model_nm(self, rows: BoolArray, j: int) -> FloatArray:
+        """(k,) modelled torque of a joint at (n,) rows; NaN where nothing was compared."""
+        if self.effort_nm is None:
+            return np.full(np.count_nonzero(rows), np.nan)
+        return np.asarray(self.effort_nm[rows, j] - self.torque_nm[rows, j])
 
 
 def held_out_residuals(
@@ -75,64 +93,98 @@ def held_out_residuals(
         fits: friction of all of them together, where a stretch cannot be held out.
         variation, corrections: what friction goes with besides speed, as an audit would use it.
         config: detector and rule.
-        folds: laws of :func:`laws_of_folds`, where they are at hand; they are the same whatever is corrected.
+        folds: of :func:`folds_of`, where they are at hand.
     """
-    laws = laws_of_folds(prepared, fits, config) if folds is None else folds
-    return [_of_log(log, fits, variation, corrections, laws, config) for log in _usable(prepared)]
+    known = folds_of(prepared, fits, config) if folds is None else folds
+    return [
+        _of_log(log, _laws(log, fits, variation, corrections, known), balance, config)
+        for log, balance in zip(_usable(prepared), known.balances, strict=True)
+    ]
 
 
-def laws_of_folds(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config) -> Folds:
-    """Laws without each fold in turn, of the logs that have residuals; none where no log has.
+def folds_of(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config) -> Folds:
+    """Laws without each fold in turn, of the logs that have residuals, and their balances; none where no log has.
 
     Args:
         prepared, fits, config: as of :func:`held_out_residuals`.
     """
     usable = _usable(prepared)
-    return held_out_laws(usable, fits, config) if usable else []
+    if not usable:
+        return Folds((), ())
+    make = detector_named(config.detect.detector).balance
+    balances = [None if make is None else make(log, config.detect) for log in usable]
+    return Folds(held_out_laws(usable, fits, config), balances)
+
+
+def joint_by_joint(config: Config) -> bool:
+    """Whether the residual of a joint is the same whatever laws other joints have."""
+    return detector_named(config.detect.detector).balance is not None
 
 
 def _usable(prepared: Sequence[Prepared]) -> list[Prepared]:
     return [log for log in prepared if log.rigid_nm is not None and log.series.effort_unit == "Nm"]
 
 
-def _of_log(
+@dataclass(frozen=True, slots=True, eq=False)
+class _Laws:
+    """Laws of one log in each fold, corrected, and by fold the joints whose law was fitted without it."""
+
+    by_fold: Sequence[Mapping[str, FrictionModel]]
+    held_out: Sequence[Collection[str]]
+
+
+def _laws(
     log: Prepared,
     fits: Mapping[str, FrictionFit],
     variation: Mapping[str, FrictionVariation],
     corrections: Mapping[str, FrictionCorrection],
     folds: Folds,
-    config: Config,
-) -> HeldOutResidual:
+) -> _Laws:
     series = log.judged_series
     whole, _ = friction_models(fits, series)
-    fold = fold_of_sample(series, len(folds))
-    shape = series.position_rad.shape
-    torque, model = np.full(shape, np.nan), np.full(shape, np.nan)
-    state = np.full(shape, State.NO_FRICTION, dtype=np.int8)
-    held_out = np.zeros(shape, dtype=np.bool_)
-    detector = detector_named(config.detect.detector)
+    by_fold = []
+    for found in folds.laws:
+        laws = corrected_laws({joint: found.get(joint, law) for joint, law in whole.items()}, corrections)
+        by_fold.append(laws_at_temperature(laws, variation, series)[0])
+    return _Laws(by_fold, [found.keys() for found in folds.laws])
+
+
+def _of_log(log: Prepared, laws: _Laws, balance: Balance | None, config: Config) -> HeldOutResidual:
+    series = log.judged_series
+    fold = fold_of_sample(series, len(laws.by_fold))
     barred = joints_not_judged(log.findings, log.judged)
-    for k, found in enumerate(folds):
-        laws = {joint: found.get(joint, law) for joint, law in whole.items()}
-        laws, _ = laws_at_temperature(corrected_laws(laws, corrections), variation, series)
-        residual = detector.residual(log, ResidualInputs(laws, barred), config.detect)
-        rows = fold == k
-        torque[rows], state[rows] = residual.torque_nm[rows], residual.state[rows]
-        model[rows] = residual.model_nm[rows]
-        for j, joint in enumerate(series.joint_names):
-            held_out[rows, j] = joint in found
-    usable = np.isfinite(torque) & ~series.saturated
+    if balance is None or balance.total_nm is None:
+        found = _fold_by_fold(log, laws, fold, barred, config)
+    else:
+        each = [[found.get(joint) for found in laws.by_fold] for joint in series.joint_names]
+        found = fold_residual(log, balance, each, fold, barred, config.detect)
+    held = np.array([[joint in known for joint in series.joint_names] for known in laws.held_out])
     return HeldOutResidual(
         series.source.name,
         series.time_s,
         log.start.series.effort is not None and bool(np.isnan(log.start.series.effort).any()),
         series.joint_names,
-        torque,
-        np.asarray((state <= State.FRICTION_INTERVAL) & usable),
-        np.asarray((state == State.JUDGED) & usable),
-        held_out,
+        found.torque_nm,
+        found.evidence,
+        found.judged,
+        held[fold],
         series.velocity_rad_s,
-        model,
+        series.effort,
         series.temperature_c,
         series.period_s,
     )
+
+
+def _fold_by_fold(log: Prepared, laws: _Laws, fold: IntArray, barred: frozenset[str], config: Config) -> FoldResidual:
+    """As :func:`fold_residual`, of any detector: the whole residual once for every fold."""
+    series = log.judged_series
+    torque = np.full(series.position_rad.shape, np.nan)
+    state = np.full(torque.shape, State.NO_FRICTION, dtype=np.int8)
+    for k, found in enumerate(laws.by_fold):
+        inputs = ResidualInputs(found, barred)
+        residual = detector_named(config.detect.detector).residual(log, inputs, config.detect)
+        rows = fold == k
+        torque[rows], state[rows] = residual.torque_nm[rows], residual.state[rows]
+    usable = np.isfinite(torque) & ~series.saturated
+    evidence: BoolArray = np.asarray((state <= State.FRICTION_INTERVAL) & usable)
+    return FoldResidual(torque, evidence, np.asarray((state == State.JUDGED) & usable))

@@ -85,17 +85,12 @@ def friction_bounds(
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
         sliding = sliding + load_torque(law.load, load_nm, velocity)
-    slowest = slow or _BELOW_RANGE * law.speed_range[0]
-    steady, travel = _settled(series, j, velocity, slowest, travel_rad)
+    slowest = rest_below(law, slow)
+    steady, travel = Travel.of(series, j, velocity).settled(series, velocity, slowest, travel_rad)
     if not np.isfinite(sliding.sum()):
         steady &= np.isfinite(sliding)
     k = np.flatnonzero(~steady)
-    resting, forward, size = np.abs(velocity[k]) < slowest, velocity[k] >= 0, np.abs(sliding[k])
-    hold = np.maximum(law.hold, size)
-    left = np.exp(-_TRAVEL_CONSTANTS * travel[k] / travel_rad) if travel_rad > 0 else np.zeros_like(size)
-    along_low = np.where(resting, -hold, size - (size + hold) * left)
-    along_high = np.where(resting, hold, size + (hold - size) * left)
-    loose = np.where(forward, (along_low, along_high), (-along_high, -along_low))
+    loose = loose_bounds(law, velocity[k], sliding[k], travel[k], slowest, travel_rad)
     heat = None if law.temperature_model is None or series.temperature_c is None else series.temperature_c[:, j]
     if law.temperature_model is None or heat is None:
         return FrictionBounds(sliding, steady, k, loose)
@@ -103,34 +98,83 @@ def friction_bounds(
     return FrictionBounds(share * sliding, steady, k, share[k] * loose, law.temperature_model.doubt(heat))
 
 
-def _settled(
-    series: UniformSeries, j: int, velocity: FloatArray, slowest: float, travel_rad: float
-) -> tuple[BoolArray, FloatArray]:
-    """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
+def rest_below(law: FrictionModel, slow: float | None) -> float:
+    """Speed below which a joint is taken to rest: as stated, or just below the slowest fitted one."""
+    return slow or _BELOW_RANGE * law.speed_range[0]
 
-    Both also count from the start of a stretch.
+
+def loose_bounds(
+    law: FrictionModel,
+    velocity: FloatArray,
+    sliding: FloatArray,
+    travel: FloatArray,
+    slowest: float,
+    travel_rad: float,
+) -> FloatArray:
+    """(2, k) lower and upper bound of friction where it is not steady.
+
+    Args:
+        law: the fitted law.
+        velocity, sliding, travel: (k,) of the joint, steady friction at it, way since it last rested or reversed.
+        slowest, travel_rad: below this speed it rests; after this travel friction is steady.
     """
-    steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
-    for segment in series.segments:
-        if len(segment) == 0:
-            continue
-        position, v, way = series.position_rad[segment.slice, j], velocity[segment.slice], travel[segment.slice]
-        resting = _resting(v, slowest)
-        v = _last_known(v)  # an unknown velocity is no reversal, and hides none
-        forward, backward = v > 0, v < 0
-        anew = resting.copy()
-        anew[0] = True
-        anew[1:] |= (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
-        np.subtract(position[1:], position[:-1], out=way[1:])
-        np.abs(way, out=way)
-        if not np.isfinite(way.sum()):
-            way[~np.isfinite(way)] = 0.0
-        way[...] = np.cumsum(way)
-        starts = np.flatnonzero(anew)
-        way -= np.repeat(way[starts], np.diff(starts, append=way.size))
-        np.greater_equal(way, travel_rad, out=steady[segment.slice])
-        steady[segment.slice] &= ~resting
-    return steady, travel
+    resting, forward, size = np.abs(velocity) < slowest, velocity >= 0, np.abs(sliding)
+    hold = np.maximum(law.hold, size)
+    left = np.exp(-_TRAVEL_CONSTANTS * travel / travel_rad) if travel_rad > 0 else np.zeros_like(size)
+    along_low = np.where(resting, -hold, size - (size + hold) * left)
+    along_high = np.where(resting, hold, size + (hold - size) * left)
+    return np.asarray(np.where(forward, (along_low, along_high), (-along_high, -along_low)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Travel:
+    """What of a joint's travel does not depend on its law.
+
+    Attributes:
+        turned: (n,) samples at which the joint reverses or a stretch begins.
+        way: (n,) way since the stretch began.
+    """
+
+    turned: BoolArray
+    way: FloatArray
+
+    @classmethod
+    def of(cls, series: UniformSeries, j: int, velocity: FloatArray) -> Travel:
+        """Of column ``j``, with the (n,) velocity at which friction is taken."""
+        turned, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
+        for segment in series.segments:
+            if len(segment) == 0:
+                continue
+            position, anew, way = series.position_rad[segment.slice, j], turned[segment.slice], travel[segment.slice]
+            v = _last_known(velocity[segment.slice])  # an unknown velocity is no reversal, and hides none
+            forward, backward = v > 0, v < 0
+            anew[0] = True
+            anew[1:] = (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
+            np.subtract(position[1:], position[:-1], out=way[1:])
+            np.abs(way, out=way)
+            if not np.isfinite(way.sum()):
+                way[~np.isfinite(way)] = 0.0
+            way[...] = np.cumsum(way)
+        return cls(turned, travel)
+
+    def settled(
+        self, series: UniformSeries, velocity: FloatArray, slowest: float, travel_rad: float
+    ) -> tuple[BoolArray, FloatArray]:
+        """(n,) whether a joint moves and has travelled far enough, and its way since it last rested or reversed.
+
+        Both also count from the start of a stretch.
+        """
+        steady, travel = np.zeros(velocity.size, dtype=np.bool_), np.zeros(velocity.size)
+        for segment in series.segments:
+            if len(segment) == 0:
+                continue
+            s = segment.slice
+            resting, cumulated = _resting(velocity[s], slowest), self.way[s]
+            starts = np.flatnonzero(resting | self.turned[s])
+            np.subtract(cumulated, np.repeat(cumulated[starts], np.diff(starts, append=cumulated.size)), out=travel[s])
+            np.greater_equal(travel[s], travel_rad, out=steady[s])
+            steady[s] &= ~resting
+        return steady, travel
 
 
 def _resting(velocity: FloatArray, slowest: float) -> BoolArray:

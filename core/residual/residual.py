@@ -30,7 +30,7 @@ from collaudit.core.residual.isolation import EachJoint, Isolation
 from collaudit.core.residual.rest_changes import fill_changes
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
-_BEYOND_RANGE = 1.05
+BEYOND_RANGE = 1.05
 #: Standard errors of the friction level that the threshold carries: 95 %.
 SIGMAS = 2.0
 
@@ -131,7 +131,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         hidden[:, missing] = np.where(state[:, missing] == State.FRICTION_INTERVAL, np.inf, 0.0)
     for joint in inputs.not_judged & set(names):
         state[:, names.index(joint)] = State.UNUSABLE
-    _mark(state, torque, series, balance)
+    mark_reasons(state, torque, series, balance)
     if prepared.calibration.coupled and known:
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
@@ -173,7 +173,7 @@ def _fill_joint(
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
-    beyond = exceeds(velocity, _BEYOND_RANGE * law.speed_range[1])
+    beyond = exceeds(velocity, BEYOND_RANGE * law.speed_range[1])
     friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
     ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
@@ -263,7 +263,7 @@ class _Around:
         return out
 
 
-def _mark(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
+def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
     """Put the reasons that hold for any joint on top of the others (the larger code wins)."""
     recorded = np.zeros(state.shape[0], dtype=bool)
     for segment in series.segments:

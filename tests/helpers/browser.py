@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import shutil
 import subprocess
@@ -59,4 +60,9 @@ def keep_picture(page: Any, name: str) -> None:
     folder = os.environ.get("COLLAUDIT_SCREENSHOTS")
     if folder:
         Path(folder).mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=Path(folder) / f"{name}.png", full_page=True)
+        width, height = page.evaluate("[innerWidth, document.documentElement.scrollHeight]")
+        whole = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
+        # Chromium packs such a picture in half of the time, into a third more bytes.
+        how = {"captureBeyondViewport": True, "optimizeForSpeed": True, "clip": whole}
+        taken = page.context.new_cdp_session(page).send("Page.captureScreenshot", how)
+        (Path(folder) / f"{name}.png").write_bytes(base64.b64decode(taken["data"]))

@@ -74,7 +74,7 @@ def log_of(q: np.ndarray, seed: int) -> JointLog:
 
 @pytest.fixture(scope="module")
 def friction() -> FrictionFile:
-    stroke, _ = strokes((0.03, 0.06, 0.1, 0.2, 0.4, 0.8))
+    stroke, _ = strokes((0.06, 0.1, 0.2, 0.4, 0.8))
     rest = np.full_like(stroke, -0.5)
     q = np.concatenate([np.column_stack([stroke, rest]), np.column_stack([rest, stroke])])
     return fit_logs([prepared(log_of(q, 1))], config(), NOBODY)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from log_writers import EPOCH, KINDS, Said, motion, write_any
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, LogConfig
 from collaudit.core.logs import describe, read_log
-from collaudit.core.logs.signals.impossible_values import garbage_stamps
+from collaudit.core.logs.signals.impossible_values import _beyond, garbage_ns, garbage_stamps
 
 COUNT = 300
 AT = (0, 120, 121, 122, 123, 124, 299)
@@ -145,3 +145,24 @@ def test_only_garbage_is_garbage(count: int, period: float, start: float, pause:
     spoilt_s = np.insert(time_s, count // 2, odd)
     assert np.count_nonzero(garbage_stamps(spoilt_s)) == len(odd)
     assert not garbage_stamps(time_s).any()
+
+
+@given(
+    st.lists(st.integers(-(2**62), 2**62) | st.integers(1_690_000_000 * 10**9, 1_710_000_000 * 10**9), max_size=8),
+    st.sampled_from([0, 10**12, 10**15, 2 * 10**15, 10**17]),
+)
+def test_whole_nanoseconds_are_judged_as_seconds_are(odd: list[int], spread: int) -> None:
+    usual = np.linspace(0, spread, 80).astype(np.int64) + 1_700_000_000 * 10**9
+    stamps = np.concatenate([usual, np.array(odd, dtype=np.int64)])
+    found, expected = garbage_ns(stamps), garbage_stamps(stamps / 1e9)
+    assert (np.zeros_like(expected) if found is None else found).tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("at", [0, 300_000, 599_999])
+def test_one_impossible_value_is_found_wherever_it_stands(at: int, order: Literal["C", "F"]) -> None:
+    values = np.full((600_000, 3), np.nan, order=order)
+    values[::2] = 1e9
+    assert not _beyond(values, 1e9)
+    values[at, 2] = -1.1e9
+    assert _beyond(values, 1e9)

@@ -299,7 +299,7 @@ def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataO
     for key, group in fast.groups.items():
         other = slow.groups[key]
         assert set(group.columns) == set(other.columns)
-        order, other_order = (np.argsort(g.look("order")) for g in (group, other))
+        order, other_order = (np.argsort(g.order()) for g in (group, other))
         for name in group.columns:
             mine, theirs = (g.look(name) for g in (group, other))
             assert mine[order].tobytes() == theirs[other_order].tobytes(), name

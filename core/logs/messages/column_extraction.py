@@ -14,6 +14,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 #: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
 _NEAR = 16
+#: Bytes of a length.
+_WORD = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,8 +27,11 @@ class Guard:
     free: BoolArray | None
 
     def same(self, rows: ByteArray) -> BoolArray:
-        """(n, g) True where a byte is as it must be."""
-        equal: BoolArray = rows[:, self.start : self.start + self.expected.shape[0]] == self.expected
+        """(n, g) True where a byte, or a word, is as it must be."""
+        size = self.expected.shape[0]
+        if size == _WORD and self.free is None:  # a lone length: compared as one number
+            return np.asarray(rows[:, self.start : self.start + size].view("u4") == self.expected.view("u4"))
+        equal: BoolArray = rows[:, self.start : self.start + size] == self.expected
         if self.free is not None:
             np.logical_or(equal, self.free, out=equal)
         return equal
@@ -187,7 +192,7 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
     columns = {name: finder.numbers(path) for name, path in profile.quantities().items()}
     columns = {name: parts for name, parts in columns.items() if _count(parts)}
     counts = usable_counts({name: _count(parts) for name, parts in columns.items()})
-    columns = {name: columns[name] for name in counts}
+    columns = {name: _joined(columns[name]) for name in counts}
     names = check_counts(profile, named, counts)
     stamp = finder.numbers(profile.stamp) if profile.stamp is not None else ()
     pair = (stamp[0], stamp[1]) if len(stamp) == 2 and stamp[0].count == stamp[1].count == 1 else None
@@ -199,6 +204,18 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
 def _counted(profile: Profile, layout: Layout) -> bool:
     """Whether a phase is told by a number, not by a word."""
     return profile.role == "phase" and key_of(profile.names or "") in layout.numbers
+
+
+def _joined(parts: tuple[Numbers, ...]) -> tuple[Numbers, ...]:
+    """Runs of numbers with those that follow each other as one: six fields of a wrench are an array of six."""
+    out: list[Numbers] = []
+    for part in parts:
+        last = out[-1] if out else None
+        if last is not None and (last.code, last.offset + last.size) == (part.code, part.offset):
+            out[-1] = Numbers(last.offset, last.code, last.count + part.count)
+        else:
+            out.append(part)
+    return tuple(out)
 
 
 def _count(parts: tuple[Numbers, ...]) -> int:

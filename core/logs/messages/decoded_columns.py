@@ -100,11 +100,31 @@ class Group:
 
     Attributes:
         key: what its messages hold.
-        columns: column name to rows: ``log_ns``, ``stamp_ns``, ``order`` (n,) int64 and the quantities (n, j) float64.
+        columns: column name to rows: ``log_ns``, ``stamp_ns`` (n,) int64 and the quantities (n, j) float64.
+        places: of the rows among the topic's messages, as runs and lists of them.
     """
 
     key: GroupKey
     columns: dict[str, Growing] = field(default_factory=dict)
+    places: list[range | IntArray] = field(default_factory=list)
+
+    def place(self, rows: range | IntArray) -> None:
+        """Note which of the topic's messages the next rows are; of rows that follow each other their ends are kept."""
+        last = self.places[-1] if self.places else None
+        if isinstance(rows, range) and isinstance(last, range) and last.stop == rows.start:
+            self.places[-1] = range(last.start, rows.stop)
+        else:
+            self.places.append(rows)
+
+    def order(self) -> IntArray:
+        """(n,) which of the topic's messages each row is."""
+        parts = [np.arange(p.start, p.stop) if isinstance(p, range) else p for p in self.places]
+        return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
+
+    @property
+    def is_one_run(self) -> bool:
+        """Whether its rows followed each other with no message of the topic between."""
+        return len(self.places) == 1 and isinstance(self.places[0], range)
 
     def room(
         self, widths: Mapping[str, int], count: int, share: float, settle: Callable[[], None]
@@ -209,15 +229,23 @@ class Decoded:
                 self.bounds.check_layouts(len(self.groups))
         return found
 
-    def room(self, key: GroupKey, widths: Mapping[str, int], rows: int) -> dict[str, Column]:
-        """So many further rows of a group, to be written to by what :meth:`write` is given.
+    def room(self, key: GroupKey, widths: Mapping[str, int], places: range | IntArray) -> dict[str, Column]:
+        """Further rows of a group, to be written to by what :meth:`write` is given.
+
+        Args:
+            key: of the group.
+            widths: column name to numbers of a row, 0 for one integer.
+            places: of the rows among the messages met.
 
         Raises:
             LogError: they are more than is read of a log.
         """
+        rows = len(places)
         if self.bounds is not None:
             self.bounds.take_values(rows, _OWN_COLUMNS + sum(count for _, count in key.present))
-        return self.group(key).room(widths, rows, self.share, self._settle)
+        group = self.group(key)
+        group.place(places)
+        return group.room(widths, rows, self.share, self._settle)
 
     def write(self, work: Callable[[], None], held: int) -> None:
         """Have rows written to, in any order and beside what comes next; until then so many bytes are held."""

@@ -29,7 +29,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 MAX_PLANS = 256
 
 #: Columns besides those of a message.
-_OWN = {"log_ns": 0, "order": 0}
+_OWN = {"log_ns": 0}
 _TAGGED = {**_OWN, "source": 0}
 
 Row = tuple[GroupKey, dict[str, IntArray | FloatArray]]
@@ -92,35 +92,35 @@ class ChannelDecoder:
             return
         if self.out.bounds is not None:
             self.out.bounds.take_messages(count)
-        order = np.arange(self.out.seen, self.out.seen + count, dtype=np.int64)
+        first = self.out.seen
         self.out.seen += count
         if batch.publish_ns is not None:
             self.out.latency.add(batch.publish_ns, batch.log_ns)
         low, high = int(batch.length.min()), int(batch.length.max())
         if low == high:
-            self._equal_size(batch, None, low, order)
+            self._equal_size(batch, None, low, first)
             return
         for size in np.unique(batch.length).tolist():
-            self._equal_size(batch, np.flatnonzero(batch.length == size), int(size), order)
+            self._equal_size(batch, np.flatnonzero(batch.length == size), int(size), first)
 
-    def _equal_size(self, batch: Batch, picked: IntArray | None, size: int, order: IntArray) -> None:
+    def _equal_size(self, batch: Batch, picked: IntArray | None, size: int, first: int) -> None:
         """Decode the messages of one size: all of a batch when ``picked`` is None."""
         rows = rows_at(batch.data, batch.start if picked is None else batch.start[picked], size)
         for plan in self._plans.get(size, ()):
             same = plan.matches(rows)
             if same is None:
-                self._emit(plan, rows, batch, order, picked)
+                self._emit(plan, rows, batch, first, picked)
                 return
             if same.any():
                 picked = np.arange(rows.shape[0]) if picked is None else picked
-                self._emit(plan, rows[same], batch, order, picked[same])
+                self._emit(plan, rows[same], batch, first, picked[same])
                 rows, picked = rows[~same], picked[~same]
-        self._new_layouts(batch, rows, np.arange(rows.shape[0]) if picked is None else picked, order)
+        self._new_layouts(batch, rows, np.arange(rows.shape[0]) if picked is None else picked, first)
 
-    def _new_layouts(self, batch: Batch, rows: ByteArray, picked: IntArray, order: IntArray) -> None:
+    def _new_layouts(self, batch: Batch, rows: ByteArray, picked: IntArray, first: int) -> None:
         while picked.shape[0]:
             if self.kind is None or self._count >= self.max_plans:
-                self._one_by_one(batch, picked, order)
+                self._one_by_one(batch, picked, first)
                 return
             data = rows[0].tobytes()
             try:
@@ -133,24 +133,24 @@ class ChannelDecoder:
             self._plans.setdefault(rows.shape[1], []).append(plan)
             same = plan.matches(rows)
             if same is None:
-                self._emit(plan, rows, batch, order, picked)
+                self._emit(plan, rows, batch, first, picked)
                 return
-            self._emit(plan, rows[same], batch, order, picked[same])
+            self._emit(plan, rows[same], batch, first, picked[same])
             rows, picked = rows[~same], picked[~same]
 
-    def _emit(self, plan: Plan, rows: ByteArray, batch: Batch, order: IntArray, picked: IntArray | None) -> None:
+    def _emit(self, plan: Plan, rows: ByteArray, batch: Batch, first: int, picked: IntArray | None) -> None:
         log_ns = batch.log_ns
+        places: range | IntArray = range(first, first + rows.shape[0])
         if picked is not None:
-            log_ns, order = log_ns[picked], order[picked]
-        room = self._room(plan.key, plan.widths, rows.shape[0])
-        work = partial(_write, room, plan, rows, log_ns, order, self.channel.key)
-        self.out.write(work, batch.data.nbytes)
+            log_ns, places = log_ns[picked], first + picked
+        room = self._room(plan.key, plan.widths, places)
+        self.out.write(partial(_write, room, plan, rows, log_ns, self.channel.key), batch.data.nbytes)
 
-    def _room(self, key: GroupKey, widths: Mapping[str, int], count: int) -> dict[str, Column]:
+    def _room(self, key: GroupKey, widths: Mapping[str, int], places: range | IntArray) -> dict[str, Column]:
         own = _TAGGED if self.tagged else _OWN
-        return self.out.room(key, {**own, **widths}, count)
+        return self.out.room(key, {**own, **widths}, places)
 
-    def _one_by_one(self, batch: Batch, picked: IntArray, order: IntArray) -> None:
+    def _one_by_one(self, batch: Batch, picked: IntArray, first: int) -> None:
         if self._generic is None:
             self._generic = generic_decoder(self.channel, self.profile, self.extra)
         for index in picked.tolist():
@@ -160,25 +160,21 @@ class ChannelDecoder:
                 self.out.skip(1, str(error))
                 continue
             self.out.slow += 1
-            room = self._room(
-                key, {name: values.shape[1] if values.ndim > 1 else 0 for name, values in columns.items()}, 1
-            )
+            widths = {name: values.shape[1] if values.ndim > 1 else 0 for name, values in columns.items()}
+            room = self._room(key, widths, range(first + index, first + index + 1))
             for name, values in columns.items():
                 room[name][:] = values
-            _write_own(room, batch.log_ns[index : index + 1], order[index : index + 1], self.channel.key)
+            _write_own(room, batch.log_ns[index : index + 1], self.channel.key)
 
 
-def _write(
-    room: dict[str, Column], plan: Plan, rows: ByteArray, log_ns: IntArray, order: IntArray, source: int
-) -> None:
+def _write(room: dict[str, Column], plan: Plan, rows: ByteArray, log_ns: IntArray, source: int) -> None:
     """Write the columns of rows that match a plan; runs in a thread."""
     for name, values in plan.columns_of(rows).items():
         room[name][:] = values
-    _write_own(room, log_ns, order, source)
+    _write_own(room, log_ns, source)
 
 
-def _write_own(room: dict[str, Column], log_ns: IntArray, order: IntArray, source: int) -> None:
+def _write_own(room: dict[str, Column], log_ns: IntArray, source: int) -> None:
     room["log_ns"][:] = log_ns
-    room["order"][:] = order
     if "source" in room:
         room["source"][:] = source

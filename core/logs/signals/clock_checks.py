@@ -7,6 +7,8 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.sample_clock import EPOCH_FLOOR_NS, steadiness
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
+from collaudit.core.value_types import dataclass
 
 #: A drift is told from this share of the time on, when it adds up to ``DRIFT_S`` at least.
 DRIFT_SHARE = 100e-6
@@ -23,6 +25,7 @@ WRAPS = (
 )
 _FEW = 10
 _LISTED = 5
+_ALL, _LAST = slice(None), slice(-1, None)
 
 
 def compare_clocks(stamp_ns: IntArray | None, log_ns: IntArray, topic: str) -> list[Finding]:
@@ -35,66 +38,92 @@ def compare_clocks(stamp_ns: IntArray | None, log_ns: IntArray, topic: str) -> l
     """
     if stamp_ns is None or log_ns.shape[0] < _FEW or not steadiness(stamp_ns).usable:
         return []
-    log_s = (log_ns - log_ns[0]).astype(np.float64) / 1e9
-    header_s = (stamp_ns - stamp_ns[0]).astype(np.float64) / 1e9
-    if not np.isfinite(log_s).all() or log_s[-1] <= 0:
+    clocks = _Clocks(stamp_ns, log_ns)
+    if clocks.log_s(_LAST)[0] <= 0:
         return []
-    simulated = _simulated(stamp_ns, log_ns, header_s, log_s, topic)
+    simulated = _simulated(clocks, topic)
     if simulated:
         return simulated
-    jumps = _jumps(header_s, log_s)
-    findings = _jump_findings(jumps, header_s - log_s, log_s, topic)
-    return findings or _drift(header_s - log_s, log_s, topic)
+    return _jump_findings(_jumps(clocks), clocks, topic) or _drift(clocks, topic)
 
 
-def _simulated(
-    stamp_ns: IntArray, log_ns: IntArray, header_s: FloatArray, log_s: FloatArray, topic: str
-) -> list[Finding]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Clocks:
+    """Both clocks of a topic, in s since its first message, of any part of it or places in it."""
+
+    stamp_ns: IntArray
+    log_ns: IntArray
+
+    def log_s(self, part: slice | IntArray) -> FloatArray:
+        return np.asarray((self.log_ns[part] - self.log_ns[0]).astype(np.float64) / 1e9)
+
+    def header_s(self, part: slice | IntArray) -> FloatArray:
+        return np.asarray((self.stamp_ns[part] - self.stamp_ns[0]).astype(np.float64) / 1e9)
+
+    def ahead_s(self, part: slice | IntArray) -> FloatArray:
+        """The header's clock less the recording's."""
+        return np.asarray(self.header_s(part) - self.log_s(part))
+
+
+def _simulated(clocks: _Clocks, topic: str) -> list[Finding]:
     """A header that counts from near zero while recording times are of today is simulated time."""
-    if stamp_ns[0] >= EPOCH_FLOOR_NS or log_ns[0] < EPOCH_FLOOR_NS:
+    if clocks.stamp_ns[0] >= EPOCH_FLOOR_NS or clocks.log_ns[0] < EPOCH_FLOOR_NS:
         return []
-    factor = float(header_s[-1] / log_s[-1])
+    factor = float(clocks.header_s(_LAST)[0] / clocks.log_s(_LAST)[0])
     text = (
-        f"The header's stamps count from {stamp_ns[0] / 1e9:.6g} s, not from the epoch: time since start, or simulated "
-        f"time, running at {factor:.3g} times the speed of the recording."
+        f"The header's stamps count from {clocks.stamp_ns[0] / 1e9:.6g} s, not from the epoch: time since start, or "
+        f"simulated time, running at {factor:.3g} times the speed of the recording."
     )
     return [Finding("clock-simulated", "info", text, where=topic)]
 
 
-def _jumps(header_s: FloatArray, log_s: FloatArray) -> IntArray:
+def _jumps(clocks: _Clocks) -> IntArray:
     """Messages at which one clock moved away from the other for good."""
-    limit = max(JUMP_S, JUMP_PERIODS * float(np.median(np.diff(log_s))))
-    ahead = header_s - log_s
-    steps = np.flatnonzero(np.abs(np.diff(ahead)) > limit) + 1
-    if steps.shape[0] > ahead.shape[0] // 10:
+    count = clocks.log_ns.shape[0]
+    found: list[IntArray] = []
+    short = 0
+    for block in blocks(count - 1):
+        part = slice(block.start, block.stop + 1)
+        log_s = clocks.log_s(part)
+        short += int(np.count_nonzero(np.diff(log_s) <= JUMP_S / JUMP_PERIODS))
+        apart = np.abs(np.diff(clocks.header_s(part) - log_s))
+        found.append(np.flatnonzero(apart > JUMP_S) + (block.start + 1))
+    limit = JUMP_S
+    if 2 * short <= count:  # else the median step is among the short ones, and the limit as it is
+        limit = max(JUMP_S, JUMP_PERIODS * float(np.median(np.diff(clocks.log_s(_ALL)))))
+    at = np.concatenate(found)
+    steps = at[np.abs(clocks.ahead_s(at) - clocks.ahead_s(at - 1)) > limit]
+    if steps.shape[0] > count // 10:
         return np.empty(0, dtype=np.int64)
-    kept = [k for k in steps.tolist() if abs(_level(ahead, k, k + _FEW) - _level(ahead, k - _FEW, k)) > limit]
+    kept = [k for k in steps.tolist() if abs(_level(clocks, k, k + _FEW) - _level(clocks, k - _FEW, k)) > limit]
     return np.array(kept, dtype=np.int64)
 
 
-def _level(values: FloatArray, start: int, stop: int) -> float:
-    return float(np.median(values[max(start, 0) : stop]))
+def _level(clocks: _Clocks, start: int, stop: int) -> float:
+    return float(np.median(clocks.ahead_s(slice(max(start, 0), stop))))
 
 
-def _jump_findings(jumps: IntArray, ahead: FloatArray, log_s: FloatArray, topic: str) -> list[Finding]:
+def _jump_findings(jumps: IntArray, clocks: _Clocks, topic: str) -> list[Finding]:
     findings = []
     for k in jumps.tolist()[:_LISTED]:
-        size = float(ahead[k] - ahead[k - 1])
+        before, after = clocks.ahead_s(slice(k - 1, k + 1)).tolist()
+        size, at_s = after - before, float(clocks.log_s(slice(k, k + 1))[0])
         wrapped = next((name for span, name in WRAPS if abs(abs(size) - span) < 0.01 * span + 0.1 and size < 0), None)
         why = f", as a counter of {wrapped} that starts again" if wrapped else ""
-        text = f"The header's clock jumps by {size:+.4g} s against the recording's at {log_s[k]:.4g} s{why}."
-        findings.append(Finding("clock-jump", "warning", text, where=topic, start_s=float(log_s[k])))
+        text = f"The header's clock jumps by {size:+.4g} s against the recording's at {at_s:.4g} s{why}."
+        findings.append(Finding("clock-jump", "warning", text, where=topic, start_s=at_s))
     if jumps.shape[0] > _LISTED:
         text = f"The header's clock jumps {jumps.shape[0] - _LISTED} more times."
         findings.append(Finding("clock-jump", "warning", text, where=topic))
     return findings
 
 
-def _drift(ahead: FloatArray, log_s: FloatArray, topic: str) -> list[Finding]:
+def _drift(clocks: _Clocks, topic: str) -> list[Finding]:
     """Drift from the medians of the first and last tenth, which a few late messages do not move."""
-    tenth = max(log_s.shape[0] // 10, 1)
-    gained = float(np.median(ahead[-tenth:]) - np.median(ahead[:tenth]))
-    over = float(np.median(log_s[-tenth:]) - np.median(log_s[:tenth]))
+    tenth = max(clocks.log_ns.shape[0] // 10, 1)
+    first, last = slice(0, tenth), slice(-tenth, None)
+    gained = float(np.median(clocks.ahead_s(last)) - np.median(clocks.ahead_s(first)))
+    over = float(np.median(clocks.log_s(last)) - np.median(clocks.log_s(first)))
     if over <= 0 or abs(gained) < DRIFT_S or abs(gained / over) < DRIFT_SHARE:
         return []
     text = (

@@ -67,9 +67,9 @@ def straighten(stamps_ns: IntArray, known: tuple[SetBack, ...] | None = None) ->
 
 def _steps_back(stamps: IntArray) -> IntArray:
     """Indices of the first samples after a step back that lasts."""
-    steps = np.diff(stamps)
-    if stamps.shape[0] < 2 * _ASTRAY + 2 or not (steps < 0).any():
+    if stamps.shape[0] < 2 * _ASTRAY + 2 or not (stamps[1:] < stamps[:-1]).any():
         return np.empty(0, dtype=np.int64)
+    steps = np.diff(stamps)
     limit = SET_BACK_PERIODS * int(np.median(np.abs(steps)))
     places = np.flatnonzero(steps < -max(limit, 1)) + 1
     last = stamps.shape[0] - 1

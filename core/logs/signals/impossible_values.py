@@ -9,10 +9,15 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
+from collaudit.core.numeric.blocks import SAMPLES, blocks
+from collaudit.core.numeric.parallel import ordered_map
 
 #: A stamp so far from the middle of the log, s (12 days), and so many times the usual distance, is garbage where few
 #: are: a recording with a long break has many on both sides.
 _FAR_S, _FAR_TIMES, _FEW = 1e6, 1e3, 0.1
+_SURELY_NEAR_NS = int(0.9 * _FAR_S * 1e9)
+#: Rows that a thread looks at in one go.
+_ROWS = 16 * SAMPLES
 #: No arm's values are larger, whatever their unit: rad or m (encoder counts too), rad/s, effort, N or N·m.
 _LARGEST = {"position_rad": 1e9, "velocity_rad_s": 1e9, "effort": 1e9}
 _LARGEST_FORCE = 1e9
@@ -37,10 +42,18 @@ def garbage_stamps(time_s: FloatArray) -> BoolArray:
     return np.asarray(far if few else np.zeros_like(far))
 
 
+def garbage_ns(stamps_ns: IntArray) -> BoolArray | None:
+    """As :func:`garbage_stamps` of seconds; None where there is no garbage, which the ends of a recording tell."""
+    if not stamps_ns.size or int(stamps_ns.max()) - int(stamps_ns.min()) < _SURELY_NEAR_NS:
+        return None
+    far = garbage_stamps(stamps_ns / 1e9)
+    return far if far.any() else None
+
+
 def plausible_ns(stamps_ns: IntArray, where: str) -> tuple[IntArray, list[Finding]]:
     """The stamps, ns, without garbage, and a finding where there is some."""
-    far = garbage_stamps(stamps_ns / 1e9)
-    if not far.any():
+    far = garbage_ns(stamps_ns)
+    if far is None:
         return stamps_ns, []
     found = garbage_finding(int(np.count_nonzero(far)), far.size, int(np.argmax(far)) + 1, "message", where)
     return stamps_ns[~far], [found]
@@ -119,6 +132,15 @@ def arrays_of(log: JointLog) -> dict[str, FloatArray]:
 
 
 def _beyond(values: FloatArray, largest: float) -> bool:
+    """Whether any of the numbers (n, …) is larger; in blocks, each read from memory once."""
+
+    def one(rows: slice) -> bool:
+        return any(_one_beyond(values[rows][block], largest) for block in blocks(values[rows].shape[0]))
+
+    return any(ordered_map(one, list(blocks(values.shape[0], _ROWS))))
+
+
+def _one_beyond(values: FloatArray, largest: float) -> bool:
     if not values.size:
         return False
     low, high = float(values.min()), float(values.max())

@@ -43,13 +43,15 @@ def steadiness(stamps_ns: IntArray | None) -> Steadiness:
         return Steadiness(float("nan"), float("nan"), False, "there is none")
     if stamps_ns.shape[0] < 2:
         return Steadiness(float("nan"), 0.0, bool(stamps_ns[0] != 0), "it is zero")
-    steps = np.diff(stamps_ns).astype(np.float64) / 1e9
-    if not (steps != 0).any():
+    before, after = stamps_ns[:-1], stamps_ns[1:]
+    forward = np.count_nonzero(after > before)
+    if not forward and not (after != before).any():
         why = "it is always zero" if stamps_ns[0] == 0 else "it never changes"
         return Steadiness(0.0, 0.0, False, why)
-    stride = -(-steps.shape[0] // _SAMPLE)
-    low, middle, high = np.percentile(steps[::stride], [5, 50, 95]).tolist()
-    if (steps > 0).sum() < 0.5 * steps.shape[0]:
+    stride = -(-before.shape[0] // _SAMPLE)
+    steps = (after[::stride] - before[::stride]).astype(np.float64) / 1e9
+    low, middle, high = np.percentile(steps, [5, 50, 95]).tolist()
+    if forward < 0.5 * before.shape[0]:
         return Steadiness(middle, high - low, False, "most of its steps are not forward")
     return Steadiness(middle, high - low, True)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 
 #: A value is interpolated only between neighbours closer than this many of their own periods.
 NEIGHBOUR_PERIODS = 2.5
@@ -12,7 +13,10 @@ NEIGHBOUR_PERIODS = 2.5
 
 def seconds_since(stamps_ns: IntArray, origin_ns: int) -> FloatArray:
     """(n,) seconds since an origin; the difference is taken in whole nanoseconds before it becomes a float."""
-    return (stamps_ns - np.int64(origin_ns)).astype(np.float64) / 1e9
+    out = np.empty(stamps_ns.shape)
+    for block in blocks(stamps_ns.shape[0]):
+        np.divide(stamps_ns[block] - np.int64(origin_ns), 1e9, out=out[block])
+    return out
 
 
 def interpolate(at_s: FloatArray, time_s: FloatArray, values: FloatArray) -> FloatArray:

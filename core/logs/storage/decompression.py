@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Protocol
 
@@ -9,6 +10,8 @@ from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_
 from collaudit.core.value_types import dataclass
 
 _STEP = 1 << 16
+#: Of each thread: what keeps its memory from chunk to chunk.
+_OWN = threading.local()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +70,10 @@ def _whole(kind: str, data: bytes, size: int) -> bytes:
 
         if zstandard.frame_content_size(data) not in (-1, size):
             raise ValueError("its frame claims another size than the chunk")
-        return zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+        if not hasattr(_OWN, "zstd"):
+            _OWN.zstd = zstandard.ZstdDecompressor()
+        out: bytes = _OWN.zstd.decompress(data, max_output_size=size)
+        return out
     return _STREAMS[kind](data).read(size)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
-from collaudit.core.logs.signals.impossible_values import garbage_stamps
+from collaudit.core.logs.signals.impossible_values import garbage_ns
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.value_types import dataclass
 
@@ -44,10 +44,14 @@ def clocks_of(groups: Sequence[Group]) -> tuple[IntArray, IntArray | None, IntAr
     """Recording times, header stamps, places in the file and channels of stacked groups, which give them away."""
     stamped = all(group.key.stamped for group in groups)
     tagged = all("source" in group.columns for group in groups)
-    log_ns, order = _integers(groups, "log_ns"), _integers(groups, "order")
+    log_ns = _integers(groups, "log_ns")
     stamp_ns = _integers(groups, "stamp_ns") if stamped else None
-    in_file_order = bool((order[1:] >= order[:-1]).all())  # messages of other sizes are decoded after each other
-    return log_ns, stamp_ns, None if in_file_order else order, _integers(groups, "source") if tagged else None
+    order = None
+    if len(groups) > 1 or not groups[0].is_one_run:
+        order = np.concatenate([group.order() for group in groups])
+        if (order[1:] >= order[:-1]).all():  # messages of other sizes are decoded after each other
+            order = None
+    return log_ns, stamp_ns, order, _integers(groups, "source") if tagged else None
 
 
 def _integers(groups: Sequence[Group], name: str) -> IntArray:
@@ -71,10 +75,9 @@ def in_order(
         source: (n,) channel; None where there is only one.
         log_breaks, stamp_breaks: what the joints' topic showed of the same clocks, for another topic.
     """
-    far = garbage_stamps(log_ns / 1e9)
-    if stamp_ns is not None:
-        far |= garbage_stamps(stamp_ns / 1e9)
-    if far.any():
+    found_far = [far for ns in (log_ns, stamp_ns) if ns is not None and (far := garbage_ns(ns)) is not None]
+    if found_far:
+        far = np.logical_or.reduce(found_far)
         keep = np.flatnonzero(~far)
         first = int(np.argmax(far)) if order is None else int(np.count_nonzero(order < order[far].min()))
         stamps, place, channel = (None if part is None else part[keep] for part in (stamp_ns, order, source))
@@ -92,7 +95,7 @@ def in_order(
         stamp_ns, in_stamps = _by_channel(stamp_ns, source, stamp_breaks)
     followed = len(log_breaks or in_log) == len(in_log)
     followed &= stamp_ns is None or len(stamp_breaks or in_stamps) == len(in_stamps)
-    if (np.diff(log_ns) < 0).any():
+    if (log_ns[1:] < log_ns[:-1]).any():
         later = np.argsort(log_ns, kind="stable")
         log_ns, stamp_ns = log_ns[later], None if stamp_ns is None else stamp_ns[later]
         source = None if source is None else source[later]

@@ -18,7 +18,7 @@ from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMIN
 from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_linear_algebra
 
 #: Objects made before a round of garbage collection. Imports make many and leave next to no garbage.
-_COLLECT_AFTER = 50_000
+_COLLECT_AFTER = 200_000
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
 
 #: How the dynamic loader says that a library did not fit.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -209,12 +210,12 @@ class PinocchioModel:
     def frame_placement(self, frame: str) -> FramePlacement:
         """Where a frame is, for the recursions."""
         at = self._frame(frame)
-        pose = self._aligned()[at.parentJoint].inverse() * at.placement
+        pose = self._aligned[at.parentJoint].inverse() * at.placement
         return FramePlacement(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
 
     def links(self) -> list[Link]:
         """The recursions' constants, one joint and its body each."""
-        model, aligned, axes, out = self._model, self._aligned(), self._axes(), []
+        model, aligned, axes, out = self._model, self._aligned, self._axes, []
         for k in range(1, model.njoints):
             pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
             mass, *rest = aligned[k].actInv(model.inertias[k]).toDynamicParameters()
@@ -231,6 +232,7 @@ class PinocchioModel:
     def _frame(self, name: str) -> Any:
         return self._model.frames[self._model.getFrameId(name)]
 
+    @cached_property  # nothing adds or moves a joint of a model that is there
     def _axes(self) -> list[FloatArray]:
         """(6,) motion of every joint per its speed, in its own axes; of the base, none."""
         model, out = self._model, [np.zeros(6)]
@@ -241,10 +243,11 @@ class PinocchioModel:
             out.append(np.array(jacobian[:, model.joints[k].idx_v]))  # a single joint's Jacobian comes back flat
         return out
 
+    @cached_property
     def _aligned(self) -> list[Any]:
         """Of the base and of every joint, a rotation of its axes that puts z along its motion."""
         out = [pin.SE3.Identity()]
-        for axis in self._axes()[1:]:
+        for axis in self._axes[1:]:
             out.append(pin.SE3(_z_onto(axis[:3] if _slides(axis) else axis[3:]), np.zeros(3)))
         return out
 

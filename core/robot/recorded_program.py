@@ -10,21 +10,21 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 
-@dataclass(frozen=True, slots=True)
 class Value:
     """A number of the computation that is recorded: plus or minus a node of its recording."""
 
-    recorder: Recorder
-    node: int
-    negative: bool = False
+    __slots__ = ("negative", "node", "recorder")  # thousands are made when a program starts
+
+    def __init__(self, recorder: Recorder, node: int, negative: bool = False) -> None:
+        """``node``: its number; ``negative``: whether this is minus what the node holds."""
+        self.recorder, self.node, self.negative = recorder, node, negative
 
     def __neg__(self) -> Value:
         return Value(self.recorder, self.node, not self.negative)
@@ -49,34 +49,18 @@ class Value:
 Scalar: TypeAlias = Value | float
 
 
-@dataclass(frozen=True, slots=True)
-class _Constant:
-    """Apart from a node's number, which may be equal to it."""
-
-    value: float
-
-
-#: What a step works on: a node, or a constant.
-_Operand: TypeAlias = int | _Constant
-
-
-@dataclass(frozen=True, slots=True)
-class _Step:
-    """One operation; ``second`` is None where it has one operand."""
+class _Step(NamedTuple):
+    """One operation on a node, and on a second node or a constant where it has two operands."""
 
     ufunc: np.ufunc
     first: int
-    second: _Operand | None
+    second: int | None
+    constant: float | None
 
     @property
-    def operands(self) -> tuple[_Operand, ...]:
-        """What it works on, in order."""
-        return (self.first,) if self.second is None else (self.first, self.second)
-
-    @property
-    def nodes(self) -> set[int]:
+    def nodes(self) -> tuple[int, ...]:
         """What has to be computed before it."""
-        return {x for x in self.operands if isinstance(x, int)}
+        return (self.first,) if self.second is None else (self.first, self.second)
 
 
 class Recorder:
@@ -106,7 +90,7 @@ class Recorder:
             if y == 0.0:
                 return x
             ufunc = np.subtract if x.negative else np.add
-            return Value(self, self._node(ufunc, x.node, _Constant(float(y))), x.negative)
+            return Value(self, self._node(ufunc, x.node, constant=float(y)), x.negative)
         if x.negative == y.negative:
             return Value(self, self._node(np.add, *sorted((x.node, y.node))), x.negative)
         if x.node == y.node:
@@ -120,15 +104,15 @@ class Recorder:
             if y == 0.0:
                 return 0.0
             negative = x.negative != (y < 0.0)
-            node = x.node if abs(y) == 1.0 else self._node(np.multiply, x.node, _Constant(abs(float(y))))
+            node = x.node if abs(y) == 1.0 else self._node(np.multiply, x.node, constant=abs(float(y)))
             return Value(self, node, negative)
         ufunc = np.square if x.node == y.node else np.multiply
         operands = (x.node,) if x.node == y.node else sorted((x.node, y.node))
         return Value(self, self._node(ufunc, *operands), x.negative != y.negative)
 
-    def _node(self, ufunc: np.ufunc, first: int, second: _Operand | None = None) -> int:
+    def _node(self, ufunc: np.ufunc, first: int, second: int | None = None, constant: float | None = None) -> int:
         """Number of the node that holds the operation's result."""
-        step = _Step(ufunc, first, second)
+        step = _Step(ufunc, first, second, constant)
         found = self._known.get(step)
         if found is None:
             found = self._known[step] = self._inputs + len(self._steps)
@@ -159,8 +143,9 @@ class Program:
         for node, step in enumerate(steps, inputs):
             cells.append(-1)
             if node in last:
-                operands = [self._constant(x.value) if isinstance(x, _Constant) else cells[x] for x in step.operands]
-                free += [cells[x] for x in step.nodes if x >= inputs and last[x] == node]
+                operands = [cells[x] for x in step.nodes]
+                operands += [] if step.constant is None else [self._constant(step.constant)]
+                free += [cells[x] for x in set(step.nodes) if x >= inputs and last[x] == node]
                 cells[node] = free.pop() if free else self._buffer()
                 self._calls.append((step.ufunc, (*operands, cells[node])))
                 self._store(cells[node], wanted.get(node, ()))

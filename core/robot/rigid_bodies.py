@@ -6,13 +6,14 @@ A model is built first (:mod:`pinocchio_model`); nothing changes it once it is h
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot import newton_euler, reference_dynamics
 from collaudit.core.robot.forward_dynamics import ForwardModel
-from collaudit.core.robot.link_constants import FramePlacement
+from collaudit.core.robot.link_constants import FramePlacement, Link
 from collaudit.core.robot.pinocchio_model import PinocchioModel
 from collaudit.core.robot.sample_batches import Batched, OneByOne, checked
 
@@ -74,7 +75,7 @@ class RigidBodies:
         """From q, v, a to the joint torques M(q) a + C(q, v) v + G(q), rotor inertia included."""
         return self._program(
             "inverse dynamics",
-            lambda: newton_euler.inverse_dynamics_program(self._model.links(), self._model.gravity_m_s2),
+            lambda: newton_euler.inverse_dynamics_program(self._links, self._model.gravity_m_s2),
             lambda: reference_dynamics.inverse_dynamics(self._model),
         )
 
@@ -82,7 +83,7 @@ class RigidBodies:
         """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
         return self._program(
             "momentum",
-            lambda: newton_euler.momentum_program(self._model.links(), self._model.gravity_m_s2),
+            lambda: newton_euler.momentum_program(self._links, self._model.gravity_m_s2),
             lambda: reference_dynamics.momentum(self._model),
         )
 
@@ -93,7 +94,7 @@ class RigidBodies:
         """
         return self._program(
             ("force", frame, _key(carried)),
-            lambda: newton_euler.force_program(self._model.links(), self._place(frame), self._body(carried)),
+            lambda: newton_euler.force_program(self._links, self._place(frame), self._body(carried)),
             lambda: reference_dynamics.force(self._model, frame, carried),
         )
 
@@ -106,7 +107,7 @@ class RigidBodies:
         return self._program(
             ("torques", frame, _key(carried)),
             lambda: newton_euler.torques_program(
-                self._model.links(), self._model.gravity_m_s2, self._place(frame), self._body(carried)
+                self._links, self._model.gravity_m_s2, self._place(frame), self._body(carried)
             ),
             lambda: reference_dynamics.torques(self._model, frame, carried),
         )
@@ -115,7 +116,7 @@ class RigidBodies:
         """From q to the weight (6,) of a point mass in a frame's axes at its origin."""
         return self._program(
             ("weight", frame, mass_kg, *map(float, com_m), *map(float, gravity_m_s2)),
-            lambda: newton_euler.weight_program(self._model.links(), self._place(frame), mass_kg, com_m, gravity_m_s2),
+            lambda: newton_euler.weight_program(self._links, self._place(frame), mass_kg, com_m, gravity_m_s2),
             lambda: reference_dynamics.weight(self._model, frame, mass_kg, com_m, gravity_m_s2),
         )
 
@@ -144,6 +145,11 @@ class RigidBodies:
     def forward(self) -> ForwardModel:
         """Forward dynamics of this model, for simulation."""
         return ForwardModel(self._model)
+
+    @cached_property
+    def _links(self) -> list[Link]:
+        """What the recursions know of the model, which nothing changes any more."""
+        return self._model.links()
 
     def _place(self, frame: str) -> FramePlacement:
         return self._model.frame_placement(frame)

@@ -144,9 +144,10 @@ class _Loop:
 
 
 def checked(program: Batched, reference: Batched) -> Batched:
-    """The program, if it gives what the reference gives at a few random samples; else the reference."""
+    """The program, if it gives what the reference gives at a few samples without a pattern; else the reference."""
     fast, slow = program.run_of(5), reference.run_of(5)
-    fast.inputs[:] = slow.inputs[:] = np.random.default_rng(0).normal(size=(program.inputs, 5))
+    squares = np.arange(1.0, 5.0 * program.inputs + 1.0) ** 2
+    fast.inputs[:] = slow.inputs[:] = 2.0 * np.cos(squares).reshape(-1, 5)  # numpy.random would have to be imported
     fast.run()
     slow.run()
     close = np.abs(fast.outputs - slow.outputs) <= _AGREE * max(1.0, float(np.abs(slow.outputs).max(initial=0.0)))

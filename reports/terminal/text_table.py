@@ -1,7 +1,8 @@
-"""Aligned columns for a terminal; tabulate and wcwidth know how wide letters of every script are."""
+"""Aligned columns for a terminal; wcwidth knows how wide letters of every script are."""
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterator, Sequence
 
@@ -11,6 +12,8 @@ _GAP = "  "
 _LEAST_TEXT = 10
 _BELOW = " " * 4
 _CUT = "…"
+#: Latin and Greek letters and common signs take one column each; wcwidth, which takes 10 ms to import, is not asked.
+_NARROW = re.compile("[ -~\u00a1-\u00ac\u00ae-\u02ff\u0391-\u03ff–—‘’“”…‰→←−≈≤≥×·√∞]*")
 
 
 def table(
@@ -34,8 +37,6 @@ def table(
     Returns:
         Text that ends in a line feed.
     """
-    from tabulate import SEPARATING_LINE, DataRow, Line, TableFormat, tabulate
-
     cells = [[visible(cell) for cell in line] for line in (head, *lines)]
     if width is not None:
         widths = _widths(cells, numeric, width)
@@ -44,12 +45,8 @@ def table(
         below = [row for line in cells[1:] for row in _narrowed(line, widths, fold)]
     else:
         above, below = cells[:1], cells[1:]
-    row = DataRow("", _GAP, "")
-    # The head goes as a row: tabulate gives titles two columns more than they need.
-    shape = TableFormat(None, Line("", "-", _GAP, ""), None, None, row, row, 0, None)
-    alignment = ["right" if k in numeric else "left" for k in range(len(head))]
-    text = tabulate([*above, SEPARATING_LINE, *below], tablefmt=shape, disable_numparse=True, colalign=alignment)
-    return "".join(f"{line if width is None else _cut(line, width)}\n" for line in text.split("\n"))
+    text = _aligned(above, below, numeric)
+    return "".join(f"{line if width is None else _cut(line, width)}\n" for line in text)
 
 
 def table_with_text(
@@ -109,15 +106,37 @@ def wrapped(text: str, width: int | None, indent: str = "") -> str:
     return "\n".join(lines or [""])
 
 
-def _widths(cells: list[list[str]], numeric: Sequence[int], width: int) -> list[int]:
-    """Columns that each column gets: titles give first, then columns of text; numbers stay whole."""
+def _aligned(above: Sequence[Sequence[str]], below: Sequence[Sequence[str]], numeric: Sequence[int]) -> Iterator[str]:
+    """Rows of equal columns, with a rule between those above and those below."""
+    rows = [[cell.strip() for cell in row] for row in (*above, *below)]
+    wide = [max(map(_columns, column)) for column in zip(*rows, strict=True)]
+    rule = _GAP.join("-" * columns for columns in wide).rstrip()
+    for number, row in enumerate(rows):
+        if number == len(above):
+            yield rule
+        room = [" " * (columns - _columns(cell)) for cell, columns in zip(row, wide, strict=True)]
+        sides = enumerate(zip(row, room, strict=True))
+        yield _GAP.join(blank + cell if k in numeric else cell + blank for k, (cell, blank) in sides).rstrip()
+    if len(rows) == len(above):
+        yield rule
+
+
+def _columns(text: str) -> int:
+    """Columns that a text takes."""
+    if _NARROW.fullmatch(text):
+        return len(text)
     from wcwidth import wcswidth
 
+    return wcswidth(text)
+
+
+def _widths(cells: list[list[str]], numeric: Sequence[int], width: int) -> list[int]:
+    """Columns that each column gets: titles give first, then columns of text; numbers stay whole."""
     columns = range(len(cells[0]))
-    body = [max((wcswidth(line[k]) for line in cells[1:]), default=0) for k in columns]
-    widths = [max(wcswidth(cells[0][k]), body[k]) for k in columns]
+    body = [max((_columns(line[k]) for line in cells[1:]), default=0) for k in columns]
+    widths = [max(_columns(cells[0][k]), body[k]) for k in columns]
     excess = sum(widths) + len(_GAP) * (len(widths) - 1) - width
-    least = [max(body[k], *(wcswidth(word) for word in cells[0][k].split() or [""])) for k in columns]
+    least = [max(body[k], *(_columns(word) for word in cells[0][k].split() or [""])) for k in columns]
     for _ in range(excess):
         longest = max(columns, key=lambda k: widths[k] - least[k])
         if widths[longest] <= least[longest]:
@@ -150,19 +169,17 @@ def _side_by_side(columns: Sequence[Sequence[str]]) -> Iterator[list[str]]:
 
 def _folded(text: str, width: int) -> list[str]:
     """A cell in lines of its column: parts two blanks apart stay together where they fit, then words, then letters."""
-    from wcwidth import clip, wcswidth
-
     lines: list[str] = []
     for part in text.split(_GAP):
-        if lines and wcswidth(f"{lines[-1]}{_GAP}{part}") <= width:
+        if lines and _columns(f"{lines[-1]}{_GAP}{part}") <= width:
             lines[-1] += _GAP + part
             continue
-        words = part.split(" ") if wcswidth(part) > width else [part]
+        words = part.split(" ") if _columns(part) > width else [part]
         for k, word in enumerate(words):
-            if k and wcswidth(f"{lines[-1]} {word}") <= width:
+            if k and _columns(f"{lines[-1]} {word}") <= width:
                 lines[-1] += f" {word}"
                 continue
-            while wcswidth(word) > width and (start := clip(word, 0, width).rstrip()) and word.startswith(start):
+            while _columns(word) > width and (start := _start(word, width)) and word.startswith(start):
                 lines.append(start)
                 word = word[len(start) :]
             lines.append(word)
@@ -171,6 +188,11 @@ def _folded(text: str, width: int) -> list[str]:
 
 def _cut(text: str, width: int) -> str:
     """Text in at most ``width`` columns; what was cut ends in a mark."""
-    from wcwidth import clip, wcswidth
+    return text if _columns(text) <= width else _start(text, max(width - 1, 0)) + _CUT
 
-    return text if wcswidth(text) <= width else clip(text, 0, max(width - 1, 0)).rstrip() + _CUT
+
+def _start(text: str, width: int) -> str:
+    """As much of a text as these columns hold."""
+    from wcwidth import clip
+
+    return clip(text, 0, width).rstrip()

@@ -17,7 +17,7 @@ from collaudit.reports.files.run_files import write_friction
 HEAVY = (
     "scipy.signal", "scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.ndimage", "scipy.spatial",
     "scipy.sparse", "scipy.special", "scipy.linalg", "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "numba",
-    "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble",
+    "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble", "numpy.random", "wcwidth",
 )  # fmt: skip
 #: Processor time of importing all modules of ``detect``, in imports of NumPy (with the start of Python both times).
 BUDGET = 8.0

@@ -5,8 +5,9 @@ from __future__ import annotations
 import samples
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from wcwidth import wcswidth
+from wcwidth import wcswidth, wcwidth
 
+from collaudit.reports.terminal import text_table
 from collaudit.reports.terminal.audit_text import audit_text
 from collaudit.reports.terminal.text_table import table, table_with_text, without_unit
 
@@ -111,3 +112,9 @@ def test_a_number_behind_long_text_is_still_seen() -> None:
     assert lines[2].partition("…")[2].strip() == "1.25"
     assert lines[3].partition("…")[2].strip() == "1000.5"
     assert all(wcswidth(line) <= 45 for line in lines)
+
+
+def test_letters_taken_for_narrow_are_narrow() -> None:
+    narrow = [chr(number) for number in range(0x3000) if text_table._NARROW.fullmatch(chr(number))]
+    assert len(narrow) > 600
+    assert {wcwidth(letter) for letter in narrow} == {1}

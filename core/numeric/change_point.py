@@ -9,13 +9,13 @@ Errors that carry over from one value to the next widen everything by (1 + r) / 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.special_functions import fisher_quantile, fisher_tail, student_quantile
-from collaudit.core.value_types import dataclass
 
 Shape = Literal["step", "drift"]
 #: Fewer values than this show no change that could be told from chance.

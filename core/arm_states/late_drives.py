@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.linear_filter import linear_filter
@@ -30,7 +31,7 @@ def follows_late(
     series: UniformSeries,
     span: Span,
     joints: tuple[int, ...],
-    drive_nm: FloatArray,
+    drive_nm: Columns,
     rigid_nm: FloatArray,
     gravity: Gravity,
     friction: Mapping[int, Friction],

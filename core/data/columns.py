@@ -71,8 +71,12 @@ class Difference(ComputedColumns):
         """(n, j)."""
         return self.first.shape[0], self.first.shape[1]
 
+    def __getitem__(self, key: Any, /) -> Any:
+        """See :class:`Columns`."""
+        return self.first[key] - self.second[key]
+
     def _column(self, rows: Any, j: int) -> Any:
-        return self.first[rows, j] - self.second[rows, j]
+        return self[rows, j]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,8 +91,12 @@ class Sum(ComputedColumns):
         """(n, j)."""
         return self.first.shape[0], self.first.shape[1]
 
+    def __getitem__(self, key: Any, /) -> Any:
+        """See :class:`Columns`."""
+        return self.first[key] + self.second[key]
+
     def _column(self, rows: Any, j: int) -> Any:
-        return self.first[rows, j] + self.second[rows, j]
+        return self[rows, j]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ import numpy as np
 from collaudit.core.data.detection_result import DisturbedJoint
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.detection.rest_blocks import SCALES, STAYS_S, STILL, RestBlocks, RunningSums, Window, travel
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.prepared import Prepared
@@ -60,21 +60,39 @@ def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) ->
     judged = [j for j, name in enumerate(names) if inputs.watch[name].watched and name in gamma]
     judged = [j for j in judged if names[j] not in inputs.quiet]
     steps = list(ordered_map(lambda j: _steps_of(blocks, j, gamma[names[j]]), judged))
-    every, none = [one for its in steps for one in its], np.zeros(blocks.time_s.size)
-    asked = np.max([none, *(np.where(one.along, np.abs(one.position_rad), 0.0) for one in every)], axis=0)
-    pushed = np.max([none, *(np.where(one.against, np.abs(one.position_rad), 0.0) for one in every)], axis=0)
+    asked, pushed = (np.zeros(blocks.time_s.size) for _ in range(2))
+    for one in (one for its in steps for one in its):
+        size = np.abs(one.position_rad)
+        asked[one.rows] = np.maximum(asked[one.rows], np.where(one.along[one.rows], size, 0.0))
+        pushed[one.rows] = np.maximum(pushed[one.rows], np.where(one.against[one.rows], size, 0.0))
     found = [_of_joint(blocks, its, names[j], asked, pushed) for j, its in zip(judged, steps, strict=True)]
     return tuple(RestStep(a, b, one) for its in found for a, b, one in its)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Steps:
-    """Steps of one joint at one scale: against the drive, as a push makes them, and along it, as motion does."""
+    """Steps of one joint at one scale, of which there are few.
+
+    Attributes:
+        against: (m,) against the drive, as a push makes them.
+        along: (m,) along it, as motion does.
+        rows: (k,) the blocks of both, in order.
+        torque_nm, position_rad: (k,) size of the steps there.
+    """
 
     against: BoolArray
     along: BoolArray
+    rows: IntArray
     torque_nm: FloatArray
     position_rad: FloatArray
+
+    def pushes_nm(self, a: int, b: int) -> FloatArray:
+        """(b - a,) torque of the steps against the drive between two blocks; 0 elsewhere."""
+        out = np.zeros(b - a)
+        first, last = np.searchsorted(self.rows, (a, b))
+        out[self.rows[first:last] - a] = self.torque_nm[first:last]
+        out[~self.against[a:b]] = 0.0
+        return out
 
 
 def _of_joint(
@@ -97,9 +115,10 @@ def _of_joint(
         own = along[max(0, a - before) : a + 1].any()
         if own or asked[near].max() > pushed[a : max(b, a + behind)].max() or _brakes(blocks, a, b):
             continue
-        scale = max(scales, key=lambda s: float(np.abs(np.where(s.against, s.torque_nm, 0.0)[a:b]).max()))
-        at = a + int(np.argmax(np.abs(np.where(scale.against, scale.torque_nm, 0.0)[a:b])))
-        one = DisturbedJoint(joint, float(scale.torque_nm[at]), float(scale.position_rad[at]))
+        scale = max(scales, key=lambda s: float(np.abs(s.pushes_nm(a, b)).max()))
+        at = a + int(np.argmax(np.abs(scale.pushes_nm(a, b))))
+        here = int(np.searchsorted(scale.rows, at))
+        one = DisturbedJoint(joint, float(scale.torque_nm[here]), float(scale.position_rad[here]))
         edges = [edge for s in scales if (edge := _edges(s, a, b)) is not None]
         first, last = min(edge[0] for edge in edges), max(edge[1] for edge in edges)
         out.append((float(blocks.time_s[first]), float(blocks.time_s[last]), one))
@@ -111,7 +130,7 @@ def _edges(steps: _Steps, a: int, b: int) -> tuple[int, int] | None:
     starts, stops = run_bounds(steps.against[a:b])
     if starts.size == 0:
         return None
-    size, out = np.abs(steps.torque_nm[a:b]), []
+    size, out = np.abs(steps.pushes_nm(a, b)), []
     for start, stop in ((starts[0], stops[0]), (starts[-1], stops[-1])):
         part = size[start:stop]
         out.append(a + int(start) + int(np.median(np.flatnonzero(part >= 0.9 * part.max()))))
@@ -160,7 +179,9 @@ def _steps(
         both = still & large_x & large_q
         opposed = step_x * step_q < 0.0
         stood = rest <= np.maximum(limit_q, _STOOD_SHARE * np.abs(step_q))
-    return _Steps(both & opposed & stood, both & ~opposed, step_x, step_q)
+    against, along = both & opposed & stood, both & ~opposed
+    rows = np.flatnonzero(against | along)
+    return _Steps(against, along, rows, step_x[rows], step_q[rows])
 
 
 def _torque_limit(step: FloatArray, calm: BoolArray, gamma_nm: float) -> float:

@@ -13,6 +13,7 @@ from collaudit.core.arm_states.filtered_effort import filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
 from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
+from collaudit.core.data.columns import Columns, Difference
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
@@ -129,13 +130,13 @@ def _found(prepared: Prepared, friction: Mapping[str, Friction], config: Config)
 
 def _known(
     prepared: Prepared, friction: Mapping[str, Friction]
-) -> tuple[UniformSeries, FloatArray, FloatArray, Gravity, dict[int, Friction]] | None:
+) -> tuple[UniformSeries, Columns, FloatArray, Gravity, dict[int, Friction]] | None:
     """Series, drives' torque, rigid-body torque, gravity and friction by column; None without an effort in N·m."""
     series, rigid = prepared.series, prepared.rigid_nm
     if rigid is None or series.effort is None or series.effort_unit != "Nm":
         return None
     contact = prepared.contact_nm
-    drive = series.effort if contact is None else series.effort - contact
+    drive = series.effort if contact is None else Difference(series.effort, contact)
     by_column = {series.column(joint): law for joint, law in friction.items()}
     return series, drive, rigid, prepared.robot.gravity_torque, by_column
 

@@ -132,7 +132,7 @@ def _hidden_at_rest(
     if joint not in inputs.laws or hidden is None or not inside.any():
         return []
     seconds = float(np.count_nonzero(inside)) * series.period_s
-    most = float((run.threshold.of(j)[inside] + hidden[inside, j]).max())
+    most = float((run.threshold.of(j)[inside] + hidden[j].where(inside)).max())
     text = (
         f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
         f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. This time counts as "

@@ -124,7 +124,7 @@ def _spans(run: DetectorRun) -> tuple[KnownAtFew, KnownAtFew] | tuple[None, None
     state = run.detected.state
     open_ = [np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL).astype(np.int32) for j in range(state.shape[1])]
     least, most = (
-        KnownAtFew(state.shape[0], open_, [x[rows, j].astype(np.float32) for j, rows in enumerate(open_)])
-        for x in run.residual.span_nm
+        KnownAtFew(state.shape[0], open_, [x.at(rows).astype(np.float32) for x, rows in zip(end, open_, strict=True)])
+        for end in zip(*run.residual.span_nm, strict=True)
     )
     return least, most

@@ -19,6 +19,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.sparse_column import SparseColumn
 from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
@@ -33,6 +34,7 @@ from collaudit.core.residual.rest_changes import fill_changes
 BEYOND_RANGE = 1.05
 #: Standard errors of the friction level that the threshold carries: 95 %.
 SIGMAS = 2.0
+_NOTHING = SparseColumn(np.empty(0, dtype=np.int64), np.empty(0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +66,10 @@ class Residual:
         levels: friction level by joint, where there is a law and a model.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         isolation: which columns are judged apart, and what they tell of the place of a contact.
-        hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
-            external torque; 0 where friction is a value. None: nothing is hidden anywhere.
-        span_nm: least and greatest (n, j) residual that friction within its interval allows, meaningful in state
-            FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
+        hidden_nm: for each of j joints what friction within its interval can hide beyond the threshold, whatever the
+            sign of the external torque, where friction is no value. None: nothing is hidden anywhere.
+        span_nm: for each of j joints the least and the greatest residual that friction within its interval allows,
+            meaningful in state FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
         ripple_not_shown_nm: by joint the amplitude of a ripple that the friction file knows and this log does not show
             at its place; the threshold is raised by it.
     """
@@ -79,8 +81,8 @@ class Residual:
     levels: dict[str, FrictionLevel]
     balance: Balance
     isolation: Isolation
-    hidden_nm: FloatArray | None = None
-    span_nm: tuple[FloatArray, FloatArray] | None = None
+    hidden_nm: tuple[SparseColumn, ...] | None = None
+    span_nm: tuple[tuple[SparseColumn, SparseColumn], ...] | None = None
     ripple_not_shown_nm: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -115,28 +117,30 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
     torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
-    hidden, least, most = (np.zeros((n, count), order="F") for _ in range(3))  # pages not written to cost no memory
 
-    def fill_joint(j: int) -> tuple[FrictionLevel, float]:
-        """Fill one joint's columns; only its level is handed on, and the ripple that the log does not show."""
-        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], hidden[:, j], least[:, j], most[:, j])
+    def fill_joint(j: int) -> _Filled:
+        """Fill one joint's columns."""
+        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
         law = inputs.laws[names[j]]
         return _fill_joint(series, j, balance, law, config, columns, carried_load(prepared, names[j], law))
 
-    filled = {names[j]: made for j, made in zip(known, ordered_map(fill_joint, known), strict=True)}
-    levels = {joint: level for joint, (level, _) in filled.items()}
-    not_shown = {joint: ripple_nm for joint, (_, ripple_nm) in filled.items() if ripple_nm > 0}
+    filled = dict(zip(known, ordered_map(fill_joint, known), strict=True))
+    levels = {names[j]: made.level for j, made in filled.items()}
+    not_shown = {names[j]: made.ripple_nm for j, made in filled.items() if made.ripple_nm > 0}
+    span = tuple(filled[j].span if j in filled else (_NOTHING, _NOTHING) for j in range(count))
+    hidden = [SparseColumn(least.rows, most.values - least.values) for least, most in span]
     if usable:
         fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
-        hidden[:, missing] = np.where(state[:, missing] == State.FRICTION_INTERVAL, np.inf, 0.0)
+        for j in missing:
+            hidden[j] = SparseColumn.at_marked(state[:, j] == State.FRICTION_INTERVAL, np.inf)
     for joint in inputs.not_judged & set(names):
         state[:, names.index(joint)] = State.UNUSABLE
     mark_reasons(state, torque, series, balance)
     if prepared.calibration.coupled and known:
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
-    span = (least, most)
-    return Residual(torque, effort, state, uncertainty, levels, balance, EachJoint(names), hidden, span, not_shown)
+    isolation = EachJoint(names)
+    return Residual(torque, effort, state, uncertainty, levels, balance, isolation, tuple(hidden), span, not_shown)
 
 
 def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
@@ -153,9 +157,21 @@ class _Columns:
     torque_nm: FloatArray
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
-    hidden_nm: FloatArray
-    least_nm: FloatArray
-    most_nm: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Filled:
+    """What is known of one joint beside its columns.
+
+    Attributes:
+        level: of its friction.
+        ripple_nm: amplitude of a ripple of the friction file that the log does not show at its place; else 0.
+        span: least and greatest residual where friction is an interval.
+    """
+
+    level: FrictionLevel
+    ripple_nm: float
+    span: tuple[SparseColumn, SparseColumn]
 
 
 def _fill_joint(
@@ -166,8 +182,8 @@ def _fill_joint(
     config: DetectConfig,
     columns: _Columns,
     load_nm: FloatArray | None,
-) -> tuple[FrictionLevel, float]:
-    """Residual, state and uncertainty of one joint with a friction law; its friction level, and ripple not shown."""
+) -> _Filled:
+    """Residual, state and uncertainty of one joint with a friction law."""
     assert balance.total_nm is not None
     velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
@@ -188,8 +204,6 @@ def _fill_joint(
     least, most = _span(total, band, level, around, undecided)
     # An external torque as large as the width can leave the distance zero: friction at one end, the torque against it.
     columns.torque_nm[undecided] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
-    columns.hidden_nm[undecided] = most - least
-    columns.least_nm[undecided], columns.most_nm[undecided] = least, most
     columns.state[undecided] = State.FRICTION_INTERVAL
     doubt = extrapolation_doubt(law, velocity)
     columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
@@ -200,7 +214,9 @@ def _fill_joint(
         np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
     if ripple_doubt_nm > 0:
         np.add(columns.uncertainty_nm, ripple_doubt_nm, out=columns.uncertainty_nm)
-    return level, ripple_doubt_nm if isinstance(ripple, float) else 0.0
+    rows = np.flatnonzero(undecided)
+    span = (SparseColumn(rows, least), SparseColumn(rows, most))
+    return _Filled(level, ripple_doubt_nm if isinstance(ripple, float) else 0.0, span)
 
 
 def _take_off(total: FloatArray, friction: FloatArray, level: FrictionLevel, columns: _Columns) -> None:

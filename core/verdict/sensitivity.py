@@ -84,7 +84,8 @@ def detectable_torque(run: DetectorRun, j: int, n: int) -> FloatArray:
     """
     level = run.threshold.of(j) + run.residual.uncertainty_nm[:, j]
     if run.residual.hidden_nm is not None:
-        level += run.residual.hidden_nm[:, j]
+        hidden = run.residual.hidden_nm[j]
+        level[hidden.rows] += hidden.values
     level[(run.detected.state[:, j] > State.FRICTION_INTERVAL) | np.isnan(level)] = np.inf
     return _lasting(level, n)
 

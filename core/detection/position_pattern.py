@@ -149,17 +149,18 @@ def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Fi
 
 def fit_pattern_findings(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> list[Finding]:
     """Joints of a fitted log whose torque beyond model and friction follows the position, against friction."""
-    findings = []
-    for joint, fit in fits.items():
-        law = FrictionModel.of(fit)
-        if law is None or joint not in prepared.judged or fit.effort_unit == "raw":
-            continue
+
+    def of_joint(joint: str) -> list[Finding]:
+        law = FrictionModel.of(fits[joint])
+        if law is None or joint not in prepared.judged or fits[joint].effort_unit == "raw":
+            return []
         left = settled_residual(prepared, joint, law)
         if left is None:
-            continue
+            return []
         found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
-        findings += _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
-    return findings
+        return _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
+
+    return [finding for its in by_name(of_joint, fits).values() for finding in its]
 
 
 def _finding(joint: str, found: PositionPattern | None, limit: float, of: str) -> list[Finding]:

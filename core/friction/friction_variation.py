@@ -14,6 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import Settled, settled_residual
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.prepare.prepared import Prepared
 
@@ -103,7 +104,7 @@ def jackknifed(
     if own < _SHARE_LEFT:
         return None
     without = np.array(
-        [(_inverse(squares.sum(axis=0) - s) @ (total - p))[0] for s, p in zip(squares, products, strict=True)]
+        [(i @ (total - p))[0] for i, p in zip(_inverse(squares.sum(axis=0) - squares), products, strict=True)]
     )
     share = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
     freedom = max(1.0, float(share.sum() ** 2 / (share @ share)) - 1.0)
@@ -115,6 +116,7 @@ def jackknifed(
 
 
 def _inverse(square: FloatArray) -> FloatArray:
+    """Pseudo-inverse of one symmetric matrix (k, k), or of each of a stack."""
     return np.asarray(np.linalg.pinv(square, rcond=1e-9, hermitian=True))
 
 
@@ -181,15 +183,15 @@ def _waves(position: FloatArray, values: FloatArray, cycles: IntArray) -> NDArra
 
 def friction_variation(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[str, FrictionVariation]:
     """Friction of every joint whose law is known, against time, temperature, load and position."""
-    out = {}
-    for joint, fit in fits.items():
-        law = FrictionModel.of(fit)
-        if law is None or joint not in prepared.judged or fit.effort_unit == "raw":
-            continue
+
+    def of_joint(joint: str) -> FrictionVariation | None:
+        law = FrictionModel.of(fits[joint])
+        if law is None or joint not in prepared.judged or fits[joint].effort_unit == "raw":
+            return None
         left = settled_residual(prepared, joint, law)
-        if left is not None:
-            out[joint] = _joint_variation(prepared, joint, left)
-    return out
+        return None if left is None else _joint_variation(prepared, joint, left)
+
+    return {joint: found for joint, found in by_name(of_joint, fits).items() if found is not None}
 
 
 def _joint_variation(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +16,9 @@ from collaudit.core.friction.motion_points import motion_samples, points_of_samp
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.value_types import dataclass
 
 #: A law that lacks more than this of the speeds of the whole fit would judge beyond what it was fitted on.
 _LEAST_RANGE = 0.8
@@ -62,7 +62,7 @@ def held_out_laws(
             for k in range(config.fit.blocks)
         ]
 
-    laws = dict(zip(fitted, ordered_map(laws_of, fitted), strict=True))
+    laws = by_name(laws_of, fitted)
     return [{joint: law for joint in fitted if (law := laws[joint][k]) is not None} for k in range(config.fit.blocks)]
 
 

@@ -19,6 +19,7 @@ from collaudit.core.friction.motion_points import any_motion_tells_more, beyond,
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.effort_gain import EffortGain
 from collaudit.core.prepare.gear_torque import sensed
 from collaudit.core.prepare.prepared import Prepared
@@ -49,7 +50,7 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
             seen, both = points_and_sums(log.series, found.of(joint), torque, config.friction)
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
-    fits = {joint: _fit_joint(joint, found, prepared, config, counts, rejected) for joint, found in points.items()}
+    fits = by_name(lambda joint: _fit_joint(joint, points[joint], prepared, config, counts, rejected), points)
     return {joint: replace(fit, directions=direction_difference(sums[joint])) for joint, fit in fits.items()}
 
 

@@ -9,6 +9,7 @@ until it settles. Nothing here is a result of its own: friction and inertials ar
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import ceil
 
 import numpy as np
@@ -19,6 +20,7 @@ from collaudit.core.identification.lasting_contact import lasting_contact
 from collaudit.core.identification.lone_speeds import untold_beside
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
 from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stats import robust_sd
@@ -35,7 +37,7 @@ _LEAST_SHARE = 0.02
 #: A joint whose effort is not explained better than to this share of its spread tells nothing.
 _UNEXPLAINED = 0.9
 #: An effort of no more different values than this is known to a step at best.
-_COARSE = 60
+_COARSE, _FIRST = 60, 4096
 #: Around a reversal friction is not that of sliding: presliding and breakaway would be taken for contact.
 _SETTLED_S = 0.2
 #: What lies on both sides of a reversal or a standstill of up to this, s, lies there as well; or beside one of half.
@@ -83,20 +85,20 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
     """
     series = prepared.series
     n, period = series.time_s.size, series.period_s
-    joints = [found for j in range(len(series.joint_names)) if (found := _joint(prepared, j)) is not None]
+    each = ordered_map(lambda j: _joint(prepared, j), range(len(series.joint_names)))
+    joints = [found for found in each if found is not None]
     moving = np.zeros(n, dtype=bool)
     for joint in joints:
         moving[joint.rows] = True
     lasting = np.zeros(n, dtype=bool)
-    for joint in joints:
-        if joint.modelled:
-            lasting |= lasting_contact(joint.rows, joint.columns, joint.effort, series.time_s, joint.step)
+    for mask in ordered_map(partial(_lasting, time_s=series.time_s), [joint for joint in joints if joint.modelled]):
+        lasting |= mask
     out = lasting.copy()
     seen: list[tuple[str, FloatArray, BoolArray]] = []
     rounds, settled = 0, False
     while rounds < _ROUNDS and not settled and joints:
         rounds += 1
-        seen = [(joint.name, *_stretches(joint, out, n, period)) for joint in joints]
+        seen = list(ordered_map(partial(_stretches, out=out, n=n, period=period), joints))
         fresh: BoolArray = np.any([lasting, *(core for _, _, core in seen)], axis=0)
         if rounds > _ROUNDS // 2:  # a stretch that comes and goes is left out
             fresh = fresh | out
@@ -176,7 +178,8 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
         return None
     sign, speed = np.sign(v[rows]), np.abs(v[rows])
     columns = [np.ones(rows.size), sign, v[rows], a[rows], np.cos(q[rows]), np.sin(q[rows])]
-    scales = [*np.quantile(speed, _SLOW), *(share * np.quantile(speed, 0.999) for share in _OF_FASTEST)]
+    *slow, fastest = np.quantile(speed, (*_SLOW, 0.999))
+    scales = [*slow, *(share * fastest for share in _OF_FASTEST)]
     columns += [sign * np.exp(-speed / max(s, 1e-6)) for s in scales]
     if torque is not None:
         rate = np.nan_to_num(differentiate(torque, series.segments, series.period_s)[rows])
@@ -188,14 +191,20 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
     )
 
 
+def _lasting(joint: _Joint, time_s: FloatArray) -> BoolArray:
+    return lasting_contact(joint.rows, joint.columns, joint.effort, time_s, joint.step)
+
+
 def _step(effort: FloatArray) -> float:
     """The step of an effort that takes few different values; 0 of a finer one."""
+    if np.unique(np.round(effort[:_FIRST], 9)).size > _COARSE:  # a fine one shows it at once
+        return 0.0
     values = np.unique(np.round(effort, 9))
     return float(np.median(np.diff(values))) if 1 < values.size <= _COARSE else 0.0
 
 
-def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[FloatArray, BoolArray]:
-    """(n,) residual in robust standard deviations, 0 where it is not known, and (n,) what is far off."""
+def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[str, FloatArray, BoolArray]:
+    """The joint, its (n,) residual in robust standard deviations, 0 where it is not known, and (n,) what is far off."""
     kept = ~out[joint.rows]
     if np.count_nonzero(kept) < _MIN_SAMPLES:
         kept[:] = True
@@ -208,7 +217,7 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
     usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
     ratio = np.zeros(n)
     if robust_sd(rest[use]) > _UNEXPLAINED * usual:
-        return ratio, np.zeros(n, dtype=bool)
+        return joint.name, ratio, np.zeros(n, dtype=bool)
     ratio[joint.rows] = np.abs(rest) / np.maximum(spread, max(_LEAST_SHARE * usual, joint.step, 1e-9))
     dip = ceil(_DIP_S / period)
     near = closed(ratio > _NEAR, dip)
@@ -225,7 +234,8 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[Fl
     np.add.at(marks, last[hit], -1)
     told = np.zeros(n, dtype=bool)
     told[joint.rows] = True
-    return ratio, spread_over_unknown(np.cumsum(marks[:-1]) > 0, told, round(0.5 * _UNTOLD_S / period))
+    far = spread_over_unknown(np.cumsum(marks[:-1]) > 0, told, round(0.5 * _UNTOLD_S / period))
+    return joint.name, ratio, far
 
 
 def _balanced(speed: FloatArray) -> FloatArray:

@@ -61,14 +61,14 @@ def local_spread(rest: FloatArray, kept: BoolArray, conditions: FloatArray, leas
         least: samples that a cell of conditions needs to have a spread of its own.
     """
     whole = robust_sd(rest[kept])
-    cell = np.zeros(rest.size, dtype=np.int64)
+    cell = np.zeros(rest.size, dtype=np.uint8)
     for column in conditions.T:
         edges = np.quantile(column[kept], _CELLS)
-        cell = (len(_CELLS) + 1) * cell + np.searchsorted(edges, column)
-    out = np.full(rest.size, whole)
-    for number in np.unique(cell):
-        inside = cell == number
-        use = inside & kept
-        if np.count_nonzero(use) >= least:
-            out[inside] = max(whole, robust_sd(rest[use]))
-    return out
+        cell *= np.uint8(len(_CELLS) + 1)
+        for edge in edges:
+            cell += ~(column <= edge)  # what is not known lies beyond the last edge, as in a sorted search
+    spread = np.full((len(_CELLS) + 1) ** conditions.shape[1], whole)
+    cell_kept, rest_kept = cell[kept], rest[kept]
+    for number in np.flatnonzero(np.bincount(cell_kept, minlength=spread.size) >= max(1, least)):
+        spread[number] = max(whole, robust_sd(rest_kept[cell_kept == number]))
+    return np.asarray(spread[cell])

@@ -16,6 +16,7 @@ from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
@@ -58,10 +59,11 @@ def fitted_thresholds(
         folds: laws without each fold in turn, where they are at hand.
     """
     residuals = held_out_residuals(prepared, fits, variation, corrections, config, folds)
-    joints = {
-        joint: replace(_joint(joint, fit, residuals, config), rated_nm=_rated(prepared, joint))
-        for joint, fit in fits.items()
-    }
+
+    def of_joint(joint: str) -> JointThreshold:
+        return replace(_joint(joint, fits[joint], residuals, config), rated_nm=_rated(prepared, joint))
+
+    joints = by_name(of_joint, fits)
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
 

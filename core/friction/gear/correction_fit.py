@@ -21,6 +21,7 @@ from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.friction.gear.ripple_fit import ripple_waves
 from collaudit.core.friction.motion_points import Settled, settled_residual
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.prepare.prepared import Prepared
 
@@ -45,17 +46,16 @@ def friction_corrections(
         prepared: the logs that the friction was fitted on.
         fits: friction of all of them together.
     """
-    out = {}
-    for joint, fit in fits.items():
-        law = FrictionModel.of(fit)
-        if law is None or fit.effort_unit == "raw":
-            continue
+
+    def of_joint(joint: str) -> FrictionCorrection | None:
+        law = FrictionModel.of(fits[joint])
+        if law is None or fits[joint].effort_unit == "raw":
+            return None
         logs = [p for p in prepared if joint in p.judged and p.series.effort_unit == "Nm"]
         parts = [found for p in logs if (found := settled_residual(p, joint, law)) is not None]
-        correction = joint_correction(parts) if parts else None
-        if correction is not None:
-            out[joint] = correction
-    return out
+        return joint_correction(parts) if parts else None
+
+    return {joint: found for joint, found in by_name(of_joint, fits).items() if found is not None}
 
 
 def joint_correction(parts: Sequence[Settled]) -> FrictionCorrection | None:

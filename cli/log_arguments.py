@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from collaudit.core.errors import ConfigError
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
     from collaudit.core.data.audit_result import Audit, FrictionFile
+    from collaudit.core.data.signals import Signals
 
 
 def one_log(arguments: Sequence[str], loaded: LoadedConfig) -> LogFiles:
@@ -34,7 +35,11 @@ def one_log(arguments: Sequence[str], loaded: LoadedConfig) -> LogFiles:
 
 
 def audit_files(
-    files: LogFiles, loaded: LoadedConfig, progress: Progress | None = None, truth: Path | None = None
+    files: LogFiles,
+    loaded: LoadedConfig,
+    progress: Progress | None = None,
+    truth: Path | None = None,
+    on_signals: Callable[[Signals, str], None] | None = None,
 ) -> tuple[Audit, FrictionFile | None]:
     """Audit one log with the settings' friction, or with friction fitted on the log itself.
 
@@ -43,6 +48,7 @@ def audit_files(
         loaded: settings.
         progress: of reading.
         truth: file of known events to score the detection against.
+        on_signals: takes the signals and the log's hash while the rest is still judged.
 
     Returns:
         The audit, and the friction file it was judged with (None: fitted on the log).
@@ -58,7 +64,10 @@ def audit_files(
     digest = file_sha256(path) if path else None
     friction = _friction(path, digest) if path and digest else None
     known = read_truth(truth) if truth else None
-    return api.audit(files, loaded, friction, truth=known, friction_sha256=digest, progress=progress), friction
+    audit = api.audit(
+        files, loaded, friction, truth=known, friction_sha256=digest, progress=progress, on_signals=on_signals
+    )
+    return audit, friction
 
 
 @lru_cache(maxsize=8)

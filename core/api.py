@@ -6,7 +6,7 @@ What the commands do, without a shell: ``docs/python.md`` shows it. Files of res
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from collaudit.core.data.audit_result import Audit, FrictionFile, RecommendedRule
     from collaudit.core.data.joint_log import JointLog
+    from collaudit.core.data.signals import Signals
     from collaudit.core.logs import LogSummary
     from collaudit.core.prepare.known_load import KnownLoad
     from collaudit.core.prepare.prepared import Prepared
@@ -216,6 +217,7 @@ def audit(
     truth: TruthFile | None = None,
     friction_sha256: str | None = None,
     progress: Progress | None = None,
+    on_signals: Callable[[Signals, str], None] | None = None,
 ) -> Audit:
     """Judge one log.
 
@@ -227,6 +229,7 @@ def audit(
         truth: known events to score against (:func:`collaudit.core.scoring.truth_events.read_truth`).
         friction_sha256: hash of the friction file, for the provenance.
         progress: of reading and judging.
+        on_signals: called with the signals and the log's hash while the rest is still judged, to write them meanwhile.
 
     Returns:
         The result as it stands in audit.json, and the signals (n, j) behind it.
@@ -249,7 +252,7 @@ def audit(
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)
-    return audit_log(prepared, settings.config, friction, provenance, truth, judging)
+    return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals)
 
 
 def recommend(

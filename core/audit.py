@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
@@ -82,6 +82,8 @@ from collaudit.core.verdict.verdict import Evidence, decide, unjudged
 
 __all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
 
+#: What takes the signals, and the hash of their log, while the rest is judged.
+OnSignals = Callable[[Signals, str], None]
 #: Of the time that a log takes, where its rule is studied too.
 _SHARE_BESIDE_A_STUDY = 0.2
 
@@ -175,6 +177,7 @@ def audit_log(
     provenance: Provenance,
     truth: TruthFile | None = None,
     progress: Progress | None = None,
+    on_signals: OnSignals | None = None,
 ) -> Audit:
     """Judge one log: residual, alarms, contacts, recommendation, coverage, verdict.
 
@@ -185,6 +188,7 @@ def audit_log(
         provenance: versions and hashes.
         truth: known events to score the detection against, if any.
         progress: called with steps done and in all.
+        on_signals: called with the signals and the log's hash as soon as they are known.
 
     Raises:
         LogError: the known events cannot be understood.
@@ -207,7 +211,7 @@ def audit_log(
     judging = _SHARE_BESIDE_A_STUDY if config.study.run else 1.0
     step = stage(progress, 0.0, judging)
     step(2, 10)
-    judged = _detect(prepared, applied, config)
+    judged = _detect(prepared, applied, config, on_signals)
     found = judged.run.detected.collisions
     tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, found)
     step(6, 10)
@@ -301,7 +305,7 @@ class _Judged:
     rest_steps: tuple[RestStep, ...]
 
 
-def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Judged:
+def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_signals: OnSignals | None) -> _Judged:
     """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
     rule, watch, found = make_rule(series, prepared.phases, config)
@@ -312,6 +316,8 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config) -> _Ju
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)
     signals = judged_signals(series, run, rule.gamma_nm)
+    if on_signals is not None:
+        on_signals(signals, series.source.sha256)
     times = run.detected.collision_times
     clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
     stats = by_name(lambda joint: residual_stats(signals, joint, clean[joint], period), series.joint_names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,20 +61,21 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.log_arguments import audit_files, one_log
     from collaudit.reports.files.atomic import atomic_write
-    from collaudit.reports.files.run_files import audit_json, write_run
+    from collaudit.reports.files.run_files import RunFolder, audit_json
     from collaudit.reports.files.score_file import score_json
 
     loaded = load_settings()
     files = one_log(logs, loaded)
     if output is not None:
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
-    with progress("judging") as report:
-        audit, friction = audit_files(files, loaded, report, truth)
+    run = None if output is None else RunFolder(output)
+    with progress("judging") as report, run or nullcontext():
+        audit, friction = audit_files(files, loaded, report, truth, None if run is None else run.take_signals)
+        if run is not None:
+            run.write(audit, friction)
     scores = audit.result.detection.scores if audit.result.detection else ()
-    if output is not None:
-        write_run(output, audit, friction)
-        if scores:
-            atomic_write(output / "score.json", score_json(scores))
+    if output is not None and scores:
+        atomic_write(output / "score.json", score_json(scores))
     if as_json:
         say_json(audit_json(audit.result))
     else:

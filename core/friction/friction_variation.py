@@ -165,20 +165,26 @@ def ripple(position_rad: FloatArray, residual: FloatArray, log: str) -> RippleFa
     if power <= 0 or lowest >= _MOST_CYCLES:
         return None
     cycles = np.arange(lowest, _MOST_CYCLES + 1)
-    best = int(np.argmax(np.abs(_waves(q, r, cycles))))
+    best = int(np.argmax(np.abs(wave_sums(q, r, cycles))))
     amplitude = 2.0 * float(np.abs(np.mean(r * np.exp(-1j * cycles[best] * q))))
     return RippleFacts(amplitude, float(cycles[best]), min(1.0, 0.5 * amplitude**2 / power), log)
 
 
-def _waves(position: FloatArray, values: FloatArray, cycles: IntArray) -> NDArray[np.complex128]:
+def wave_sums(position: FloatArray, values: FloatArray, cycles: IntArray) -> NDArray[np.complex128]:
     """Sums of values · exp(-i · cycle · position) for consecutive cycles, none skipped.
 
     exp(-i (a + b) q) = exp(-i a q) exp(-i b q): with a in steps of sixteen and b below, the sums are one product of
-    matrices, and 41 exponentials a sample are computed in place of 400.
+    matrices. Its rows are powers, each made of the one before: two exponentials a sample are computed in place of 400.
     """
-    fine = np.exp(np.outer(-1j * np.arange(_FINE_CYCLES), position))
-    coarse = np.exp(np.outer(-1j * cycles[::_FINE_CYCLES], position)) * values
-    return np.asarray((coarse @ fine.T).ravel()[: cycles.size])
+    fine = np.empty((_FINE_CYCLES + 1, position.size), dtype=np.complex128)
+    coarse = np.empty((-(-cycles.size // _FINE_CYCLES), position.size), dtype=np.complex128)
+    fine[0], fine[1] = 1.0, np.exp(-1j * position)
+    for k in range(2, _FINE_CYCLES + 1):
+        np.multiply(fine[k - 1], fine[1], out=fine[k])
+    coarse[0] = np.exp(-1j * cycles[0] * position) * values
+    for k in range(1, coarse.shape[0]):
+        np.multiply(coarse[k - 1], fine[-1], out=coarse[k])
+    return np.asarray((coarse @ fine[:-1].T).ravel()[: cycles.size])
 
 
 def friction_variation(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[str, FrictionVariation]:

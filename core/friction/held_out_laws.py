@@ -54,15 +54,17 @@ def held_out_laws(
     fitted = {joint: fit for joint, fit in fits.items() if fit.model is not None and fit.effort_unit != "raw"}
     logs = [_FoldedLog.of(log, fitted.values(), config) for log in prepared]
 
-    def laws_of(joint: str) -> list[FrictionModel | None]:
-        parts = [log.points(joint, fitted[joint], config) for log in logs if joint in log.prepared.judged]
+    def points_of(joint: str) -> list[list[Sequence[FrictionPoint]]]:
+        return [log.points(joint, fitted[joint], config) for log in logs if joint in log.prepared.judged]
+
+    def laws_of(joint: str, parts: Sequence[Sequence[Sequence[FrictionPoint]]]) -> list[FrictionModel | None]:
         units = _units(prepared, joint)
         return [
             _law([point for part in parts for point in part[k]], units, fitted[joint], config)
             for k in range(config.fit.blocks)
         ]
 
-    laws = by_name(laws_of, fitted)
+    laws = {joint: laws_of(joint, parts) for joint, parts in by_name(points_of, fitted).items()}
     return [{joint: law for joint in fitted if (law := laws[joint][k]) is not None} for k in range(config.fit.blocks)]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import DirectionDifference, FrictionFit, FrictionPoint
@@ -50,13 +51,19 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
             seen, both = points_and_sums(log.series, found.of(joint), torque, config.friction)
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
-    fits = by_name(lambda joint: _fit_joint(joint, points[joint], prepared, config, counts, rejected), points)
+    # Threads for the passes over all samples only: fits are many small steps, in which threads wait for each other.
+    loose = by_name(partial(_loose_points, prepared=prepared, config=config), points)
+    fits = {
+        joint: _fit_joint(joint, found, loose[joint], prepared, config, counts, rejected)
+        for joint, found in points.items()
+    }
     return {joint: replace(fit, directions=direction_difference(sums[joint])) for joint, fit in fits.items()}
 
 
 def _fit_joint(
     joint: str,
     points: Sequence[FrictionPoint],
+    loose: Sequence[FrictionPoint],
     prepared: Sequence[Prepared],
     config: Config,
     counts: Mapping[str, int],
@@ -68,8 +75,7 @@ def _fit_joint(
     units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
     fit = _fitted(points, units, config)
     if config.fit.motion != "sections":
-        torque = [p for p in prepared if p.series.effort_unit == "Nm" and joint in p.judged]
-        loose = [point for p in torque for point in motion_points(p, joint)]
+        torque = _in_torque_units(prepared, joint)
         wanted = config.fit.motion == "any" or fit.model is None
         direct = bool(torque) and all(sensed(p, joint) for p in torque)
         if direct or wanted or any_motion_tells_more(points, loose, moving_speeds(prepared, joint)):
@@ -83,6 +89,17 @@ def _fit_joint(
         needed = tuple(f"{text} on joint '{joint}'" for text in known.motion_needed)
         fit = replace(fit, identifiability=replace(known, motion_needed=needed))
     return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
+
+
+def _loose_points(joint: str, prepared: Sequence[Prepared], config: Config) -> list[FrictionPoint]:
+    """Points of arbitrary motion, where they may be asked for."""
+    if config.fit.motion == "sections":
+        return []
+    return [point for log in _in_torque_units(prepared, joint) for point in motion_points(log, joint)]
+
+
+def _in_torque_units(prepared: Sequence[Prepared], joint: str) -> list[Prepared]:
+    return [log for log in prepared if log.series.effort_unit == "Nm" and joint in log.judged]
 
 
 def _fitted(points: Sequence[FrictionPoint], units: FrictionUnits, config: Config) -> FrictionFit:

@@ -48,4 +48,4 @@ def test_waves_of_a_ripple_are_sums_over_all_samples() -> None:
     position, values = rng.uniform(-2.0, 2.0, 700), rng.standard_normal(700)
     cycles = np.arange(7, 60)
     plain = np.array([np.sum(values * np.exp(-1j * n * position)) for n in cycles])
-    np.testing.assert_allclose(friction_variation._waves(position, values, cycles), plain, atol=1e-10)
+    np.testing.assert_allclose(friction_variation.wave_sums(position, values, cycles), plain, atol=1e-10)

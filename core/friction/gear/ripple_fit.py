@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.data.friction_correction import RippleWave
+from collaudit.core.friction.friction_variation import wave_sums
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 #: Slower waves have the shape of errors of the inertials, of cables and of contacts; gears are faster.
@@ -68,12 +69,7 @@ def _strongest(position_rad: FloatArray, residual: FloatArray) -> float | None:
     if lowest >= _MOST_CYCLES:
         return None
     cycles = np.arange(lowest, _MOST_CYCLES + 1)
-    turn, wave = np.exp(-1j * q), np.exp(-1j * lowest * q)
-    size = np.empty(cycles.size)
-    for k in range(cycles.size):
-        size[k] = abs(np.dot(r, wave))
-        wave *= turn
-    return float(cycles[int(np.argmax(size))])
+    return float(cycles[int(np.argmax(np.abs(wave_sums(q, r, cycles))))])
 
 
 def _columns(position_rad: FloatArray, direction: FloatArray, cycles: float) -> FloatArray:

@@ -466,7 +466,7 @@ def test_no_thread_of_arrow_calls_python(tmp_path: Path, monkeypatch: pytest.Mon
 
     def spy(source: Any, *, read_options: Any, parse_options: Any, convert_options: Any) -> Any:
         calls.append(read_options.use_threads)
-        parts.extend([source] if isinstance(source, pa.BufferReader) else [])
+        parts.extend([source] if isinstance(source, pa.NativeFile) and not isinstance(source, pa.OSFile) else [])
         return read_csv(source, read_options=read_options, parse_options=parse_options, convert_options=convert_options)
 
     monkeypatch.setattr(csv, "read_csv", spy)

@@ -112,11 +112,8 @@ class _Reading:
 
         def part(span: tuple[int, int]) -> Any:
             first, stop = span
-            with path.open("rb") as file:
-                file.seek(first)
-                content = file.read(stop - first)
             own = self if first == 0 else replace(self, skip=0)
-            return own.table(pa.BufferReader(content))
+            return own.table(pa.OSFile(str(path)).get_stream(first, stop - first))
 
         return pa.concat_tables(ordered_map(part, list(pairwise(_line_starts(path)))))
 

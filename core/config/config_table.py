@@ -1,4 +1,7 @@
-"""What all sections of the configuration share: strict, frozen models, and types with bounds."""
+"""What all sections of the configuration share: strict, frozen models, and types with bounds.
+
+Annotations of the models are objects (no ``from __future__ import annotations``): pydantic would evaluate each text.
+"""
 
 from __future__ import annotations
 

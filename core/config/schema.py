@@ -1,9 +1,7 @@
 """The configuration as frozen pydantic models: every key, its unit, its default and what it means."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -100,7 +98,7 @@ class RobotConfig(ConfigTable):
     tool: ToolConfig = Field(ToolConfig(), description="What the arm carries.")
 
     @model_validator(mode="after")
-    def _one_description(self) -> RobotConfig:
+    def _one_description(self) -> Self:
         if self.urdf is not None and self.dh:
             raise ValueError("give either urdf or [[robot.dh]] rows, not both")
         if self.dh and self.dh_convention is None:

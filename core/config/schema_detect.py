@@ -1,8 +1,6 @@
 """[detect], [near_miss] and [phases]: the rule, and when it applies."""
 
-from __future__ import annotations
-
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -113,7 +111,7 @@ class DetectConfig(ConfigTable):
     )
 
     @model_validator(mode="after")
-    def _one_persistence(self) -> DetectConfig:
+    def _one_persistence(self) -> Self:
         if self.persistence_ms is not None and self.n is not None:
             raise ValueError("give either persistence_ms or n, not both")
         if self.gamma_nm == "dynamic" and not self.dynamic:

@@ -1,8 +1,7 @@
 """``[fleet]``: many robots under one configuration, and the rules that tell whose a log is."""
 
-from __future__ import annotations
-
 from pathlib import Path
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -36,7 +35,7 @@ class FleetRobot(ConfigTable):
     )
 
     @model_validator(mode="after")
-    def _rules(self) -> FleetRobot:
+    def _rules(self) -> Self:
         if not (self.paths or self.topics or self.joints or self.serials):
             raise ValueError("no rule tells which logs are this robot's: give paths, topics, joints or serials")
         if isinstance(self.gamma_nm, str) and self.gamma_nm not in ("auto", "dynamic"):

@@ -1,7 +1,5 @@
 """[log]: topics, columns, units, names of a log."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal, Self
 

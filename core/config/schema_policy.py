@@ -1,9 +1,7 @@
 """``[policy]``: what makes an audit fail or unable to judge, where that differs, and what is waived until when."""
 
-from __future__ import annotations
-
 from datetime import date
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, field_validator, model_validator
 
@@ -74,7 +72,7 @@ class Waiver(ConfigTable):
         return value
 
     @model_validator(mode="after")
-    def _bounded(self) -> Waiver:
+    def _bounded(self) -> Self:
         if self.rule == "contacts" and self.up_to is None:
             raise ValueError("a waiver of contacts needs up_to: how many contacts of a log it covers")
         return self

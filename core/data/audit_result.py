@@ -5,8 +5,6 @@ Every class here mirrors one object of ``friction.json`` or ``audit.json`` key b
 Plain Python numbers only; None stands for "not known", never for zero.
 """
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Axes that turn with several joints, as the motors of a wrist do, and what was fitted of their friction."""
 
-from __future__ import annotations
-
 from collaudit.core.value_types import dataclass
 
 Bounds = tuple[float | None, float | None]

@@ -1,7 +1,5 @@
 """Result types of detection beyond the rule itself: delays, detectors side by side, contacts, scores."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Result types of what friction goes with besides speed, as it is used in the residual and stands in friction.json."""
 
-from __future__ import annotations
-
 from collaudit.core.value_types import dataclass
 
 

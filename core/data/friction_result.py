@@ -1,7 +1,5 @@
 """Result types of one joint's friction: points, law, intervals, what the data cannot determine."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Sensor delays, gains, inertials and trends, as friction.json records them."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Literal
 

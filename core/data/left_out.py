@@ -1,7 +1,5 @@
 """What a fit left out of a log, and why."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from collaudit.core.value_types import dataclass

@@ -1,7 +1,5 @@
 """Result types of the decision over finished audits: what each rule says of each log, and what follows."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from collaudit.core.data.audit_result import Verdict

@@ -1,7 +1,5 @@
 """Result types of recommended thresholds: each joint's tail, the arm's rate, opinions on the rule that is set."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from collaudit.core.value_types import dataclass

@@ -1,7 +1,5 @@
 """Result types of a rule study: what threshold and persistence cost and notice, as they stand in study.json."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Result types of sensitivity over time: how small a torque or force would have alarmed, for how much of the time."""
 
-from __future__ import annotations
-
 from collaudit.core.value_types import dataclass
 
 

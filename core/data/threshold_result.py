@@ -1,7 +1,5 @@
 """Result types of thresholds that a fit derives from its own held-out residual, as they stand in friction.json."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 from collaudit.core.data.recommendation_result import RangeOfEvidence

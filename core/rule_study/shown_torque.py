@@ -14,18 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.residual.residual import SIGMAS
 from collaudit.core.value_types import dataclass
+
+if TYPE_CHECKING:  # a page draws planes without a detector, whose imports take longer than the page
+    from collaudit.core.data.uniform_series import UniformSeries
+    from collaudit.core.detection.detector_run import DetectorRun
+    from collaudit.core.friction.friction_model import FrictionModel
 
 _BELOW_RANGE = 0.95
 
@@ -91,6 +93,8 @@ def windows(
         columns: j joints.
         samples: (k, t).
     """
+    from collaudit.core.residual.residual import SIGMAS
+
     residual, state = run.residual, run.detected.state
     assert residual.span_nm is not None and residual.hidden_nm is not None
     shape = (len(columns), *samples.shape)

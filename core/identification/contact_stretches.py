@@ -21,7 +21,7 @@ from collaudit.core.identification.lone_speeds import untold_beside
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.robust_regression import local_spread, robust_fit
+from collaudit.core.numeric.robust_regression import Columns, local_spread, robust_fit
 from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
@@ -59,14 +59,14 @@ MOSTLY = 0.42
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Joint:
-    """Moving samples of one joint: rows (k,) of the log, columns (k, c), effort (k,), conditions (k, 2); its step.
+    """Moving samples of one joint: rows (k,) of the log, columns of them, effort (k,), conditions (k, 2); its step.
 
     ``modelled``: whether the model's torque is among the columns.
     """
 
     name: str
     rows: IntArray
-    columns: FloatArray
+    columns: Columns
     effort: FloatArray
     conditions: FloatArray
     step: float
@@ -176,19 +176,36 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
     rows = np.flatnonzero(known)
     if rows.size < _MIN_SAMPLES:
         return None
-    sign, speed = np.sign(v[rows]), np.abs(v[rows])
-    columns = [np.ones(rows.size), sign, v[rows], a[rows], np.cos(q[rows]), np.sin(q[rows])]
+    v, q, a = v[rows], q[rows], a[rows]
+    speed = np.abs(v)
     *slow, fastest = np.quantile(speed, (*_SLOW, 0.999))
-    scales = [*slow, *(share * fastest for share in _OF_FASTEST)]
-    columns += [sign * np.exp(-speed / max(s, 1e-6)) for s in scales]
+    scales = [max(s, 1e-6) for s in (*slow, *(share * fastest for share in _OF_FASTEST))]
+    model = []
     if torque is not None:
-        rate = np.nan_to_num(differentiate(torque, series.segments, series.period_s)[rows])
-        columns += [torque[rows], rate, sign * np.abs(torque[rows])]
-    conditions = np.column_stack([speed, np.abs(a[rows])])
+        model = [torque[rows], np.nan_to_num(differentiate(torque, series.segments, series.period_s)[rows])]
+    columns = Columns(rows.size, partial(_columns, v, q, a, model, scales))
+    conditions = np.column_stack([speed, np.abs(a)])
     step = _step(series.effort[rows, j])
-    return _Joint(
-        series.joint_names[j], rows, np.column_stack(columns), effort[rows], conditions, step, torque is not None
-    )
+    return _Joint(series.joint_names[j], rows, columns, effort[rows], conditions, step, torque is not None)
+
+
+def _columns(
+    velocity: FloatArray,
+    position: FloatArray,
+    acceleration: FloatArray,
+    model: Sequence[FloatArray],
+    scales: Sequence[float],
+    rows: slice | IntArray,
+) -> FloatArray:
+    """(m, c) what explains the effort: an offset, friction, inertia, gravity, the model's torque and its rate."""
+    v, q = velocity[rows], position[rows]
+    sign, speed = np.sign(v), np.abs(v)
+    columns = [np.ones(v.size), sign, v, acceleration[rows], np.cos(q), np.sin(q)]
+    columns += [sign * np.exp(-speed / scale) for scale in scales]
+    if model:
+        torque, rate = (x[rows] for x in model)
+        columns += [torque, rate, sign * np.abs(torque)]
+    return np.column_stack(columns)
 
 
 def _lasting(joint: _Joint, time_s: FloatArray) -> BoolArray:
@@ -210,9 +227,8 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[st
         kept[:] = True
     use = np.flatnonzero(kept)
     use = use[:: max(1, use.size // _MAX_SAMPLES)]
-    rest = joint.effort - joint.columns @ robust_fit(
-        joint.columns[use], joint.effort[use], _balanced(joint.conditions[use, 0])
-    )
+    found = robust_fit(joint.columns.at(use), joint.effort[use], _balanced(joint.conditions[use, 0]))
+    rest = joint.effort - joint.columns.times(found)
     spread = local_spread(rest, kept, joint.conditions, max(_MIN_SAMPLES, round(_CELL_S / period)))
     usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
     ratio = np.zeros(n)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.robust_regression import robust_fit
+from collaudit.core.numeric.robust_regression import Columns, robust_fit
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.value_types import dataclass
 
@@ -51,7 +51,7 @@ class LastingStep:
 
 
 def lasting_contact(
-    rows: IntArray, columns: FloatArray, effort: FloatArray, time_s: FloatArray, least: float
+    rows: IntArray, columns: Columns, effort: FloatArray, time_s: FloatArray, least: float
 ) -> BoolArray:
     """(m,) samples of a log in stretches that show one joint with a torque of its own.
 
@@ -62,17 +62,17 @@ def lasting_contact(
     """
     out = np.zeros(time_s.size, dtype=bool)
     for _ in range(_MOST):
-        kept = ~out[rows]
-        if np.count_nonzero(kept) < _LEAST_SAMPLES:
+        kept = np.flatnonzero(~out[rows])
+        if kept.size < _LEAST_SAMPLES:
             break
-        found = lasting_step(columns[kept], effort[kept], time_s[rows[kept]], least)
+        found = lasting_step(columns.only(kept), effort[kept], time_s[rows[kept]], least)
         if found is None:
             break
         out[rows[kept][found.first] : rows[kept][found.last - 1] + 1] = True
     return out
 
 
-def lasting_step(columns: FloatArray, effort: FloatArray, time_s: FloatArray, least: float) -> LastingStep | None:
+def lasting_step(columns: Columns, effort: FloatArray, time_s: FloatArray, least: float) -> LastingStep | None:
     """The one stretch of time with a torque of its own; None where none is plain.
 
     Args:
@@ -82,7 +82,7 @@ def lasting_step(columns: FloatArray, effort: FloatArray, time_s: FloatArray, le
         least: standard deviations of blocks below this, in the unit of the effort, are taken for this.
     """
     use = np.arange(0, effort.size, max(1, effort.size // _MAX_SAMPLES))
-    x, y = columns[use] / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-12), effort[use]
+    x, y = columns.at(use) / np.maximum(columns.sizes(), 1e-12), effort[use]
     step_s = max(_BLOCK_S, float(time_s[use[-1]] - time_s[use[0]]) / _MOST_BLOCKS)
     block = np.floor((time_s[use] - time_s[use[0]]) / step_s).astype(np.int64)
     if np.unique(block).size < _LEAST_BLOCKS:

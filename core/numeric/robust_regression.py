@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _ROUNDS = 25
@@ -13,6 +16,43 @@ _CHANGE = 1e-3
 _BISQUARE = 4.685
 _RIDGE = 1e-9
 _CELLS = (0.1, 0.4, 0.7)  # quantiles of a condition between which a spread is its own
+
+
+class Columns:
+    """Columns (n, c) of a regression that are made where they are asked for: those of a long log take gigabytes."""
+
+    def __init__(self, count: int, make: Callable[[slice | IntArray], FloatArray]) -> None:
+        """Of so many rows; ``make`` gives (m, c) at some of them."""
+        self.count, self._make = count, make
+
+    @classmethod
+    def of(cls, columns: FloatArray) -> Columns:
+        """Columns that are at hand."""
+        return cls(columns.shape[0], lambda rows: columns[rows])
+
+    def at(self, rows: slice | IntArray) -> FloatArray:
+        """(m, c) at rows."""
+        return np.ascontiguousarray(self._make(rows))
+
+    def only(self, rows: IntArray) -> Columns:
+        """The columns of these rows; themselves where that are all."""
+        return self if rows.size == self.count else Columns(rows.size, lambda picked: self._make(rows[picked]))
+
+    def times(self, coefficients: FloatArray) -> FloatArray:
+        """(n,) what coefficients (c,) make of them."""
+        out = np.empty(self.count)
+        for block in blocks(self.count):
+            out[block] = self.at(block) @ coefficients
+        return out
+
+    def sizes(self) -> FloatArray:
+        """(c,) root mean squares; summed row after row, as NumPy sums (n, c) along n."""
+        total: FloatArray | None = None
+        for block in blocks(self.count):
+            squares = self.at(block) ** 2
+            total = np.add.reduce(squares if total is None else np.vstack([total, squares]), axis=0)
+        assert total is not None
+        return np.asarray(np.sqrt(total / self.count))
 
 
 def robust_fit(columns: FloatArray, target: FloatArray, share: FloatArray | None = None) -> FloatArray:

@@ -7,6 +7,7 @@ import pytest
 
 from collaudit.core.identification.lasting_contact import lasting_step
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.robust_regression import Columns
 
 RATE_HZ = 100.0
 NOISE_NM = 0.2
@@ -23,7 +24,7 @@ def motion(seconds: float) -> tuple[FloatArray, FloatArray, FloatArray]:
 def test_a_clamp_is_found_where_it_is(start_s: float, end_s: float) -> None:
     t, columns, effort = motion(60.0)
     effort += 10.0 * ((t >= start_s) & (t < end_s))
-    found = lasting_step(columns, effort, t, 0.0)
+    found = lasting_step(Columns.of(columns), effort, t, 0.0)
     assert found is not None
     assert abs(found.torque) == pytest.approx(10.0, abs=0.5)
     inside = (t[found.first], t[found.last - 1])
@@ -33,11 +34,11 @@ def test_a_clamp_is_found_where_it_is(start_s: float, end_s: float) -> None:
 
 def test_clean_motion_has_none() -> None:
     t, columns, effort = motion(60.0)
-    assert lasting_step(columns, effort, t, 0.0) is None
+    assert lasting_step(Columns.of(columns), effort, t, 0.0) is None
 
 
 def test_a_short_log_does_not_tell() -> None:
     """A few motions, each made once, leave errors of the model that look like one block of time."""
     t, columns, effort = motion(12.0)
     effort += 10.0 * ((t >= 5.0) & (t < 8.0))
-    assert lasting_step(columns, effort, t, 0.0) is None
+    assert lasting_step(Columns.of(columns), effort, t, 0.0) is None

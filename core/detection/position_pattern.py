@@ -18,6 +18,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.motion_points import settled_residual
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 
@@ -69,10 +70,13 @@ def position_pattern(
     low, high = np.quantile(position, [0.005, 0.995])
     if not high - low > _LEAST_RANGE_RAD:
         return None
-    bins = np.clip(((position - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     visit = np.floor(time_s / _VISIT_S).astype(np.int64)
-    key, mean = _means(visit * _BINS + bins, rest)
-    of_bin, late = key % _BINS, key // _BINS > _median_of_rising(visit)
+    middle = _median_of_rising(visit)
+    visit *= _BINS
+    for part in blocks(visit.size):
+        visit[part] += np.clip(((position[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
+    key, mean = _means(visit, rest)
+    of_bin, late = key % _BINS, key // _BINS > middle
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
     both = np.isfinite(early_of) & np.isfinite(late_of)
     if np.count_nonzero(both) < _LEAST_BINS:

@@ -87,8 +87,8 @@ def learn_dynamic_thresholds(
 
     def learnt(joint: str) -> DynamicThreshold | None:
         j = series.column(joint)
-        velocity, acceleration = series.velocity_rad_s[:, j], series.acceleration_rad_s2[:, j]
-        return learn_dynamic(residual.torque_nm[:, j], velocity, acceleration, clean[joint], n)
+        torque, velocity = residual.torque_nm[:, j], series.velocity_rad_s[:, j]
+        return learn_dynamic(torque, velocity, series.acceleration_rad_s2[:, j], clean[joint], n)
 
     return by_name(learnt, [joint for joint in series.joint_names if joint in clean])
 
@@ -112,12 +112,15 @@ def learn_dynamic(
     use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
     if np.count_nonzero(use) < _LEAST_SAMPLES:
         return None
+    columns = np.ones((np.count_nonzero(use), 3))
+    for k, motion in ((1, velocity), (2, acceleration)):  # one after the other: a log's columns are large
+        np.abs(motion[use], out=columns[:, k])
     size = np.where(use, np.abs(residual), 0.0)
-    speed, turn = np.abs(velocity[use]), np.abs(acceleration[use])
-    columns = np.stack([np.ones_like(speed), speed, turn], axis=1)
     shape = dynamic_shape(size[use], columns)
-    lasting = whole_window_minima(size, n)[use]
-    scale = _MARGIN * max(float(np.max(lasting / (columns @ shape))), 1.0)
+    level = columns @ shape
+    del columns, motion, acceleration
+    np.divide(whole_window_minima(size, n)[use], level, out=level)
+    scale = _MARGIN * max(float(np.max(level)), 1.0)
     return DynamicThreshold(*(float(scale * x) for x in shape))
 
 

@@ -9,13 +9,12 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
 from collaudit.core.contacts.contact_scene import scene_at
-from collaudit.core.contacts.external_force import averaged_torque, estimate_force, residual_noise
+from collaudit.core.contacts.external_force import Unsmoothed, averaged_torque, estimate_force
 from collaudit.core.contacts.least_force import least_force
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
-from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.value_types import dataclass
 
@@ -33,8 +32,11 @@ def find_contacts(prepared: Prepared, run: DetectorRun, config: Config) -> tuple
     """
     groups = _groups(run.detected.collisions)
     isolates = run.residual.isolation.isolates
-    noise = residual_noise(prepared, run) if groups and isolates else np.zeros(0)
-    return tuple(_describe(prepared, run, noise, group, config) for group in groups)
+    peaks = [_peak_sample(prepared, run, group) for group in groups]
+    known = Unsmoothed.of(prepared, run, peaks) if groups and isolates else Unsmoothed(np.zeros(0), {})
+    return tuple(
+        _describe(prepared, run, known, group, peak, config) for group, peak in zip(groups, peaks, strict=True)
+    )
 
 
 def _groups(collisions: Sequence[Collision]) -> list[list[Collision]]:
@@ -50,13 +52,12 @@ def _groups(collisions: Sequence[Collision]) -> list[list[Collision]]:
 
 
 def _describe(
-    prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, group: Sequence[Collision], config: Config
+    prepared: Prepared, run: DetectorRun, known: Unsmoothed, group: Sequence[Collision], peak: int, config: Config
 ) -> Contact:
     series = prepared.judged_series
     names = [joint for joint in series.joint_names if any(c.joint == joint for c in group)]
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
-    peak = _peak_sample(prepared, run, group)
-    place = _locate(prepared, run, noise_nm, names, peak)
+    place = _locate(prepared, run, known, names, peak)
     kind, evidence = classify(prepared, run, group, place.force, config)
     return Contact(
         onset_s=onset,
@@ -83,7 +84,7 @@ class _Place:
     least: LeastForce | None
 
 
-def _locate(prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, names: Sequence[str], peak: int) -> _Place:
+def _locate(prepared: Prepared, run: DetectorRun, known: Unsmoothed, names: Sequence[str], peak: int) -> _Place:
     """The link moved by the outermost of the joints that alarmed, base to tip, and the force at the peak's sample."""
     if not run.residual.isolation.isolates:
         return _Place("unknown", "This detector judges the arm as a whole and does not isolate.", None, None)
@@ -93,9 +94,9 @@ def _locate(prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, names: S
     blind = [joint for joint in beyond if run.detected.state[peak, series.column(joint)] > State.JUDGED]
     link = robot.link_of(names[-1]) or f"the link moved by {names[-1]}"
     columns = [series.column(joint) for joint in names]
-    sd = np.hypot(noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
-    least = least_force(prepared, names, averaged_torque(prepared, run, columns, peak), sd, peak)
-    return _Place(link, _note(beyond, blind), estimate_force(prepared, run, noise_nm, names, peak), least)
+    sd = np.hypot(known.noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
+    least = least_force(prepared, names, averaged_torque(prepared, run, known, columns, peak), sd, peak)
+    return _Place(link, _note(beyond, blind), estimate_force(prepared, run, known, names, peak), least)
 
 
 def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision]) -> int:

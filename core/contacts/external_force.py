@@ -7,7 +7,7 @@ unknowns. Directions whose singular value is small are not seen by any joint, an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.value_types import dataclass
 
 #: Lever arms below this (m) see a force too faintly to say anything.
 _BLIND_M = 0.03
@@ -34,37 +35,62 @@ _DEFAULT_NOISE_NM = 1.0
 _LEAST_CLEAN = 100
 
 
-def residual_noise(prepared: Prepared, run: DetectorRun) -> FloatArray:
-    """(j,) robust standard deviation of each joint's judged residual over the log, not smoothed, N·m."""
-    columns = range(run.detected.state.shape[1])
-    return np.array(list(ordered_map(lambda j: _noise(prepared, run, j), columns)))
+@dataclass(frozen=True, slots=True, eq=False)
+class Unsmoothed:
+    """Residuals without the detector's kernel, which lowers the peak of a short push.
+
+    Attributes:
+        noise_nm: (j,) robust standard deviation of each joint's judged residual over the log.
+        near: torque balance (w, j) that has passed the kernel around the samples where contacts are looked at.
+    """
+
+    noise_nm: FloatArray
+    near: Mapping[int, FloatArray]
+
+    @classmethod
+    def of(cls, prepared: Prepared, run: DetectorRun, samples: Sequence[int]) -> Unsmoothed:
+        """Of a log, with what is needed at these samples: a balance that is computed where it is read is read once."""
+        total, joints = run.residual.balance.total_nm, run.detected.state.shape[1]
+        windows = {} if total is None else {k: _window(prepared, k) for k in samples}
+        near = {k: np.empty((len(prepared.series.time_s[w]), joints), order="F") for k, w in windows.items()}
+
+        def of_joint(j: int) -> float:
+            column = None if total is None else np.asarray(total[:, j])
+            if column is not None:
+                for k, window in windows.items():
+                    near[k][:, j] = column[window]
+            return _noise(prepared, run, j, column)
+
+        return cls(np.array(list(ordered_map(of_joint, range(joints)))), near)
 
 
-def _unsmoothed(prepared: Prepared, run: DetectorRun, rows: slice, columns: Sequence[int]) -> FloatArray:
-    """Residuals of some samples and judged joints without the detector's kernel, which lowers the peak of a short push.
+def _unsmoothed(
+    prepared: Prepared, run: DetectorRun, rows: slice, columns: Sequence[int], total: FloatArray | None
+) -> FloatArray:
+    """Residuals of some samples and judged joints, of which ``total`` (w, k) is the balance through the kernel.
 
     Friction, which changes slowly, is as it was taken off after the kernel.
     """
     residual = run.residual.torque_nm[rows][:, columns]
-    effort, total = prepared.series.effort, run.residual.balance.total_nm
+    effort = prepared.series.effort
     if prepared.rigid_nm is None or effort is None or total is None:
         return residual
     own = [prepared.columns()[j] for j in columns]
     balance = effort[rows][:, own] - prepared.rigid_nm[rows][:, own]
     if prepared.contact_nm is not None:
         balance -= prepared.contact_nm[rows][:, own]
-    return np.asarray(balance + residual - total[rows][:, columns])
+    return np.asarray(balance + residual - total)
 
 
 def estimate_force(
-    prepared: Prepared, run: DetectorRun, noise_nm: FloatArray, names: Sequence[str], sample: int
+    prepared: Prepared, run: DetectorRun, known: Unsmoothed, names: Sequence[str], sample: int
 ) -> ContactForce | None:
     """External force at the link moved by the outermost of the joints that reacted.
 
     Args:
         prepared: the log and its model.
         run: residuals and states.
-        noise_nm: (j,) of :func:`residual_noise`.
+        known: residuals without the kernel, at this sample too.
         names: joints that alarmed, base to tip.
         sample: where to look; residuals are averaged over 20 ms around it.
 
@@ -82,7 +108,7 @@ def estimate_force(
     solutions = [
         solution
         for k in range(outer, len(robot.joint_names))
-        if (solution := _at_link(prepared, run, noise_nm, names, k, sample, q)) is not None
+        if (solution := _at_link(prepared, run, known, names, k, sample, q)) is not None
     ]
     if not solutions or solutions[0][0].frame != frame:
         return None
@@ -96,7 +122,7 @@ def estimate_force(
 def _at_link(
     prepared: Prepared,
     run: DetectorRun,
-    noise_nm: FloatArray,
+    known: Unsmoothed,
     names: Sequence[str],
     outer: int,
     sample: int,
@@ -112,8 +138,8 @@ def _at_link(
         for j, joint in enumerate(series.joint_names)
         if robot.joint_names.index(joint) <= outer and (run.detected.state[sample, j] == State.JUDGED or joint in names)
     ]
-    torque = averaged_torque(prepared, run, used, sample)
-    noise = noise_nm[used]
+    torque = averaged_torque(prepared, run, known, used, sample)
+    noise = known.noise_nm[used]
     columns = [robot.joint_names.index(series.joint_names[j]) for j in used]
     arm, rotation = _lever_arms(prepared, q, frame, columns)
     force = _solve(arm, torque, noise, rotation, frame)
@@ -125,11 +151,17 @@ def _at_link(
     return force, float(np.sum((left / np.maximum(noise, 1e-3)) ** 2))
 
 
-def averaged_torque(prepared: Prepared, run: DetectorRun, columns: Sequence[int], sample: int) -> FloatArray:
+def averaged_torque(
+    prepared: Prepared, run: DetectorRun, known: Unsmoothed, columns: Sequence[int], sample: int
+) -> FloatArray:
     """(k,) residual of some judged joints before the kernel, averaged over 20 ms around a sample, N·m."""
+    total = known.near[sample][:, columns] if known.near else None
+    return np.asarray(np.nanmean(_unsmoothed(prepared, run, _window(prepared, sample), columns, total), axis=0))
+
+
+def _window(prepared: Prepared, sample: int) -> slice:
     half = max(1, round(0.5 * _AVERAGED_S / prepared.series.period_s))
-    window = slice(max(0, sample - half), sample + half + 1)
-    return np.asarray(np.nanmean(_unsmoothed(prepared, run, window, columns), axis=0))
+    return slice(max(0, sample - half), sample + half + 1)
 
 
 def _lever_arms(prepared: Prepared, q: FloatArray, frame: str, columns: Sequence[int]) -> tuple[FloatArray, FloatArray]:
@@ -140,11 +172,16 @@ def _lever_arms(prepared: Prepared, q: FloatArray, frame: str, columns: Sequence
     return np.ascontiguousarray(jt[:, list(columns)].T), robot.frame_rotation(q, frame)
 
 
-def _noise(prepared: Prepared, run: DetectorRun, j: int) -> float:
+def _noise(prepared: Prepared, run: DetectorRun, j: int, total: FloatArray | None) -> float:
     judged = run.detected.state[:, j] == State.JUDGED
     if np.count_nonzero(judged) < _LEAST_CLEAN:
         return _DEFAULT_NOISE_NM
-    x = np.concatenate([_unsmoothed(prepared, run, block, [j])[judged[block], 0] for block in blocks(judged.size)])
+
+    def part(block: slice) -> FloatArray:
+        here = None if total is None else total[block, None]
+        return np.asarray(_unsmoothed(prepared, run, block, [j], here)[judged[block], 0])
+
+    x = np.concatenate([part(block) for block in blocks(judged.size)])
     return robust_sd(x[~np.isnan(x)])
 
 

@@ -76,7 +76,7 @@ def fold_residual(
     evidence, judged = (np.zeros(shape, dtype=np.bool_, order="F") for _ in range(2))
     state = np.zeros(shape, dtype=np.int8, order="F")
     assert balance.total_nm is not None
-    mark_reasons(state, balance.total_nm, series, balance)
+    mark_reasons(state, np.asarray(balance.total_nm), series, balance)
 
     def fill_joint(j: int) -> None:
         found = [law for law in laws[j] if law is not None]

@@ -157,7 +157,7 @@ def _of_log(log: Prepared, laws: _Laws, balance: Balance | None, config: Config)
         found = _fold_by_fold(log, laws, fold, barred, config)
     else:
         each = [[found.get(joint) for found in laws.by_fold] for joint in series.joint_names]
-        found = fold_residual(log, balance, each, fold, barred, config.detect)
+        found = fold_residual(log, balance.whole(), each, fold, barred, config.detect)
     held = np.array([[joint in known for joint in series.joint_names] for known in laws.held_out])
     return HeldOutResidual(
         series.source.name,

@@ -11,10 +11,14 @@ that is G(s) applied to eq. (5); without it, s G(s) is itself a filter. The two 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from collaudit.core.data.columns import Columns, ComputedColumns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
@@ -29,16 +33,20 @@ class Balance:
 
     Attributes:
         kernel: it passed.
-        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque]; None without a model or torque, and for residuals that
-            are not made joint by joint.
+        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque], of a kernel that runs both ways computed where it is
+            read; None without a model or torque, and for residuals that are not made joint by joint.
         velocity_rad_s: (n, j) velocity at which friction is to be taken; it has not passed the kernel.
         unsettled: (n,) samples at the start of a stretch that the kernel still remembers as unknown.
     """
 
     kernel: Kernel
-    total_nm: FloatArray | None
+    total_nm: Columns | None
     velocity_rad_s: FloatArray
     unsettled: BoolArray
+
+    def whole(self) -> Balance:
+        """The same with its torques in memory, for who reads them more than once, or changes them."""
+        return self if self.total_nm is None else replace(self, total_nm=np.asarray(self.total_nm))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,29 +117,47 @@ def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:
 
 def _balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Balance:
     series, torques = prepared.series, KnownTorques.of(prepared)
-    total = None
-    if torques is not None:
-        total = causal_form(prepared, torques, kernel) if kernel.causal else _offline(series, torques, kernel)
+    total: Columns | None = None
     velocity, columns = friction_velocity(series, kernel), prepared.columns()
+    if torques is not None:
+        total = causal_form(prepared, torques, kernel) if kernel.causal else _Offline(series, torques, kernel, columns)
     if len(columns) < len(series.joint_names):
         velocity = np.asfortranarray(velocity[:, columns])
-        total = None if total is None else np.asfortranarray(total[:, columns])
+        total = np.asfortranarray(total[:, columns]) if isinstance(total, np.ndarray) else total
     return Balance(kernel, total, velocity, start_mask(series, kernel))
 
 
-def _offline(series: UniformSeries, torques: KnownTorques, kernel: Kernel) -> FloatArray:
-    """Eq. (5) through the kernel, joint by joint, so that what is needed on the way stays small."""
-    total = np.empty(torques.effort_nm.shape, order="F")
+@dataclass(frozen=True, slots=True, eq=False)
+class _Offline(ComputedColumns):
+    """Eq. (5) through a kernel that runs both ways, of these columns of the arm, joint by joint where it is read."""
 
-    def fill_joint(j: int) -> None:
-        unexplained = torques.effort_nm[:, j] - torques.rigid_nm[:, j]
+    series: UniformSeries
+    torques: KnownTorques
+    kernel: Kernel
+    columns: Sequence[int]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(n, j)."""
+        return self.series.time_s.size, len(self.columns)
+
+    def _column(self, rows: Any, j: int) -> Any:
+        torques, own = self.torques, self.columns[j]
+        unexplained = torques.effort_nm[:, own] - torques.rigid_nm[:, own]
         if torques.contact_nm is not None:
-            unexplained -= torques.contact_nm[:, j]
-        kernel.apply(unexplained[:, None], series.segments, series.period_s, total[:, j : j + 1])
+            unexplained -= torques.contact_nm[:, own]
+        return self.kernel.apply(unexplained[:, None], self.series.segments, self.series.period_s)[:, 0][rows]
 
-    for _ in ordered_map(fill_joint, range(torques.effort_nm.shape[1])):
-        pass
-    return total
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """The whole table."""
+        total = np.empty(self.shape, order="F")
+
+        def fill_joint(j: int) -> None:
+            total[:, j] = self._column(slice(None), j)
+
+        for _ in ordered_map(fill_joint, range(self.shape[1])):
+            pass
+        return np.asarray(total, dtype=dtype)
 
 
 def _causal_acceleration(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:

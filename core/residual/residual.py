@@ -112,6 +112,8 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     n, count = series.position_rad.shape
     state = np.full((n, count), State.JUDGED, dtype=np.int8, order="F")
     usable = balance.total_nm is not None
+    if any(law.ripple for law in inputs.laws.values()):
+        balance = balance.whole()  # ripple is taken off it, for whoever looks at it later
     known = [j for j, joint in enumerate(names) if usable and joint in inputs.laws]
     missing = [j for j in range(count) if j not in known]
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL

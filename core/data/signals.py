@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.value_types import dataclass
 
 
 class State(IntEnum):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from collaudit.core.data.detection_result import ShortestPush
-from collaudit.core.numeric.arrays import Span
+from collaudit.core.numeric.arrays import BoolArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.runs import run_bounds
 
@@ -25,18 +25,26 @@ def shortest_pushes(kernel: Kernel, n: int, period_s: float) -> tuple[ShortestPu
     """
     around = max(16, math.ceil(4.0 * kernel.settle_s / period_s))
     longest = n + around
-    length = np.arange(1, longest + 1)
-    pushes = np.zeros((2 * around + longest, length.size))
-    pushes[around:-around] = np.arange(longest)[:, None] < length
-    smoothed = kernel.apply(pushes, [Span(0, len(pushes))], period_s)
-    out = []
-    for ratio in RATIOS:
-        alarms = [k for k in range(length.size) if _longest_run(smoothed[:, k] > 1.0 / ratio) >= n]
-        if alarms:
-            out.append(ShortestPush(ratio, float(length[alarms[0]]) * period_s))
-    return tuple(out)
+
+    def alarms(length: IntArray) -> BoolArray:
+        """(k, ratios) whether pushes of these lengths (k,), in samples, alarm."""
+        pushes = np.zeros((2 * around + longest, length.size))
+        pushes[around:-around] = np.arange(longest)[:, None] < length
+        smoothed = kernel.apply(pushes, [Span(0, len(pushes))], period_s)
+        found = [[_longest_run(column > 1.0 / ratio) >= n for ratio in RATIOS] for column in smoothed.T]
+        return np.array(found)
+
+    # A longer push alarms where a shorter one does: lengths in steps first, then those of one step.
+    step = math.isqrt(longest)
+    coarse = np.append(np.arange(step, longest, step), longest)
+    lasting = {k: int(coarse[column.argmax()]) for k, column in enumerate(alarms(coarse).T) if column.any()}
+    if not lasting:
+        return ()
+    fine = np.unique([np.arange(length - step, length) + 1 for length in lasting.values()])
+    found = alarms(fine[fine > 0]).T
+    return tuple(ShortestPush(RATIOS[k], float(fine[fine > 0][found[k].argmax()]) * period_s) for k in lasting)
 
 
-def _longest_run(mask: np.ndarray) -> int:
+def _longest_run(mask: BoolArray) -> int:
     starts, stops = run_bounds(mask)
     return int((stops - starts).max(initial=0))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from numpy.lib.stride_tricks import sliding_window_view
 
 from collaudit.core.detection.knocks import knock_width, knocks
 from collaudit.core.detection.rule import rule_events
-from collaudit.core.detection.shortest_push import shortest_pushes
+from collaudit.core.detection.shortest_push import RATIOS, shortest_pushes
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import identity
 from collaudit.core.residual.detectors.direct import direct_kernel
@@ -93,3 +96,18 @@ def test_what_a_kernel_does_to_the_length_of_a_push_is_said() -> None:
         for length, alarms in ((seconds, True), (seconds - T, False)):
             residual = smoothed(push(4.0, length, ratio * GAMMA))
             assert bool(rule_events(residual, np.isfinite(residual), GAMMA, N, 0.8, 0.5)[0]) is alarms
+
+
+def test_the_shortest_push_is_that_of_trying_every_length() -> None:
+    for kernel in (KERNEL, direct_kernel(3.0, True), direct_kernel(60.0, False), identity(True)):
+        for n in (1, 2, 13, 70):
+            around = max(16, math.ceil(4.0 * kernel.settle_s / T))
+            length = np.arange(1, n + around + 1)
+            pushes = np.zeros((2 * around + length.size, length.size))
+            pushes[around:-around] = np.arange(length.size)[:, None] < length
+            seen = kernel.apply(pushes, [Span(0, len(pushes))], T)
+            expected = []
+            for ratio in RATIOS:
+                runs = sliding_window_view(seen > 1.0 / ratio, n, axis=0).all(axis=-1).any(axis=0)
+                expected += [(ratio, float(length[runs.argmax()]) * T)] if runs.any() else []
+            assert [(p.ratio, p.duration_s) for p in shortest_pushes(kernel, n, T)] == expected

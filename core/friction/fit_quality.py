@@ -148,7 +148,7 @@ def _excess(data: ls.Points, law: SeparableLaw, c: float) -> Callable[[float], f
 
     def excess(variance: float) -> float:
         weighed = replace(data, sd=np.sqrt(data.sd**2 + variance))
-        return ls.solve(weighed.weighted(columns), weighed.target).sum_squares - freedom
+        return ls.sum_squares_of(weighed.weighted(columns), weighed.target) - freedom
 
     return excess
 

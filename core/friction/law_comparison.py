@@ -87,12 +87,12 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
     design = train.design(law, c)
     if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
         return None
-    estimate = ls.solve(design, train.target).estimate
+    estimate = ls.estimate_of(design, train.target)
     held = [k for k in law.viscous_columns if estimate[k] < 0]
     if held:
         free = np.delete(np.arange(design.shape[1]), held)
         estimate = np.zeros(design.shape[1])
-        estimate[free] = ls.solve(design[:, free], train.target).estimate
+        estimate[free] = ls.estimate_of(design[:, free], train.target)
     if law.non_negative:
         estimate = np.concatenate([np.maximum(estimate[: len(law.symbols)], 0.0), estimate[len(law.symbols) :]])
     return np.asarray(test.raw(law, c) @ estimate)

@@ -124,14 +124,30 @@ class Profile:
 def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
     """Least squares through a column-scaled QR decomposition (of zeros, for the covariance alone)."""
     target = np.zeros(design.shape[0]) if target is None else target
-    scale = np.linalg.norm(design, axis=0)
-    scale[scale == 0] = 1.0
-    q, r = np.linalg.qr(design / scale)
-    inverse = np.linalg.inv(_solvable(r))
-    estimate = inverse @ (q.T @ target) / scale
+    estimate, inverse, scale = _solved(design, target)
     covariance = (inverse @ inverse.T) / np.outer(scale, scale)
     rest = target - design @ estimate
     return LinearFit(estimate, covariance, float(rest @ rest))
+
+
+def estimate_of(design: FloatArray, target: FloatArray) -> FloatArray:
+    """(k,) estimates of :func:`solve` alone."""
+    return _solved(design, target)[0]
+
+
+def sum_squares_of(design: FloatArray, target: FloatArray) -> float:
+    """Sum of squares of :func:`solve` alone."""
+    rest = target - design @ _solved(design, target)[0]
+    return float(rest @ rest)
+
+
+def _solved(design: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Estimates (k,), inverse triangle (k, k) of the scaled columns, and their scale (k,)."""
+    scale: FloatArray = np.sqrt(np.add.reduce(design * design, axis=0))
+    scale[scale == 0] = 1.0
+    q, r = np.linalg.qr(design / scale)
+    inverse: FloatArray = np.asarray(np.linalg.inv(_solvable(r)), dtype=np.float64)
+    return np.asarray(inverse @ (q.T @ target) / scale), inverse, scale
 
 
 def fit_at(points: Points, law: SeparableLaw, c: float) -> LinearFit:
@@ -163,7 +179,12 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
     grid = np.geomspace(*search_range(points), _COARSE)
     k = _lowest(points, law, grid)
     low, high = np.log(grid[max(k - 1, 0)]), np.log(grid[min(k + 1, _COARSE - 1)])
-    found = bounded_minimum(lambda x: fit_at(points, law, float(np.exp(x))).sum_squares, low, high, 1e-9)
+    target = points.target
+
+    def sum_squares(x: float) -> float:
+        return sum_squares_of(points.design(law, float(np.exp(x))), target)
+
+    found = bounded_minimum(sum_squares, low, high, 1e-9)
     return float(np.exp(found))
 
 

@@ -211,7 +211,8 @@ def _label(cluster: IntArray) -> IntArray:
     """(n,) clusters numbered from 0, in the order of their numbers."""
     change: IntArray = np.diff(cluster)
     if int(change.min(initial=0)) >= 0:  # in the order of time there is nothing to sort
-        return np.concatenate([[0], np.cumsum(change > 0)])
+        edges = np.concatenate([[0], np.flatnonzero(change) + 1, [cluster.size]])
+        return np.repeat(np.arange(edges.size - 1), np.diff(edges))
     return np.unique(cluster, return_inverse=True)[1]
 
 

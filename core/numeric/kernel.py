@@ -129,11 +129,8 @@ class Kernel:
         rows, stretches, count = [], [], 0
         for span in segments:
             starts, stops = run_bounds(mask[span.slice])
-            wanted = np.zeros(len(span) + 1, dtype=np.int64)
-            np.add.at(wanted, np.maximum(starts - margin, 0), 1)
-            np.add.at(wanted, np.minimum(stops + margin, len(span)), -1)
-            near = span.start + np.flatnonzero(np.cumsum(wanted[:-1]))
-            if near.size:
+            if starts.size:
+                near = span.start + _within(np.maximum(starts - margin, 0), np.minimum(stops + margin, len(span)))
                 rows.append(near)
                 stretches.append(Span(count, count + near.size))
                 count += near.size
@@ -151,6 +148,15 @@ class Kernel:
         out: FloatArray | None = None,
     ) -> tuple[FloatArray, BoolArray | None]:
         return filtered(*coefficients, x, segments, both_ways=not self.causal, out=out)
+
+
+def _within(starts: IntArray, stops: IntArray) -> IntArray:
+    """(k,) all numbers inside half-open ranges, which rise at both ends and may overlap; each number once."""
+    apart = np.flatnonzero(starts[1:] > stops[:-1])
+    first, last = starts[np.append(0, apart + 1)], stops[np.append(apart, stops.size - 1)]
+    count = last - first
+    before = np.cumsum(count) - count
+    return np.asarray(np.repeat(first - before, count) + np.arange(count.sum()), dtype=np.int64)
 
 
 def identity(causal: bool) -> Kernel:

@@ -135,3 +135,22 @@ def test_smoothing_near_some_samples_is_smoothing_there(make: Callable[[float, b
     reached = kernel.reach(mask[:, None], segments, T)[:, 0]
     np.testing.assert_array_equal(kernel.reach(here[:, None], stretches, T)[:, 0], reached[rows])
     assert reached[rows].sum() == reached.sum()
+
+
+def test_rows_near_some_samples_are_within_a_margin_of_them() -> None:
+    rng = np.random.default_rng(3)
+    kernel = first_order(60.0, False)
+    margin = math.ceil(8.0 * kernel.settle_s / T)
+    segments = [Span(0, 3000), Span(3100, 3200), Span(3200, 9000)]
+    for share in (0.0, 0.0003, 0.002, 0.05):
+        mask = rng.random(9000) < share
+        mask[[0, -1]] = share > 0.001
+        rows, stretches = kernel.near(mask, segments, T)
+        plain = [
+            k
+            for s in segments
+            for k in range(s.start, s.stop)
+            if mask[max(k - margin, s.start) : min(k + margin + 1, s.stop)].any()
+        ]
+        assert rows.tolist() == plain
+        assert sum(map(len, stretches)) == rows.size

@@ -343,6 +343,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_sig
         control=control_modes(series, prepared.phases, config.detect),
     )
     found += pattern_findings(signals, rule.gamma_nm)
+    more = detection_findings(series, run, inputs, facts.friction_level)
     found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
     return _Judged(
         inputs,
@@ -351,7 +352,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_sig
         clean,
         stats,
         facts,
-        (*found, *detection_findings(series, run, inputs), *model_worth_findings(prepared, run, inputs)),
+        (*found, *more, *model_worth_findings(prepared, run, inputs)),
         rest_steps(prepared, run, inputs),
     )
 

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from collaudit.core.data.audit_result import ResidualStats, RuleFacts
+from collaudit.core.data.detection_result import LevelFacts
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, friction_levels
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
@@ -26,10 +27,18 @@ _LISTED_CUTS = 50
 _BLIND = [State.SATURATED, State.NOT_A_NUMBER, State.GAP, State.EDGE, State.NOT_DRIVEN]
 
 
-def detection_findings(series: UniformSeries, run: DetectorRun, inputs: DetectionInputs) -> list[Finding]:
-    """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged."""
+def detection_findings(
+    series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, levels: Mapping[str, LevelFacts]
+) -> list[Finding]:
+    """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged.
+
+    Args:
+        series: the judged joints.
+        run, inputs: of the detector.
+        levels: of friction, by joint.
+    """
     findings = _slow_kernel(run, inputs.rule, series.period_s)
-    findings += _friction_levels(run.residual)
+    findings += _friction_levels(levels)
     findings += _ripple_not_shown(run.residual)
 
     def of_joint(joint: str) -> list[Finding]:
@@ -41,10 +50,10 @@ def detection_findings(series: UniformSeries, run: DetectorRun, inputs: Detectio
     return findings + [finding for its in by_name(of_joint, judged).values() for finding in its]
 
 
-def _friction_levels(residual: Residual) -> list[Finding]:
+def _friction_levels(levels: Mapping[str, LevelFacts]) -> list[Finding]:
     """Joints whose friction ran notably off its calibration."""
     findings: list[Finding] = []
-    for joint, level in friction_levels(residual, followed=True).items():
+    for joint, level in levels.items():
         span = max(abs(level.lowest - 1.0), abs(level.highest - 1.0))
         if span >= LARGEST - 1e-6:
             text = (

@@ -71,12 +71,14 @@ def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]
     """Range and standard error of each joint's friction level; ``followed``: whether it was more than assumed."""
     facts = {}
     for joint, level in residual.levels.items():
-        share = 1.0 + level.deviation
+        # A fixed level is one number for all samples.
+        deviation, sd = (x[:1] if x.strides == (0,) else x for x in (level.deviation, level.sd))
+        share = 1.0 + deviation
         facts[joint] = LevelFacts(
             lowest=float(share.min()),
             median=float(np.median(share)),
             highest=float(share.max()),
-            sd=float(np.median(level.sd)),
+            sd=float(np.median(sd)),
             followed=followed,
             mean=1.0 + level.mean,
         )

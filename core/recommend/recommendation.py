@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from math import floor, log10
 
 import numpy as np
@@ -34,6 +35,13 @@ class CleanResidual:
     clean: BoolArray
     period_s: float
     left_out_s: float = 0.0
+    _level: list[FloatArray] = field(default_factory=list, init=False, repr=False)  # not taken over by replace()
+
+    def level_nm(self) -> FloatArray:
+        """(n,) |residual|, -inf where a sample does not count; formed once for all persistences."""
+        if not self._level:
+            self._level.append(np.where(self.clean, np.abs(self.residual_nm), -np.inf))
+        return self._level[0]
 
 
 def sustained_peaks(data: CleanResidual, n: int, block_s: float = BLOCK_S) -> FloatArray:
@@ -43,7 +51,7 @@ def sustained_peaks(data: CleanResidual, n: int, block_s: float = BLOCK_S) -> Fl
     block of clean data exactly when gamma is below it. Blocks in which no window fits are left out.
     """
     level = np.full(data.residual_nm.size, -np.inf)
-    lowest = window_minima(np.where(data.clean, np.abs(data.residual_nm), -np.inf), n)
+    lowest = window_minima(data.level_nm(), n)
     level[n // 2 : n // 2 + lowest.size] = lowest
     length = max(1, round(block_s / data.period_s))
     if level.size == 0:

@@ -71,8 +71,7 @@ def sustained_level(data: CleanResidual, n: int) -> FloatArray:
 
     Rule (6) with this n fires in clean data exactly where it exceeds gamma.
     """
-    level = np.where(data.clean, np.abs(data.residual_nm), -np.inf)
-    return window_minima(level, n)
+    return window_minima(data.level_nm(), n)
 
 
 def declustered_peaks(data: Sequence[CleanResidual], counts: Sequence[int]) -> SustainedPeaks:
@@ -121,8 +120,8 @@ def peaks_of_log(data: CleanResidual, n: int) -> LogPeaks:
     lower = np.zeros(at.size, dtype=np.bool_)
     lower[:-1] |= near & (peak[:-1] < peak[1:])
     lower[1:] |= near & (peak[1:] <= peak[:-1])
-    used = np.concatenate((np.isfinite(level), np.zeros(blocks.size - level.size, dtype=np.bool_)))
-    per_block = used.reshape(-1, length).sum(axis=1) * data.period_s / 3600.0
+    unused = np.bincount(np.flatnonzero(~np.isfinite(padded)) // length, minlength=at.size)
+    per_block = (length - unused) * data.period_s / 3600.0
     # A minute is a minute of clean time, so that a sparse log does not count as many windows.
     minute = np.floor((np.cumsum(per_block) - 0.5 * per_block) / (WINDOW_S / 3600.0)).astype(np.int64)
     hours: FloatArray = np.bincount(minute, weights=per_block).astype(np.float64)

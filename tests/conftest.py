@@ -15,6 +15,9 @@ one_thread_of_linear_algebra()  # as the commands do, and as early
 if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) >= (os.cpu_count() or 1):
     use_threads(1)  # as the workers of an audit: the other cores have processes of their own
 
+# Where this package is installed, jsonschema builds its grammars of web addresses: a second, and no schema here asks.
+sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]
+
 sys.path.insert(0, str(Path(__file__).with_name("helpers")))  # importlib mode leaves the tests' folders off the path
 pytest_plugins = ["simulated_logs"]
 

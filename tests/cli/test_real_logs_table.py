@@ -25,7 +25,7 @@ OFFERED = ("labels", "wrench", "effort_sign")
 
 @pytest.fixture(scope="module")
 def motion(arm: Any) -> Motion:
-    rows = np.loadtxt(arm.clean, delimiter=",", skiprows=1)[::2]
+    rows = np.loadtxt(arm.clean, delimiter=",", skiprows=1)[::4]
     return Motion(rows[:, 0], (rows[:, 1:3], rows[:, 3:5], rows[:, 5:7]))
 
 

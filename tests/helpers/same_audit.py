@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
-
 
 def differences(found: Any, expected: Any, where: str = "") -> list[str]:
     """Where two results differ by more than the last digits: decimals are exact beyond what a float64 holds."""
@@ -17,7 +15,7 @@ def differences(found: Any, expected: Any, where: str = "") -> list[str]:
     if (
         isinstance(expected, float)
         and isinstance(found, float)
-        and found == pytest.approx(expected, rel=1e-6, abs=1e-9)
+        and abs(found - expected) <= max(1e-6 * abs(expected), 1e-9)
     ):
         return []
     return [] if found == expected else [f"{where}: {found} instead of {expected}"]

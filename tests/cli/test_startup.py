@@ -60,6 +60,19 @@ def test_warnings_of_libraries_do_not_reach_users(debug: str, shown: bool) -> No
     assert ("overflow encountered" in done.stderr) is shown
 
 
+@pytest.mark.parametrize("wanted", [None, "logfire"])
+def test_ending_looks_for_no_garbage_and_starting_for_no_plugins(wanted: str | None) -> None:
+    code = (
+        "import atexit, gc, os\n"
+        "atexit.register(lambda: print(gc.get_freeze_count() > 1000, os.environ['PYDANTIC_DISABLE_PLUGINS']))\n"
+        "from collaudit.cli import main as entry\nentry.run = lambda args: 3\nentry.main([])"
+    )
+    environment = {key: value for key, value in os.environ.items() if key != "PYDANTIC_DISABLE_PLUGINS"}
+    environment |= {"PYDANTIC_DISABLE_PLUGINS": wanted} if wanted else {}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert (done.returncode, done.stdout) == (3, f"True {wanted or '__all__'}\n"), done.stderr
+
+
 def test_too_little_memory_to_start_is_no_bug() -> None:
     code = (
         "import sys\nfrom collaudit.cli import main as entry\n"

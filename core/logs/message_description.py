@@ -18,7 +18,7 @@ from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
-from collaudit.core.logs.topics.log_topics import Topic, decode, topics_of, written_beside
+from collaudit.core.logs.topics.log_topics import Topic, decode, sharing, topics_of, written_beside
 from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
 from collaudit.core.numeric.arrays import IntArray
 
@@ -47,7 +47,7 @@ def describe_messages(
     times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
     owner = {channel.key: topic for topic in topics for channel in topic.channels}
     with written_beside(topics):
-        for batch in reader.batches():
+        for batch in reader.batches(None, sharing(topics)):
             topic = owner.get(batch.key)
             if topic is None:
                 continue
@@ -153,5 +153,4 @@ def _note(topic: Topic) -> str:
 
 def _holds(decoded: Decoded, quantity: str) -> bool:
     """Whether any message has a finite number of a quantity."""
-    columns = (group.look(quantity) for group in decoded.groups.values())
-    return any(column is not None and bool(np.isfinite(column).any()) for column in columns)
+    return any(group.holds(quantity) for group in decoded.groups.values())

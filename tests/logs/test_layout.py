@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from collaudit.core.logs.messages.decoded_columns import Decoded
+from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
@@ -304,3 +304,15 @@ def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataO
             mine, theirs = (g.look(name) for g in (group, other))
             assert mine[order].tobytes() == theirs[other_order].tobytes(), name
             assert mine.dtype == theirs.dtype
+
+
+@pytest.mark.parametrize(("at", "expected"), [(0, True), (39_999, True), (None, False)])
+def test_a_column_of_which_one_number_is_known_holds_something(at: int | None, expected: bool) -> None:
+    out = Decoded()
+    values = np.full((40_000, 2), np.nan)
+    if at is not None:
+        values[at, 1] = 0.0
+    room = out.room(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": 2}, range(40_000))
+    room["effort"][:] = values
+    (group,) = out.groups.values()
+    assert (group.holds("effort"), group.holds("velocity")) == (expected, False)

@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import Beside
 from collaudit.core.value_types import dataclass
 
@@ -68,12 +69,8 @@ class Growing:
             self._array = _with_room(self._array[:start], self._used, share)
         return self._array[start : self._used]
 
-    def copy(self) -> Column:
-        """The rows so far."""
-        return self._array[: self._used].copy()
-
-    def finish(self) -> Column:
-        """The rows, without room for more; nothing may be added after."""
+    def so_far(self) -> Column:
+        """The rows so far, where they lie."""
         return self._array[: self._used]
 
     def __len__(self) -> int:
@@ -144,12 +141,18 @@ class Group:
     def take(self, name: str) -> FloatArray | IntArray | None:
         """The whole column, which the group gives away."""
         column = self.columns.pop(name, None)
-        return None if column is None else column.finish()
+        return None if column is None else column.so_far()
 
     def look(self, name: str) -> FloatArray | IntArray | None:
         """A copy of a column that stays in the group."""
         column = self.columns.get(name)
-        return None if column is None else column.copy()
+        return None if column is None else column.so_far().copy()
+
+    def holds(self, name: str) -> bool:
+        """Whether a column is there and any of its numbers is one; mostly the first row tells."""
+        column = self.columns.get(name)
+        values = None if column is None else column.so_far()
+        return values is not None and any(bool(np.isfinite(values[part]).any()) for part in blocks(values.shape[0]))
 
     @property
     def rows(self) -> int:

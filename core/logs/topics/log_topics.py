@@ -131,18 +131,24 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
     if not decoders:
         return
 
+    with written_beside(topics):
+        for batch in reader.batches(frozenset(decoders), sharing(topics, progress)):
+            for decoder in decoders[batch.key]:
+                decoder.add(batch)
+            if limit and all(topic.decoded.seen >= limit for topic in topics):
+                return
+
+
+def sharing(topics: Sequence[Topic], progress: Progress | None = None) -> Progress:
+    """A progress that tells topics how much of the log has been read, and so how much room their columns need."""
+
     def note(done: int, total: int) -> None:
         for topic in topics:
             topic.decoded.share = done / total if total else 0.0
         if progress is not None:
             progress(done, total)
 
-    with written_beside(topics):
-        for batch in reader.batches(frozenset(decoders), note):
-            for decoder in decoders[batch.key]:
-                decoder.add(batch)
-            if limit and all(topic.decoded.seen >= limit for topic in topics):
-                return
+    return note
 
 
 @contextmanager

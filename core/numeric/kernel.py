@@ -109,7 +109,10 @@ class Kernel:
     ) -> FloatArray:
         out, bridged = self._run(self._coefficients(numerator, period_s), x, segments, out)
         if bridged is not None:
-            out[self.reach(~np.isfinite(x), segments, period_s)] = np.nan
+            for column in np.flatnonzero(bridged.any(axis=0)):
+                rows, stretches = self.near(bridged[:, column], segments, period_s)
+                reached = self.reach(bridged[rows, column][:, None], stretches, period_s)[:, 0]
+                out[rows[reached], column] = np.nan
         return out
 
     def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:

@@ -154,3 +154,20 @@ def test_rows_near_some_samples_are_within_a_margin_of_them() -> None:
         ]
         assert rows.tolist() == plain
         assert sum(map(len, stretches)) == rows.size
+
+
+@pytest.mark.parametrize("causal", [True, False])
+def test_what_weighs_too_much_is_missing_in_every_column(causal: bool) -> None:
+    rng = np.random.default_rng(9)
+    kernel = double_pole(60.0, causal)
+    segments = [Span(0, 2500), Span(2600, 8000)]
+    x = rng.normal(size=(8000, 3))
+    x[:, 0][rng.random(8000) < 0.002] = np.nan
+    x[3000:3100, 2] = np.nan
+    found = kernel.apply(x, segments, T)
+    inside = np.zeros((8000, 1), dtype=bool)
+    for span in segments:
+        inside[span.slice] = True
+    unknown = ~inside | kernel.reach(~np.isfinite(x), segments, T)
+    assert np.array_equal(np.isnan(found), unknown)
+    assert unknown[:2500, 0].any() and not unknown[:2500, 0].all() and not unknown[:2500, 1].any()

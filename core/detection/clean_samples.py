@@ -34,16 +34,20 @@ def residual_stats(signals: Signals, joint: str, clean: BoolArray, period_s: flo
     k = signals.joint_names.index(joint)
     judged = signals.state[:, k] == State.JUDGED
     seconds = float(np.count_nonzero(judged)) * period_s
-    x = np.abs(signals.residual_nm[judged, k])
+    x = signals.residual_nm[judged, k]
     if x.size == 0:
         return ResidualStats(None, None, None, None, seconds)
-    calm = np.abs(signals.residual_nm[clean, k])
+    np.abs(x, out=x)
+    mean, rms, most = float(np.mean(x)), float(np.sqrt(np.mean(x**2))), float(np.max(x))
+    p99 = float(np.quantile(x, 0.99, overwrite_input=True))  # x is sorted in parts: nothing may look at it after
+    x = signals.residual_nm[clean, k]
+    np.abs(x, out=x)
     return ResidualStats(
-        mean_abs_nm=float(np.mean(x)),
-        rms_nm=float(np.sqrt(np.mean(x**2))),
-        p99_nm=float(np.quantile(x, 0.99)),
-        max_abs_nm=float(np.max(x)),
+        mean_abs_nm=mean,
+        rms_nm=rms,
+        p99_nm=p99,
+        max_abs_nm=most,
         judged_s=seconds,
-        clean_mean_abs_nm=float(np.mean(calm)) if calm.size else None,
-        clean_s=float(calm.size) * period_s,
+        clean_mean_abs_nm=float(np.mean(x)) if x.size else None,
+        clean_s=float(x.size) * period_s,
     )

@@ -61,16 +61,22 @@ def position_pattern(
     """
     if position.size < 2 * _BINS:
         return None
+    visit = np.empty(time_s.size, dtype=np.int64)
+    for part in blocks(visit.size):
+        visit[part] = np.floor(time_s[part] / _VISIT_S)
     rest = residual.copy()
+    del time_s, residual  # columns of a long log: no more of them than needed
     for sign in (-1.0, 1.0):
         way = direction == sign
         there = rest[way]
         if there.size:
-            rest[way] = there - np.median(there)
+            there -= np.median(there)
+            rest[way] = there
+        del there
+    del direction
     low, high = np.quantile(position, [0.005, 0.995])
     if not high - low > _LEAST_RANGE_RAD:
         return None
-    visit = np.floor(time_s / _VISIT_S).astype(np.int64)
     middle = _median_of_rising(visit)
     visit *= _BINS
     for part in blocks(visit.size):

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
-from collaudit.core.logs.messages.decoded_columns import Column, Decoded, GroupKey
+from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
 from collaudit.core.logs.messages.generic_decoder import generic_decoder
+from collaudit.core.logs.messages.growing_columns import Column
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_schema import Struct, parse_schema
 from collaudit.core.logs.messages.profiles import Profile

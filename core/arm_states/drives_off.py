@@ -111,7 +111,7 @@ def _fastest(velocity: FloatArray) -> FloatArray:
     """(n,) speed of the fastest joint; unknown ones count as standing."""
     out = np.zeros(velocity.shape[0])
     for column in velocity.T:
-        np.maximum(out, np.nan_to_num(np.abs(column)), out=out)
+        np.fmax(out, np.abs(column), out=out)
     return out
 
 
@@ -125,10 +125,12 @@ def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> B
         size = np.abs(effort[:, j])
         limits.append(_ZERO_SHARE * np.nanquantile(size, 0.95))
         none &= size <= limits[-1]
+        if not none.any():  # most often no sample is without effort, and nobody need know the rest
+            return none
     if np.count_nonzero(np.array(limits) > 0) < _MANY_JOINTS:
         none &= same
     loaded = np.zeros_like(none)
-    if not none.any():  # most often no sample is without effort, and nobody need know the loads
+    if not none.any():
         return loaded
     with np.errstate(invalid="ignore"):
         for j in known:

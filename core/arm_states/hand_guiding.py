@@ -22,6 +22,7 @@ from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_lat
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.value_types import dataclass
 
@@ -98,8 +99,15 @@ def hand_guiding(
         return []
     block = without_gaps(numbers, 2 * _WINDOW)
     speed = series.velocity_rad_s[rows]
-    own = np.stack([friction[j](speed[:, j]) for j in columns], axis=1)
-    rest = drive_nm[np.ix_(rows, pick)] - rigid_nm[np.ix_(rows, pick)] - own
+    own, rest = (np.empty((rows.size, len(columns)), order="F") for _ in range(2))
+
+    def fill_joint(place: int) -> None:
+        j = columns[place]
+        own[:, place] = friction[j](speed[:, j])
+        rest[:, place] = drive_nm[rows, j] - rigid_nm[rows, j] - own[:, place]
+
+    for _ in ordered_map(fill_joint, range(len(columns))):
+        pass
     near = _suspicious(rest, own, speed[:, columns], block)
     if not near.any():
         return []

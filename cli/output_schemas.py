@@ -5,6 +5,7 @@ Commands do without this module: what they print is compared with these schemas 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from pydantic import TypeAdapter
@@ -34,7 +35,6 @@ from collaudit.core.history.robot_trend import RateOfNights
 from collaudit.core.history.series_changes import Change
 from collaudit.core.logs.log_summary import ColumnInfo, TopicInfo
 from collaudit.core.recommend.arm_recommendation import LogUse
-from collaudit.core.value_types import dataclass
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.manifest_file import Difference

@@ -8,7 +8,6 @@ from pathlib import Path
 
 #: The rooms in the order in which data flows: a room imports rooms before it, never after.
 ROOMS = (
-    "value_types",
     "errors",
     "findings",
     "numeric",
@@ -36,7 +35,7 @@ ROOMS = (
     "api",
 )
 #: Rooms that every other one may use; arrows to them would hide the others.
-_EVERYWHERE = frozenset({"value_types", "errors", "findings", "numeric", "data", "config", "provenance"})
+_EVERYWHERE = frozenset({"errors", "findings", "numeric", "data", "config", "provenance"})
 
 
 def module_imports(top: Path, package: str) -> dict[str, set[str]]:

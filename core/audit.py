@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from collaudit.core.config.schema import Config
@@ -73,7 +73,6 @@ from collaudit.core.recommend.recommendation import little_data_findings
 from collaudit.core.rule_study.audit_study import audit_study
 from collaudit.core.scoring.known_events import known_contact_times, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
-from collaudit.core.value_types import dataclass
 from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
 from collaudit.core.verdict.exclusions import exclusions

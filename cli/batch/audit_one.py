@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import shlex
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.run_note import FINISHED, note_finished, note_origin
 from collaudit.core.errors import CollauditError, NotJudgedError
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.log_jobs import LogJob

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -12,7 +12,6 @@ from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles

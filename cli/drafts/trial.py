@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles

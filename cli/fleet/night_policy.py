@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import date
 from functools import cache
 from pathlib import Path
@@ -15,7 +15,6 @@ from collaudit.core.findings import findings_with_level
 from collaudit.core.policy.decision import decide_log, decided
 from collaudit.core.policy.rule_outcomes import LogInQuestion
 from collaudit.core.policy.waiver_use import WaiverBook
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.audit_one import Outcome

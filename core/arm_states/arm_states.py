@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.value_types import dataclass
 
 _LISTED = 20
 

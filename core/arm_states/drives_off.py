@@ -7,6 +7,7 @@ anything touches the arm. The ramp to standstill that ends there is the braking,
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import ceil, log
 
 import numpy as np
@@ -15,7 +16,6 @@ from collaudit.core.arm_states.noisy_drives import noisy_zero
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.value_types import dataclass
 
 #: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
 _ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0

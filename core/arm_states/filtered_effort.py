@@ -7,6 +7,7 @@ order, and no factors of gravity, inertia and friction explain it as well, the f
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,6 @@ from collaudit.core.arm_states.late_drives import Friction, Gravity, low_passed
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 #: Time constants that are tried, s: a faster one is no slower than the filters of most drives.
 _LAGS_S = np.geomspace(0.1, 8.0, 24)

@@ -14,6 +14,7 @@ only late (a slow low-pass), is no sign of a hand.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +25,6 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.value_types import dataclass
 
 #: Blocks, s; window that must show it, blocks; samples looked at in a second.
 _BLOCK_S, _WINDOW, _RATE_HZ = 0.1, 10, 50.0

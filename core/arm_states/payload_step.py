@@ -8,6 +8,7 @@ of friction make it. A step counts that stands out of it and stays.
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +18,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import SD_PER_MAD
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
 #: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import SD_PER_MAD
-from collaudit.core.value_types import dataclass
 
 _BLOCKS = 10
 #: Standard deviation over the median of |third differences| of white noise: 1.4826 / sqrt(1 + 9 + 9 + 1).

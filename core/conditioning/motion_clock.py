@@ -8,6 +8,8 @@ nothing is claimed.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
@@ -15,7 +17,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.value_types import dataclass
 
 #: Robust spread of the steps about whole periods, in periods: stamps this good need no help.
 _STEADY = 0.1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, log
 
 import numpy as np
@@ -14,7 +14,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.value_types import dataclass
 
 #: A value that repeats for less than this, or for fewer samples, is no stuck sensor.
 _LEAST_S, _LEAST = 0.05, 8

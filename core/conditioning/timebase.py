@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,6 @@ from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.value_types import dataclass
 
 MIN_SEGMENT_SAMPLES = 12
 #: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,7 +16,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.value_types import dataclass
 
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 #: A velocity that is wrong in this share of the motion at most is mended there, and derived whole otherwise.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
-from collaudit.core.value_types import dataclass
 
 #: Fewer samples than this are nothing; a lag of 2.7 ms left alone doubles the residual of fast joints.
 SAMPLES = 0.25

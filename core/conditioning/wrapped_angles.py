@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.value_types import dataclass
 
 _TURN_RAD = 2.0 * np.pi
 #: A smaller step is no jump, rad (m of a prismatic joint).

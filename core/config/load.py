@@ -6,6 +6,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -16,7 +17,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_lines import key_lines
 from collaudit.core.errors import ConfigError
-from collaudit.core.value_types import dataclass
 
 #: Keys that say the same thing in another way: a flag for the first takes the others out of the file's answer.
 _REPLACES: dict[str, tuple[str, ...]] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from collaudit.core.data.detection_result import Contact, ContactForce, LeastFor
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: Alarms of different joints closer than this are one contact.
 _TOGETHER_S = 0.1

@@ -8,7 +8,7 @@ unknowns. Directions whose singular value is small are not seen by any joint, an
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: Lever arms below this (m) see a force too faintly to say anything.
 _BLIND_M = 0.03

@@ -5,7 +5,7 @@ Every class here mirrors one object of ``friction.json`` or ``audit.json`` key b
 Plain Python numbers only; None stands for "not known", never for zero.
 """
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
@@ -20,7 +20,6 @@ from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
-from collaudit.core.value_types import dataclass
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]

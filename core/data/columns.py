@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import slope_between
-from collaudit.core.value_types import dataclass
 
 
 class Columns(Protocol):

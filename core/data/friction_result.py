@@ -1,10 +1,9 @@
 """Result types of one joint's friction: points, law, intervals, what the data cannot determine."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.friction_laws.law_registry import LawName
-from collaudit.core.value_types import dataclass
 
 OpenSide = Literal["low", "high", "both"]
 Bounds = tuple[float | None, float | None]

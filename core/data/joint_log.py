@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 EffortUnit = Literal["Nm", "raw"]
 JointType = Literal["revolute", "prismatic"]

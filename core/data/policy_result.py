@@ -1,10 +1,10 @@
 """Result types of the decision over finished audits: what each rule says of each log, and what follows."""
 
+from dataclasses import dataclass
 from typing import Literal
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.core.findings import Finding
-from collaudit.core.value_types import dataclass
 
 POLICY_SCHEMA = "collaudit/policy/1"
 #: ``kept``; ``broken``; ``known``: broken, and the baseline shows the same within its noise; ``waived``: broken, and

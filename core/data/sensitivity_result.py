@@ -1,6 +1,6 @@
 """Result types of sensitivity over time: how small a torque or force would have alarmed, for how much of the time."""
 
-from collaudit.core.value_types import dataclass
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.columns import Columns
@@ -9,7 +11,6 @@ from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.value_types import dataclass
 
 #: A joint moves when it is faster than this, rad/s (m/s of a prismatic joint): slower, noise decides on the direction,
 #: friction is not that of sliding, and the same position twice is no surprise.

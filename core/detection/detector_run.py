@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,6 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.residual.residual import Residual
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.signals import State
@@ -13,7 +15,6 @@ from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: A model that leaves this share of the torque's spread explains nothing.
 _NO_GAIN = 0.9

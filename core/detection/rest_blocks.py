@@ -7,6 +7,7 @@ sliding extremes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +18,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.sliding_extremes import centred_range, widened
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: Steps are looked for in means over this time, s.
 BLOCK_S = 0.01

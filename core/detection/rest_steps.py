@@ -9,6 +9,7 @@ position, must stand out of what the joint does by itself at rest, and oppose ea
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: Before a step a joint has stood if it moved by no more than this share of the step.
 _STOOD_SHARE = 0.25

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.value_types import dataclass
 
 #: A threshold: constant, or one a sample.
 Level = float | FloatArray

@@ -8,7 +8,7 @@ while moving fast is blind while moving slowly.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.residual.residual import Residual
-from collaudit.core.value_types import dataclass
 
 _MARGIN = 1.3
 _LEAST_SAMPLES = 1000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES
-from collaudit.core.value_types import dataclass
 
 #: Strokes shorter than this are encoder noise of a standing joint, rad.
 _NOISE_STROKE = 2e-4

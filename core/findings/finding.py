@@ -8,11 +8,10 @@ type, not a finding to search for.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from collaudit.core.findings.finding_kinds import KINDS, Effect, Kind, Severity
-from collaudit.core.value_types import dataclass
 
 #: Finding code to its meaning.
 CODES: dict[str, str] = {code: kind.meaning for code, kind in KINDS.items()}

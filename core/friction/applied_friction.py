@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
@@ -15,7 +16,6 @@ from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.identification.log_cleaning import cleaned, times_text
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

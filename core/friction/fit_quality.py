@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.scalar_search import root
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
-from collaudit.core.value_types import dataclass
 
 _LEVEL = 0.975
 _CLEARLY = 0.01

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from collaudit.core.friction.ridge_fit import fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 _MIN_SPEED_RATIO = 1.5
 _MIN_A_SIDE = 5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.blocks import SAMPLES, blocks
 from collaudit.core.numeric.special_functions import student_quantile
-from collaudit.core.value_types import dataclass
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5

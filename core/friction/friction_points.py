@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from collaudit.core.friction.gear.direction_difference import PairSum
 from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 _MIN_OVERLAP = 0.5  # share of the shorter section's stroke that both directions must cover
 _MIN_BLOCKS = 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: A law that lacks more than this of the speeds of the whole fit would judge beyond what it was fitted on.
 _LEAST_RANGE = 0.8

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.friction_result import Bounds
@@ -13,7 +15,6 @@ from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.special_functions import fisher_tail
-from collaudit.core.value_types import dataclass
 
 _SIGNIFICANT = 0.01
 

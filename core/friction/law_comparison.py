@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from collaudit.core.friction.ridge_fit import fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 _FOLDS = 10
 _MIN_SPEEDS = 4

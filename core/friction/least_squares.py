@@ -8,13 +8,14 @@ of A, B, D by profiling over C (Bates and Watts, Nonlinear Regression Analysis, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.scalar_search import bounded_minimum
 from collaudit.core.numeric.stats import parabola_minimum
-from collaudit.core.value_types import dataclass
 
 _COARSE = 161
 _DENSE = 121

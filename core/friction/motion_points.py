@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.prepare.gear_torque import gear_torque, sensed
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 _BINS = 14
 _MIN_STRETCHES = 4

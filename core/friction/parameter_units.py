@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from collaudit.core.data.joint_log import EffortUnit, JointType
 from collaudit.core.friction_laws.friction_law import FrictionLaw
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ bound makes sense of that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from collaudit.core.friction_laws.friction_law import SeparableLaw, without_colu
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.special_functions import student_quantile
-from collaudit.core.value_types import dataclass
 
 _LEAST_POINTS = 3
 _CLEAR = 0.999  # one-sided level at which the mean friction counts as negative

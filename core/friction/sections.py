@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -14,7 +15,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
-from collaudit.core.value_types import dataclass
 
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0

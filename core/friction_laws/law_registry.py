@@ -7,6 +7,7 @@ parameters. No other room compares or lists names of laws.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from collaudit.core.errors import CollauditError
@@ -17,7 +18,6 @@ from collaudit.core.friction_laws.saturating_viscous import SATURATING_VISCOUS
 from collaudit.core.friction_laws.smooth_coulomb import SMOOTH_COULOMB_VISCOUS
 from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS, COULOMB_VISCOUS, DAMPING_COULOMB
 from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS, STRIBECK_TUSTIN
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler

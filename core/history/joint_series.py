@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import date
 from typing import Literal
 
@@ -12,7 +13,6 @@ import numpy as np
 from collaudit.core.history.log_record import JointRecord, LogRecord
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.value_types import dataclass
 
 Quantity = Literal["friction", "load", "offset", "residual", "margin"]
 #: What is tested for changes, and what it is: unit and words.

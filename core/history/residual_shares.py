@@ -7,11 +7,12 @@ blocks of time taken together (Liang and Zeger, Biometrika 73, 1986), with block
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.history.log_record import Share
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 #: One error a block: a stroke of an arm lasts about as long.
 _BLOCK_S = 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,6 @@ from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.series_changes import Change, series_changes
 from collaudit.core.numeric.change_point import FEWEST
 from collaudit.core.numeric.special_functions import gamma_quantile
-from collaudit.core.value_types import dataclass
 
 Cause = Literal[
     "wear-like growth", "friction step", "friction fell", "payload or tool", "temperature", "common cause", "residual"

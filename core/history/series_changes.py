@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,6 @@ from collaudit.core.history.joint_series import NightSeries, Quantity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.change_point import FEWEST, SeriesChange, find_change
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.value_types import dataclass
 
 #: Chance of any false change in all series of a store, over all nights on which somebody looked.
 FALSE_CHANGES = 0.05

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from collaudit.core.history.log_record import JointRecord, LogRecord
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.joint_thresholds import JointEvidence, arm_rate, tail_evidence, threshold
 from collaudit.core.recommend.sustained_levels import LogPeaks, pooled_peaks
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ until it settles. Nothing here is a result of its own: friction and inertials ar
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from math import ceil
 
@@ -26,7 +27,6 @@ from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown,
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: A stretch begins where the residual exceeds this many robust standard deviations for this long …
 _FAR, _LASTING_S, _LASTING = 6.0, 0.02, 3

@@ -9,6 +9,7 @@ one second as in ``standard_errors.py``. Friction dissipates: what would be nega
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +23,6 @@ from collaudit.core.identification.standard_errors import clustered_covariance, 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 _KEYS = ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2")
 _ROUNDS = 8

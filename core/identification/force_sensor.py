@@ -6,6 +6,8 @@ the configured sign: linear in m, m c and the six offsets.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.config.schema import Config
@@ -15,7 +17,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 _STILL, _REST_S, _SETTLE_S = 0.003, 0.5, 0.2
 _MIN_POSES = 4

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 _HELD_OUT_STEPS = 4
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference

@@ -11,7 +11,7 @@ much more the sum of errors over a second varies than independent errors would (
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from collaudit.core.identification.nuisance import projector
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
-from collaudit.core.value_types import dataclass
 
 _ITERATIONS = 12
 _CHANGE = 1e-4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.channel_shift import prompt_motion, steady
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 _CLUSTER_S = 1.0
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.

@@ -6,13 +6,13 @@ definite (Wensing, Kim and Slotine, IEEE Robot. Autom. Lett. 3, 2018), a convex 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.value_types import dataclass
 
 _MARGIN = 1e-6
 

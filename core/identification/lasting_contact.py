@@ -8,12 +8,13 @@ once.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.robust_regression import Columns, robust_fit
 from collaudit.core.numeric.stats import robust_sd
-from collaudit.core.value_types import dataclass
 
 #: Time is cut into blocks so long at least, and into so many at most: a stretch begins and ends with a block.
 _BLOCK_S, _MOST_BLOCKS = 0.5, 160

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
 from collaudit.core.prepare.guided_stretches import fitted_without_guiding
 from collaudit.core.prepare.prepared import Prepared, without_effort
-from collaudit.core.value_types import dataclass
 
 _SHOWN = 6  # stretches that a message lists
 Times = Sequence[tuple[float, float]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from collaudit.core.identification.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it

@@ -9,6 +9,8 @@ Student's t: a few fast moves may carry all that a log says.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.identification.identification_problem import (
@@ -25,7 +27,6 @@ from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
-from collaudit.core.value_types import dataclass
 
 _MOST = 0.9
 

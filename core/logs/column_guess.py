@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ from collaudit.core.logs.tables.column_findings import stated_units
 from collaudit.core.logs.tables.column_patterns import Found
 from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -18,7 +19,6 @@ from collaudit.core.logs.storage.file_head import (
 )
 from collaudit.core.logs.storage.packed_file import inner_head, open_unpacked
 from collaudit.core.logs.storage.records import Damage
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
-from collaudit.core.value_types import dataclass
 
 _SPEEDS = 9
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from collaudit.core.history.joint_series import FrictionLevel, friction_level
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.policy.baseline import Baseline, BaselineLog
 from collaudit.core.policy.friction_change import FrictionChange
-from collaudit.core.value_types import dataclass
 
 #: Friction is compared with so many of the earliest logs: a mean that moved along would hide wear.
 _FIRST_LOGS = 10

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
@@ -15,7 +16,6 @@ from collaudit.core.history.log_record import LogRecord
 from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts
 from collaudit.core.policy.friction_change import FrictionChange, friction_change
 from collaudit.core.policy.history_baseline import HistoryBaseline, change_over_nights
-from collaudit.core.value_types import dataclass
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import seconds_text
 

@@ -8,7 +8,7 @@ gains and findings are computed once, as the log is judged.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.prepare.coupled_torque import coupled_torque
 from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

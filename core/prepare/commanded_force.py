@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +17,6 @@ from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.usual_force import ExcessForce, excess_findings, meant_share
 from collaudit.core.robot.robot_model import RobotModel, SensorReading
-from collaudit.core.value_types import dataclass
 
 _BIAS_S = 1.0
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.

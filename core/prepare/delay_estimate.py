@@ -9,13 +9,13 @@ and other resampling plans", 1982), with Student's t for as many blocks as carry
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import parabola_minimum
-from collaudit.core.value_types import dataclass
 
 _REACH_S = (-0.2, 0.7)
 _COARSE_S = 0.01

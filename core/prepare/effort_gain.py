@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.value_types import dataclass
 
 _CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8

@@ -7,6 +7,7 @@ so the part of the effort that goes with the direction of motion is positive. Wr
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort_gain import EffortGain
-from collaudit.core.value_types import dataclass
 
 _CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8

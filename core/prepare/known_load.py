@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.prepare.prepared import Prepared, with_known_load
 from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

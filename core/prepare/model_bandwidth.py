@@ -8,6 +8,8 @@ raises the residual's power as soon as it is below a half.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
@@ -15,7 +17,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.value_types import dataclass
 
 #: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
 _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)

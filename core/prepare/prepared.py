@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,6 @@ from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,6 +8,7 @@ gears and control keep of the touch before. More than half of the time may be to
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -15,7 +16,6 @@ import numpy as np
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import SD_PER_MAD
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
 STILL_TRAVEL = 0.01

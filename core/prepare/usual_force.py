@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.value_types import dataclass
 
 #: A force this many times the level that contact keeps below for 95 % of its time, and this much above it, stands out.
 _TIMES, _ABOVE_N = 1.5, 5.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -13,7 +13,6 @@ from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.value_types import dataclass
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,7 +32,6 @@ from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_
 from collaudit.core.recommend.recommendation import CleanResidual
 from collaudit.core.recommend.set_rule import judge_set_rules
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, sustained_level
-from collaudit.core.value_types import dataclass
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
 _DIFFERS = 1.05

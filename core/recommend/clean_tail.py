@@ -7,13 +7,13 @@ friction and ripple have bounded or Gaussian tails, which fall faster: for them 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import exp, log
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.special_functions import gamma_quantile
-from collaudit.core.value_types import dataclass
 
 #: One peak a block: neighbouring samples share their cause, a reversal or a turn of the gear.
 BLOCK_S = 1.0

@@ -10,6 +10,7 @@ log.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -29,7 +30,6 @@ from collaudit.core.residual.friction_bounds import Travel, loose_bounds, rest_b
 from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, follow_level
 from collaudit.core.residual.gear_terms import carried_load, known_ripple
 from collaudit.core.residual.residual import BEYOND_RANGE, SIGMAS, mark_reasons
-from collaudit.core.value_types import dataclass
 
 #: After so many time constants of a kernel a wrong start is below the last digit, rounding included.
 _FORGOTTEN = 80.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from collaudit.core.recommend.fold_residual import FoldResidual, fold_residual
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.residual import ResidualInputs
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -18,7 +18,6 @@ from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
 from collaudit.core.recommend.tail_fit import JointTail, fit_tail
-from collaudit.core.value_types import dataclass
 
 #: False alarms of the arm per hour that are asked for where nothing is said.
 DEFAULT_PER_HOUR = 1e-3

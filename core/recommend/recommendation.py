@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from math import floor, log10
 
 import numpy as np
@@ -13,7 +13,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.sliding_extremes import window_minima
 from collaudit.core.recommend.clean_tail import BLOCK_S
-from collaudit.core.value_types import dataclass
 
 MARGIN = 1.25
 #: Hours of motion of a joint between two false alarms that a threshold of the fit promises, at 95 % confidence.

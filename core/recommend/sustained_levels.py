@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.sliding_extremes import window_minima
 from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.value_types import dataclass
 
 #: At most one peak is taken of so long a stretch, and peaks closer than half of it are one.
 BLOCK_S = 1.0

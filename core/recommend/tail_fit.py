@@ -7,6 +7,7 @@ would double thresholds that rest on minutes. Where the squares show a heavier t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -15,7 +16,6 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile, student_share
 from collaudit.core.recommend.sustained_levels import SustainedPeaks
 from collaudit.core.recommend.tail_likelihood import TailLikelihood, tail_likelihood
-from collaudit.core.value_types import dataclass
 
 #: Shares of the peaks that may be the tail; the largest that the law fits is taken.
 _SHARES = (0.1, 0.05, 0.025, 0.0125)

@@ -13,10 +13,11 @@ clustered data by an adjusted independence log-likelihood). What is believed of 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 #: What is believed of the shape before data. Minutes of data leave +-0.2 open, which for rare alarms is a factor of
 #: several. So the shape is at most 0, the exponential law, unless the peaks themselves show a heavier tail.

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

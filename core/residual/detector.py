@@ -7,6 +7,7 @@ which is the file's, in ``core/config/detector_names.py``.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
@@ -15,7 +16,6 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.residual import Residual, ResidualInputs
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

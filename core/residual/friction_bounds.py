@@ -7,6 +7,8 @@ stiff joint's (steady at once) and a soft one's (eq. (7) integrated over the tra
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
@@ -14,7 +16,6 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
-from collaudit.core.value_types import dataclass
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
 _TRAVEL_CONSTANTS = 5.0

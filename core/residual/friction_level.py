@@ -8,11 +8,12 @@ move it. What is left is a standard error, which the threshold carries.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import parabola_minimum
-from collaudit.core.value_types import dataclass
 
 #: Levels considered, as deviations from the calibration.
 LARGEST = 0.3

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,6 @@ from collaudit.core.residual.friction_level import FrictionLevel, fixed_level, f
 from collaudit.core.residual.gear_terms import carried_load, known_ripple
 from collaudit.core.residual.isolation import EachJoint, Isolation
 from collaudit.core.residual.rest_changes import fill_changes
-from collaudit.core.value_types import dataclass
 
 #: Beyond this multiple of the fastest speed that friction was measured at it does not tell the friction level.
 BEYOND_RANGE = 1.05

@@ -6,6 +6,7 @@ Each link's quantities are vectors in its joint's axes, about its joint's origin
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +14,6 @@ import numpy as np
 from collaudit.core.robot.link_constants import Link
 from collaudit.core.robot.recorded_program import Recorder, Scalar, Value
 from collaudit.core.robot.recorded_vectors import ZERO, Vector, add_z, matrix_times, plus, vector_of
-from collaudit.core.value_types import dataclass
 
 #: Rotations' entries this near to 0, 1 or -1 are meant to be it.
 _EXACT = 1e-15

@@ -7,6 +7,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,7 +17,6 @@ from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.rigid_bodies import RigidBodies
 from collaudit.core.robot.sample_batches import Batched, Part, Signal, evaluate
 from collaudit.core.robot.unknown_names import unknown_name
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True)

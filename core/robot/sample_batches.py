@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.value_types import dataclass
 
 #: Samples at a time: long enough that calling NumPy costs little, short enough that a program's buffers stay in cache.
 _BLOCK = 16384

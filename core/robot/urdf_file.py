@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
+from dataclasses import dataclass
 
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_numbers import check_joint, check_link
-from collaudit.core.value_types import dataclass
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _NO_LIMIT = "1e9"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, sqrt
 
 import numpy as np
@@ -25,7 +25,6 @@ from collaudit.core.rule_study.injected_contacts import (
 )
 from collaudit.core.rule_study.noticed_force import alarm_delays, noticed_forces
 from collaudit.core.rule_study.shown_torque import Windows, margin_samples, through_filters, windows
-from collaudit.core.value_types import dataclass
 from collaudit.core.verdict.force_sensitivity import Place, places
 
 #: Shares of contacts whose force is given, and forces at which misses are counted.

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 #: A log's sample is taken as the mean over its period, of so many instants.
 _INSTANTS = 16

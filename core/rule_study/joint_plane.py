@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import log
 
 import numpy as np
@@ -13,7 +14,6 @@ from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.rule_study.alarm_grid import alarm_grid, excess, grid_counts, grid_gammas, sustained_level
 from collaudit.core.rule_study.shown_torque import Windows, shown
-from collaudit.core.value_types import dataclass
 
 #: Of the moments, a torque is to be noticed at so many.
 NOTICED_SHARE = 0.95

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
@@ -42,7 +42,6 @@ from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.plane_frontier import frontier
 from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
-from collaudit.core.value_types import dataclass
 from collaudit.core.verdict.sensitivity import detectable_torque
 
 #: Moments that planes, delays and the map are computed at.

@@ -13,6 +13,7 @@ of an arm that does not move at all, a knock of 10 ms would show a third more.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,6 @@ from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:  # a page draws planes without a detector, whose imports take longer than the page
     from collaudit.core.data.uniform_series import UniformSeries

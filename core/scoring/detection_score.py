@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from collaudit.core.data.detection_result import Score
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
-from collaudit.core.value_types import dataclass
 
 #: An alarm this long after an event ended still belongs to it (the arm swings back), and this long before it.
 AFTER_S, BEFORE_S = 0.5, 0.05

@@ -6,12 +6,12 @@ import csv
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from collaudit.core.errors import LogError
 from collaudit.core.scoring.detection_score import TrueEvent
-from collaudit.core.value_types import dataclass
 
 _COLUMNS = "onset_s,end_s and optionally joint"
 

@@ -7,6 +7,7 @@ detectable there: from direction d at f = min_j s_j / |J_v,j · d|. Whatever is 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,6 @@ from collaudit.core.data.sensitivity_result import ForceLevel, ForceSensitivity
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.value_types import dataclass
 
 #: Shares of the time, and of the directions, at which the distribution is given.
 _TIME_SHARES = (0.5, 0.8, 0.95)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import window_maxima, window_minima
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.value_types import dataclass
 from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
 
 #: Bounds, in thresholds, of the torque that is to be noticeable where the configuration states none.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage
 from collaudit.core.data.sensitivity_result import JointSensitivity, TimeShares
 from collaudit.core.findings import Finding
-from collaudit.core.value_types import dataclass
 from collaudit.core.verdict.exclusions import seconds_text, state_text
 
 #: Motion shorter than this that could not be judged is an exclusion, and does not take the verdict away.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import IO
 
 import numpy as np
@@ -18,7 +19,6 @@ from mcap.data_stream import RecordBuilder
 from numpy.typing import NDArray
 
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.core.value_types import dataclass
 
 _MAGIC = b"\x89MCAP0\r\n"
 _CHUNK_BYTES = 4 << 20

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from collaudit.core.errors import CollauditError
-from collaudit.core.value_types import dataclass
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_reader import read_result
 from collaudit.reports.files.json_writer import json_text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,6 @@ from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.numeric.parallel import threads
-from collaudit.core.value_types import dataclass
 from collaudit.reports.files.atomic import atomic_write, staged, write_synced
 from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
 from collaudit.reports.files.json_writer import json_text

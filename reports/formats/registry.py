@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.data.audit_result import Audit, AuditResult

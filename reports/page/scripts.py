@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import zlib
 from base64 import b64encode
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache
 from hashlib import sha256
 from importlib.util import find_spec
@@ -18,7 +18,6 @@ from pathlib import Path
 from markupsafe import Markup
 
 from collaudit.core.errors import CollauditError
-from collaudit.core.value_types import dataclass
 
 _ASSETS = Path(__file__).resolve().parent / "assets"
 _END = re.compile(r"</(?=script|style)", re.IGNORECASE)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.rule_study.pooled_planes import pooled_planes
-from collaudit.core.value_types import dataclass
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.values.study_rows import PlaneRow, plane_rows
 from collaudit.reports.values.visible_text import visible

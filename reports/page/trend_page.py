@@ -6,6 +6,7 @@ All drawings are inline SVG without a script: a page of 10,000 joints carries no
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,6 @@ from collaudit.core.history.joint_series import NightSeries, Quantity
 from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.core.history.series_changes import Change
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.value_types import dataclass
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.svg import Panel, drawing

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.value_types import dataclass
 from collaudit.reports.page.sections.contact_cards import ContactCards, contact_cards, drawn_contacts
 from collaudit.reports.page.sections.disturbance_rows import DisturbanceRow, disturbance_rows
 from collaudit.reports.page.sections.finding_groups import FindingGroup, finding_groups

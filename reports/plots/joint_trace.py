@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,7 +10,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.value_types import dataclass
 from collaudit.reports.values.signal_steps import FORCE_STEP_N, in_steps, stored, torque_step_nm
 
 Series = NDArray[np.floating[Any]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
@@ -10,7 +11,6 @@ from markupsafe import Markup
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 from collaudit.reports.plots.downsample import thin
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from collaudit.core.errors import CollauditError, ConfigError
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     import pyarrow as pa

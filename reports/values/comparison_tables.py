@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from collaudit.core.friction.parameter_units import parameter_symbol
-from collaudit.core.value_types import dataclass
 from collaudit.reports.values.comparison import Bounds, Change, Comparison
 from collaudit.reports.values.numbers import duration, interval, percent, significant
 from collaudit.reports.values.rows import NONE

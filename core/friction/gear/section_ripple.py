@@ -9,14 +9,13 @@ sections of a joint together, each with a parabola of its own for gravity and fr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 #: Slower waves have the shape of gravity and of cables; faster ones average out within the slowest strokes.
 _FEWEST_CYCLES, _MOST_CYCLES = 40, 800

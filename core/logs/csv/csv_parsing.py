@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
@@ -18,7 +18,6 @@ from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, open_bytes
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.packed_file import decompression_errors
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.value_types import dataclass
 
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
 _BLOCK = 3 << 18

@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -14,7 +15,6 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_stream import BoundedStream
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.packed_file import decompression_errors
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

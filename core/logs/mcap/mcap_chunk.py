@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_run import MESSAGE
@@ -9,7 +11,6 @@ from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MESSAGE_HEAD, SCHEMA, ch
 from collaudit.core.logs.storage.message_places import ascending, gather
 from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,6 @@ from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.records import Batch, Channel, MessageReader, Progress
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.value_types import dataclass
 
 _WINDOW = 1 << 20
 #: Chunks are unpacked ahead of who reads them, as many as fit this and not more than so many.

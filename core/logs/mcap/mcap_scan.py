@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from array import array
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 6, 7

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
@@ -9,7 +11,6 @@ from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, Pa
 from collaudit.core.logs.messages.profiles import ANNOTATION, Profile
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 #: Guarded bytes closer than this are compared in one go, the bytes between them masked out.
 _NEAR = 16

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import Beside
-from collaudit.core.value_types import dataclass
 
 #: Numbers of a row besides its quantities: stamps and place.
 _OWN_COLUMNS = 3

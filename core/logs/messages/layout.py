@@ -11,10 +11,9 @@ strings are counted with their terminating NUL. ROS 1 has no header, no alignmen
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from collaudit.core.logs.messages.message_schema import Number, Repeated, Struct, Text, WireType, smallest_size
-from collaudit.core.value_types import dataclass
 
 Path = tuple[str | int, ...]
 MAX_LEAVES = 200_000

@@ -8,7 +8,7 @@ generic decoder message by message; the result is the same, only slower.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -25,7 +25,6 @@ from collaudit.core.logs.storage.message_places import rows_at
 from collaudit.core.logs.storage.packed_messages import packing_of, unpacked
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 #: More layouts than this on one channel, and the rest goes through the generic decoder.
 MAX_PLANS = 256

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
-from collaudit.core.value_types import dataclass
 
 _SEPARATOR = "=" * 80
 _MAX_DEPTH = 32

@@ -11,13 +11,13 @@ A path names a field of a message, dotted. Further forms:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

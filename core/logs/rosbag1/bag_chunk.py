@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.logs.storage.message_places import ascending, gather
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 _U32 = struct.Struct("<I")
 _MSG_DATA = 2

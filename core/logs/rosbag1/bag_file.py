@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,6 @@ from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.value_types import dataclass
 
 MAGIC = b"#ROSBAG V2.0\n"
 MSG, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.records import Damage
-from collaudit.core.value_types import dataclass
 
 #: A file that claims to be larger than this is not completed.
 _MAX_CLAIM = 1 << 40

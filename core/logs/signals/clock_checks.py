@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.sample_clock import EPOCH_FLOOR_NS, steadiness
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
-from collaudit.core.value_types import dataclass
 
 #: A drift is told from this share of the time on, when it adds up to ``DRIFT_S`` at least.
 DRIFT_SHARE = 100e-6

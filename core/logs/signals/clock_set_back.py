@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 #: Steps back by more than this many periods are looked at; smaller ones are samples that came late.
 SET_BACK_PERIODS = 10

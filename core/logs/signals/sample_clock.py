@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 Clock = Literal["header", "log"]
 #: Stamps before this (1980) are not taken as times since the epoch.

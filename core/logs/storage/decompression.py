@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
-from collaudit.core.value_types import dataclass
 
 _STEP = 1 << 16
 #: Of each thread: what keeps its memory from chunk to chunk.

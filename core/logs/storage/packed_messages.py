@@ -7,7 +7,7 @@ metadata.yaml is read the same way. Frame header: RFC 8878, 3.1.1.1.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -17,7 +17,6 @@ from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.file_reading import MAX_RATIO
 from collaudit.core.logs.storage.records import Batch, ByteArray
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 _MAGICS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
 #: Longest frame header.

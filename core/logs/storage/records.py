@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 ByteArray = NDArray[np.uint8]
 Progress = Callable[[int, int], None]

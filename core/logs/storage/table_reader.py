@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

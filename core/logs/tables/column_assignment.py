@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
@@ -15,7 +15,6 @@ from collaudit.core.logs.tables.column_recognition import recognise
 from collaudit.core.logs.tables.column_vocabulary import MARK, UNIT_WORDS, is_label, meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
@@ -12,7 +13,6 @@ from collaudit.core.logs.tables.column_groups import Group, numbered_groups
 from collaudit.core.logs.tables.column_patterns import without_unit
 from collaudit.core.logs.tables.column_vocabulary import CONVERTED, MARK, QUANTITY_WORDS, USABLE, Meaning, meaning_of
 from collaudit.core.logs.tables.unknown_words import word_dropped
-from collaudit.core.value_types import dataclass
 
 _NUMBER = re.compile(r"\d+")
 _FEWEST = 2

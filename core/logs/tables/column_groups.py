@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from collaudit.core.logs.tables.column_vocabulary import (
@@ -16,7 +16,6 @@ from collaudit.core.logs.tables.column_vocabulary import (
     Meaning,
     meaning_of,
 )
-from collaudit.core.value_types import dataclass
 
 _NUMBER = re.compile(r"\d+")
 _DOOSAN = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,6 @@ from collaudit.core.logs.tables.column_vocabulary import CONVERTED, USABLE
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

@@ -7,9 +7,8 @@ Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggle
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.value_types import dataclass
 
 Role = Literal[
     "measured", "plain", "filtered", "side", "desired", "commanded", "model", "external", "error", "unknown word"

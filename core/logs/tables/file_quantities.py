@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
@@ -13,7 +13,6 @@ from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment, assign
 from collaudit.core.logs.tables.column_patterns import Found, match_pattern
 from collaudit.core.logs.tables.joint_name_columns import with_named_joints
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.config_table import ColumnPattern

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,6 @@ from collaudit.core.logs.tables.table_runs import RUN, run_column, split_runs
 from collaudit.core.logs.tables.table_stamps import named_unit, seconds_of
 from collaudit.core.logs.tables.time_columns import FRACTION, joined_stamps
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig, LogConfig

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-
-from collaudit.core.value_types import dataclass
+from dataclasses import dataclass
 
 _AXES = "xyz"
 _FORCE = frozenset({"f", "force", "forces", "kraft"})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
@@ -11,7 +13,6 @@ from collaudit.core.logs.signals.annotation_spans import spans_of
 from collaudit.core.logs.signals.sample_clock import Clock
 from collaudit.core.logs.signals.stamps import seconds_since
 from collaudit.core.numeric.arrays import BoolArray, IntArray
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(frozen=True, slots=True, eq=False)

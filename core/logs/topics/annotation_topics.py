@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,6 @@ from collaudit.core.logs.topics.log_topics import Topic, described, read_by
 from collaudit.core.logs.topics.publishers import Publisher
 from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from collaudit.core.logs.messages.decoded_columns import Decoded
@@ -15,7 +15,6 @@ from collaudit.core.logs.messages.profiles import Profile, configured, profile_o
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
 from collaudit.core.numeric.parallel import Beside
-from collaudit.core.value_types import dataclass
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

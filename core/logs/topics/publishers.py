@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from collaudit.core.logs.signals.clock_set_back import SetBack
 from collaudit.core.logs.signals.stamps import interpolate, seconds_since
 from collaudit.core.logs.topics.sample_order import clocks_of, in_order
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.value_types import dataclass
 
 
 @dataclass(slots=True, eq=False)

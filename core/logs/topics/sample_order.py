@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.logs.signals.impossible_values import garbage_ns
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.value_types import dataclass
 
 Breaks = tuple[SetBack, ...]
 

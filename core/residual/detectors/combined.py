@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from collaudit.core.residual.balance import balance_from_acceleration
 from collaudit.core.residual.detector import Detector
 from collaudit.core.residual.detectors.direct import direct_kernel
 from collaudit.core.residual.residual import Residual, ResidualInputs, joint_residuals
-from collaudit.core.value_types import dataclass
 
 #: Contacts of people and fixtures lie below, most errors of friction and ripple above.
 _BANDWIDTH_HZ = 4.0

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from markupsafe import Markup
+from dataclasses import dataclass
 
-from collaudit.core.value_types import dataclass
+from markupsafe import Markup
 
 
 @dataclass(frozen=True, slots=True)

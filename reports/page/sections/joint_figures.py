@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
@@ -10,7 +11,6 @@ from markupsafe import Markup
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.stage_progress import Progress
-from collaudit.core.value_types import dataclass
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.joint_trace import JointTrace, SignalSource

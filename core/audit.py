@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
@@ -59,7 +59,6 @@ from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, wanted
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
-from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
@@ -298,7 +297,6 @@ class _Judged:
     inputs: DetectionInputs
     run: DetectorRun
     signals: Signals
-    clean: Mapping[str, BoolArray]
     stats: dict[str, ResidualStats]
     facts: DetectionFacts
     findings: tuple[Finding, ...]
@@ -316,8 +314,6 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_sig
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)
     signals = judged_signals(series, run, rule.gamma_nm)
-    if on_signals is not None:
-        on_signals(signals, series.source.sha256)
     times = run.detected.collision_times
     clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
     stats = by_name(lambda joint: residual_stats(signals, joint, clean[joint], period), series.joint_names)
@@ -345,16 +341,11 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_sig
     found += pattern_findings(signals, rule.gamma_nm)
     more = detection_findings(series, run, inputs, facts.friction_level)
     found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
-    return _Judged(
-        inputs,
-        run,
-        signals,
-        clean,
-        stats,
-        facts,
-        (*found, *more, *model_worth_findings(prepared, run, inputs)),
-        rest_steps(prepared, run, inputs),
-    )
+    more += model_worth_findings(prepared, run, inputs)
+    if on_signals is not None:  # not sooner: what is done until here takes most memory
+        on_signals(signals, series.source.sha256)
+    steps = rest_steps(prepared, run, inputs)
+    return _Judged(inputs, run, signals, stats, facts, (*found, *more), steps)
 
 
 def _recommended(judged: _Judged, log: LogFacts, phases: tuple[PhaseSpan, ...]) -> dict[str, RecommendedRule]:

@@ -150,7 +150,8 @@ def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Fi
         there = (signals.state[:, j] == State.JUDGED) & np.isfinite(residual)
         if not there.any():
             return []
-        found = position_pattern(signals.time_s[there], position[there], residual[there], np.sign(velocity[there]))
+        way = ((velocity > 0).view(np.int8) - (velocity < 0).view(np.int8))[there]
+        found = position_pattern(signals.time_s[there], position[there], residual[there], way)
         return _finding(joint, found, gamma_nm[joint], "the threshold")
 
     found = by_name(of_joint, [joint for joint in signals.joint_names if joint in gamma_nm])

@@ -116,7 +116,8 @@ def learn_dynamic(
     for k, motion in ((1, velocity), (2, acceleration)):  # one after the other: a log's columns are large
         np.abs(motion[use], out=columns[:, k])
     del motion, acceleration
-    size = np.where(use, np.abs(residual), 0.0)
+    size = np.abs(residual)
+    size[~use] = 0.0
     shape = dynamic_shape(size[use], columns)
     level = columns @ shape
     del columns

@@ -20,7 +20,6 @@ import pyarrow.parquet as pq
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.errors import CollauditError
-from collaudit.core.numeric.parallel import ordered_map
 from collaudit.reports.files.arrow_columns import column_of, values_of
 from collaudit.reports.files.signals_layout import (
     META,
@@ -68,8 +67,8 @@ def write_signals(path: Path, signals: Signals, log_sha256: str) -> None:
         store_schema=True,
     ) as writer:
         parts = [slice(start, start + _ROWS) for start in range(0, len(signals.time_s), _ROWS)]
-        for table in ordered_map(lambda rows: _rows(signals, steps, schema, rows), parts, ahead=1):
-            writer.write_table(table)
+        for rows in parts:  # one after the other: the log may still be judged beside, and a table takes 35 MB
+            writer.write_table(_rows(signals, steps, schema, rows))
 
 
 def read_signals(path: Path, log_sha256: str) -> Signals:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers import samples
+import samples
 
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric import parallel

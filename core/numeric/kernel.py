@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -141,7 +142,7 @@ class Kernel:
 
     def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:
         """Exact for inputs that are straight between samples (first-order hold)."""
-        return first_order_hold(np.array(numerator), np.array(self.denominator), period_s)
+        return _held(numerator, self.denominator, period_s)
 
     def _run(
         self,
@@ -160,6 +161,16 @@ def _within(starts: IntArray, stops: IntArray) -> IntArray:
     count = last - first
     before = np.cumsum(count) - count
     return np.asarray(np.repeat(first - before, count) + np.arange(count.sum()), dtype=np.int64)
+
+
+@lru_cache(maxsize=64)
+def _held(
+    numerator: tuple[float, ...], denominator: tuple[float, ...], period_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Coefficients in z: a millisecond each time, and a log asks for the same ones a hundred times."""
+    b, a = first_order_hold(np.array(numerator), np.array(denominator), period_s)
+    b.flags.writeable = a.flags.writeable = False
+    return b, a
 
 
 def identity(causal: bool) -> Kernel:

@@ -149,7 +149,7 @@ def prepare(
         files: a log, or the parts of one.
         settings: everything about log and robot.
         friction: what an earlier fit found of drives, arm and sensor; None for nothing.
-        progress: of reading.
+        progress: of reading, conditioning and modelling.
         hashed: whether its hash will be asked for.
 
     Returns:
@@ -161,12 +161,17 @@ def prepare(
     from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.prepared import conditioned, modelled
 
-    log = open_log(files, settings, progress, hashed=hashed)
+    step = stage(progress, 0.0, 1.0)
+    log = open_log(files, settings, stage(progress, 0.0, 0.4), hashed=hashed)
     robot = load_robot(settings, log.joint_names)
     calibration = None if friction is None else Calibration.of(friction, settings.config)
+    step(4, 10)
     start = conditioned(log, robot, settings.config)
     del log  # what was recorded is not held beside what was made of it
-    return modelled(start, settings.config, calibration)
+    step(7, 10)
+    made = modelled(start, settings.config, calibration)
+    step(10, 10)
+    return made
 
 
 def fit(
@@ -196,10 +201,10 @@ def fit(
     from collaudit.core.provenance import make_provenance
 
     unread = sum(not isinstance(log, Prepared) for log in logs)
-    reading = 0.6 if unread else 0.0
+    reading = 0.4 if unread else 0.0
     prepared: list[Prepared] = []
     for log in logs:
-        part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 0.5) / len(logs))
+        part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 1) / len(logs))
         prepared.append(log if isinstance(log, Prepared) else prepare(log, settings, progress=part))
     if loads:
         from collaudit.core.prepare.known_load import loaded
@@ -248,7 +253,7 @@ def audit(
             found=str(settings.friction_path),
             hint="pass friction = collaudit.reports.read_friction(settings.friction_path)",
         )
-    prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.2))
+    prepared = prepare(files, settings, friction, stage(progress, 0.0, 0.45))
     provenance = make_provenance(settings, friction_sha256, prepared.robot.sha256)
     judging = stage(progress, 0.45, 0.95)
     judging(0, 1)

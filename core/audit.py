@@ -106,11 +106,12 @@ def fit_logs(
     Raises:
         NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
     """
-    audited = [audit_channels(log, config) for log in prepared]
-    clean = cleaned(prepared, config, known_contact_times(prepared, config, truth))
-    refuse_if_nothing_is_left(clean)
     step = stage(progress, 0.0, 1.0)
-    step(4, 10)
+    audited = [audit_channels(log, config) for log in prepared]
+    step(1, 10)
+    times = known_contact_times(prepared, config, truth)
+    clean = cleaned(prepared, config, times, stage(progress, 0.1, 0.4))
+    refuse_if_nothing_is_left(clean)
     channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
     sensor = Calibration.of_sensor(channels, config)
     if {"tool", "inertials"} & set(wanted(config)):
@@ -124,10 +125,12 @@ def fit_logs(
         known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
     step(5, 10)
     fits = fit_joints(known, config)
-    step(7, 10)
+    step(6, 10)
     corrections = friction_corrections(known, fits)
+    step(7, 10)
     variation = merged([friction_variation(log, fits) for log in known])
-    corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config)
+    part = stage(progress, 0.75, 0.95)
+    corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config, part)
     findings = [
         f
         for log, (_, found) in zip(clean.logs, audited, strict=True)
@@ -210,7 +213,7 @@ def audit_log(
     judging = _SHARE_BESIDE_A_STUDY if config.study.run else 1.0
     step = stage(progress, 0.0, judging)
     step(2, 10)
-    judged = _detect(prepared, applied, config, on_signals)
+    judged = _detect(prepared, applied, config, on_signals, stage(progress, 0.2 * judging, 0.6 * judging))
     found = judged.run.detected.collisions
     tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, found)
     step(6, 10)
@@ -303,7 +306,9 @@ class _Judged:
     rest_steps: tuple[RestStep, ...]
 
 
-def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_signals: OnSignals | None) -> _Judged:
+def _detect(
+    prepared: Prepared, applied: AppliedFriction, config: Config, on_signals: OnSignals | None, step: Progress
+) -> _Judged:
     """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
     rule, watch, found = make_rule(series, prepared.phases, config)
@@ -313,6 +318,7 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_sig
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)
+    step(4, 10)
     signals = judged_signals(series, run, rule.gamma_nm)
     times = run.detected.collision_times
     clean = {joint: clean_samples(signals, times(joint), joint) for joint in series.joint_names}
@@ -338,12 +344,14 @@ def _detect(prepared: Prepared, applied: AppliedFriction, config: Config, on_sig
         flags=(),
         control=control_modes(series, prepared.phases, config.detect),
     )
+    step(7, 10)
     found += pattern_findings(signals, rule.gamma_nm)
     more = detection_findings(series, run, inputs, facts.friction_level)
     found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
     more += model_worth_findings(prepared, run, inputs)
     if on_signals is not None:  # not sooner: what is done until here takes most memory
         on_signals(signals, series.source.sha256)
+    step(9, 10)
     steps = rest_steps(prepared, run, inputs)
     return _Judged(inputs, run, signals, stats, facts, (*found, *more), steps)
 

@@ -13,6 +13,7 @@ from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
 
@@ -85,14 +86,19 @@ def find_sections(series: UniformSeries, config: SectionsConfig) -> SectionSet:
     """
     bandwidth = min(_SECTION_BANDWIDTH_HZ, series.bandwidth_hz)
     smooth = low_pass(series.velocity_rad_s, series.segments, series.period_s, bandwidth)
-    sections: list[Section] = []
-    rejected: list[RejectedSection] = []
-    for j, joint in enumerate(series.joint_names):
+
+    def of_joint(joint: str) -> tuple[list[Section], list[RejectedSection]]:
+        j = series.column(joint)
+        sections: list[Section] = []
+        rejected: list[RejectedSection] = []
         for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
             found, lost = _split(smooth[:, j], span, series, j, config)
             sections += [_measure(series, joint, j, s, config) for s in found]
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
-    return SectionSet(tuple(sections), tuple(rejected))
+        return sections, rejected
+
+    made = by_name(of_joint, series.joint_names).values()
+    return SectionSet(tuple(s for found, _ in made for s in found), tuple(r for _, lost in made for r in lost))
 
 
 def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> list[Span]:

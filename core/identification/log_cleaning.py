@@ -12,6 +12,7 @@ from collaudit.core.data.left_out import LeftOut, LeftOutSpan
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.guided_stretches import fitted_without_guiding
 from collaudit.core.prepare.prepared import Prepared, without_effort
 
@@ -35,19 +36,29 @@ class CleanedLogs:
     findings: tuple[Finding, ...]
 
 
-def cleaned(prepared: Sequence[Prepared], config: Config, known: Sequence[Times | None] = ()) -> CleanedLogs:
+def cleaned(
+    prepared: Sequence[Prepared],
+    config: Config,
+    known: Sequence[Times | None] = (),
+    progress: Progress | None = None,
+) -> CleanedLogs:
     """Leave contact out of logs that are to be fitted.
 
     Args:
         prepared: the logs.
         config: ``[fit] contact``.
         known: for each log the start and end of what is known to be contact, s; None where nothing is known.
+        progress: called with steps done and in all.
     """
-    logs, left_out, findings = [], {}, []
+    step = stage(progress, 0.0, 1.0)
+    logs: list[Prepared] = []
+    left_out: dict[str, LeftOut] = {}
+    findings: list[Finding] = []
     times = [*known, *[None] * (len(prepared) - len(known))]
     for whole, marked in zip(prepared, times, strict=True):
         name = whole.series.source.name
         log, guided = fitted_without_guiding(whole, config)
+        step(3 * len(logs) + 1, 3 * len(prepared))
         findings += [replace(finding, where=name) for finding in guided]
         if marked is None:
             mask, facts = find_contact(log, stated_free=config.fit.contact == "none")
@@ -57,6 +68,7 @@ def cleaned(prepared: Sequence[Prepared], config: Config, known: Sequence[Times 
             suspected = find_contact(without_effort(log, mask, config), stated_free=True)[1].spans
         if facts.refused:
             mask = np.ones_like(mask)
+        step(3 * len(logs) + 2, 3 * len(prepared))
         logs.append(without_effort(log, mask, config))
         left_out[name] = facts
         findings += _findings(name, facts, suspected)

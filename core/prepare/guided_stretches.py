@@ -17,6 +17,7 @@ from collaudit.core.data.columns import Columns, Difference
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared, without_effort
 
 #: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
@@ -87,15 +88,16 @@ def rough_friction(prepared: Prepared) -> dict[str, Friction]:
     series, rigid = prepared.series, prepared.rigid_nm
     if rigid is None or series.effort is None:
         return {}
-    rest = series.effort - rigid - (0.0 if prepared.contact_nm is None else prepared.contact_nm)
+    effort, contact = series.effort, prepared.contact_nm
     stretch = ((series.time_s - series.time_s[0]) / _STRETCH_S).astype(np.int64)
-    out: dict[str, Friction] = {}
-    for joint in prepared.judged:
+
+    def of_joint(joint: str) -> tuple[float, float] | None:
         j = series.column(joint)
-        line = _line(stretch, series.velocity_rad_s[:, j], rest[:, j])
-        if line is not None:
-            out[joint] = partial(_sliding, *line)
-    return out
+        rest = effort[:, j] - rigid[:, j]
+        return _line(stretch, series.velocity_rad_s[:, j], rest if contact is None else rest - contact[:, j])
+
+    lines = by_name(of_joint, prepared.judged)
+    return {joint: partial(_sliding, *line) for joint, line in lines.items() if line is not None}
 
 
 def _line(stretch: FloatArray, velocity: FloatArray, rest: FloatArray) -> tuple[float, float] | None:

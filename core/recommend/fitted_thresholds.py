@@ -17,6 +17,7 @@ from collaudit.core.data.threshold_result import FittedThresholds, JointThreshol
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
@@ -73,6 +74,7 @@ def corrections_that_help(
     variation: Mapping[str, FrictionVariation],
     corrections: Mapping[str, FrictionCorrection],
     config: Config,
+    progress: Progress | None = None,
 ) -> tuple[dict[str, FrictionCorrection], FittedThresholds]:
     """Corrections with which a joint's whole held-out residual is smaller, and the thresholds of every joint.
 
@@ -83,11 +85,16 @@ def corrections_that_help(
 
     Args:
         prepared, fits, variation, corrections, config: as of :func:`fitted_thresholds`.
+        progress: called with steps done and in all.
     """
+    step = stage(progress, 0.0, 1.0)
+    step(0, 3)
     folds = folds_of(prepared, fits, config)
+    step(1, 3)
     plain = fitted_thresholds(prepared, fits, variation, {}, config, folds)
     if not corrections:
         return {}, plain
+    step(2, 3)
     among = {j: fit for j, fit in fits.items() if j in corrections} if joint_by_joint(config) else fits
     corrected = fitted_thresholds(prepared, among, variation, corrections, config, folds)
     kept = {j: c for j, c in corrections.items() if _helps(corrected.joints[j], plain.joints[j])}

@@ -171,3 +171,12 @@ def test_what_weighs_too_much_is_missing_in_every_column(causal: bool) -> None:
     unknown = ~inside | kernel.reach(~np.isfinite(x), segments, T)
     assert np.array_equal(np.isnan(found), unknown)
     assert unknown[:2500, 0].any() and not unknown[:2500, 0].all() and not unknown[:2500, 1].any()
+
+
+def test_a_kernel_has_coefficients_of_its_own_for_each_sample_period() -> None:
+    """They are kept from one use to the next; a ramp t comes out as t - (1 - exp(-K t)) / K, whatever the period."""
+    kernel = first_order(20.0, causal=True)
+    for period in (0.002, 0.01, 0.002):
+        t = period * np.arange(round(0.5 / period))
+        ramp = kernel.apply(t[:, None], [Span(0, t.size)], period)[:, 0]
+        np.testing.assert_allclose(ramp, t - (1.0 - np.exp(-20.0 * t)) / 20.0, atol=1e-12)

@@ -190,7 +190,7 @@ def audit_log(
         provenance: versions and hashes.
         truth: known events to score the detection against, if any.
         progress: called with steps done and in all.
-        on_signals: called with the signals and the log's hash as soon as they are known.
+        on_signals: called with the signals and the log's hash while the rest is still judged.
 
     Raises:
         LogError: the known events cannot be understood.

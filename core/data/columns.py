@@ -60,9 +60,15 @@ class ComputedColumns(ABC):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Difference(ComputedColumns):
-    """(n, j) first table less second."""
+class OfTwo(ComputedColumns):
+    """(n, j) an operation on two tables, value by value.
 
+    Attributes:
+        operation: of NumPy, such as its difference.
+        first, second: (n, j).
+    """
+
+    operation: np.ufunc
     first: FloatArray
     second: FloatArray
 
@@ -73,27 +79,7 @@ class Difference(ComputedColumns):
 
     def __getitem__(self, key: Any, /) -> Any:
         """See :class:`Columns`."""
-        return self.first[key] - self.second[key]
-
-    def _column(self, rows: Any, j: int) -> Any:
-        return self[rows, j]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sum(ComputedColumns):
-    """(n, j) first table and second."""
-
-    first: FloatArray
-    second: FloatArray
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(n, j)."""
-        return self.first.shape[0], self.first.shape[1]
-
-    def __getitem__(self, key: Any, /) -> Any:
-        """See :class:`Columns`."""
-        return self.first[key] + self.second[key]
+        return self.operation(self.first[key], self.second[key])
 
     def _column(self, rows: Any, j: int) -> Any:
         return self[rows, j]

@@ -13,7 +13,7 @@ from collaudit.core.arm_states.filtered_effort import filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
 from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
-from collaudit.core.data.columns import Columns, Difference
+from collaudit.core.data.columns import Columns, OfTwo
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
@@ -138,7 +138,7 @@ def _known(
     if rigid is None or series.effort is None or series.effort_unit != "Nm":
         return None
     contact = prepared.contact_nm
-    drive = series.effort if contact is None else Difference(series.effort, contact)
+    drive = series.effort if contact is None else OfTwo(np.subtract, series.effort, contact)
     by_column = {series.column(joint): law for joint, law in friction.items()}
     return series, drive, rigid, prepared.robot.gravity_torque, by_column
 

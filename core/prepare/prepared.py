@@ -13,7 +13,7 @@ from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
-from collaudit.core.data.columns import Slope, Sum
+from collaudit.core.data.columns import OfTwo, Slope
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
@@ -239,7 +239,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else Sum(rigid, contact)
+    explained = rigid if rigid is None or contact is None else OfTwo(np.add, rigid, contact)
     switched = switched_efforts(series, explained, start.judged)
     states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, states)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
-from collaudit.core.data.columns import Columns, Difference
+from collaudit.core.data.columns import Columns, OfTwo
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.extrapolation import extrapolation_doubt
@@ -90,7 +90,7 @@ class Residual:
         """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
         if self.effort_nm is None:
             return np.broadcast_to(np.nan, self.torque_nm.shape)
-        return Difference(self.effort_nm, self.torque_nm)
+        return OfTwo(np.subtract, self.effort_nm, self.torque_nm)
 
 
 def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:

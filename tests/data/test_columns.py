@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from collaudit.core.data.columns import Columns, Difference, KnownAtFew, Slope, Sum
+from collaudit.core.data.columns import Columns, KnownAtFew, OfTwo, Slope
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import differentiate
 
@@ -27,8 +27,8 @@ def known_at_few() -> tuple[Columns, np.ndarray]:
 
 
 TABLES = {
-    "difference": (Difference(FIRST, SECOND), FIRST - SECOND),
-    "sum": (Sum(FIRST, SECOND), FIRST + SECOND),
+    "difference": (OfTwo(np.subtract, FIRST, SECOND), FIRST - SECOND),
+    "sum": (OfTwo(np.add, FIRST, SECOND), FIRST + SECOND),
     "slope": (Slope(FIRST, SEGMENTS, PERIOD_S), differentiate(FIRST, SEGMENTS, PERIOD_S)),
     "known at few": known_at_few(),
 }

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from npm_packages import unpack
 
 _ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND"]
 
@@ -39,7 +40,7 @@ def axe_source(folder: Path) -> str:
         )
         if packed.returncode == 0:
             archive = folder / packed.stdout.strip().splitlines()[-1]
-            shutil.unpack_archive(archive, folder, filter="data")
+            unpack(archive, folder)
             return (folder / "package" / "axe.min.js").read_text(encoding="utf-8")
     spec = find_spec("axe_playwright_python")
     for place in [] if spec is None else spec.submodule_search_locations or []:

@@ -31,6 +31,7 @@ ROOMS = (
     "history",
     "policy",
     "provenance",
+    "fitting",
     "audit",
     "api",
 )

@@ -196,7 +196,7 @@ def fit(
     Raises:
         CollauditError: a log cannot be read or fitted at all.
     """
-    from collaudit.core.audit import fit_logs
+    from collaudit.core.fitting import fit_logs
     from collaudit.core.prepare.prepared import Prepared
     from collaudit.core.provenance import make_provenance
 

@@ -1,10 +1,9 @@
-"""Composition of the stages: logs to friction, one log to an audit."""
+"""Composition of the stages of an audit: one log to its result."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
@@ -12,7 +11,6 @@ from collaudit.core.contacts.controller_alarms import alarm_possible, compare_co
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
 from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
-    FRICTION_SCHEMA,
     Audit,
     AuditResult,
     FrictionFile,
@@ -24,8 +22,8 @@ from collaudit.core.data.audit_result import (
 )
 from collaudit.core.data.detection_result import DetectionFacts, DetectorFacts
 from collaudit.core.data.identification_result import Identification
+from collaudit.core.data.log_facts import log_facts
 from collaudit.core.data.signals import Signals
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.clean_samples import clean_samples, residual_stats
 from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
 from collaudit.core.detection.detector_run import (
@@ -37,10 +35,10 @@ from collaudit.core.detection.detector_run import (
     judged_signals,
     run_detector,
 )
-from collaudit.core.detection.fitted_rule import isolated_peak_findings, with_fitted_thresholds
+from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.detection.guided_log import judged_log
 from collaudit.core.detection.model_worth import model_worth_findings
-from collaudit.core.detection.position_pattern import fit_pattern_findings, pattern_findings
+from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, reach_findings
@@ -51,26 +49,16 @@ from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.findings.joint_units import in_joint_units, text_in_joint_units
 from collaudit.core.friction.applied_friction import AppliedFriction, applied_friction
-from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
-from collaudit.core.friction.gear.correction_fit import correction_findings, friction_corrections
-from collaudit.core.friction.joint_fits import fit_joints, friction_findings
-from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.identification.coupled_axes import fit_coupled
-from collaudit.core.identification.identification import identify, wanted
-from collaudit.core.identification.identification_findings import identified_findings
-from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
-from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
+from collaudit.core.prepare.prepared import Prepared, calibrated
 from collaudit.core.recommend.arm_evidence import evidence_of
-from collaudit.core.recommend.clean_evidence import recommend_rules, recommended_of_log
-from collaudit.core.recommend.fitted_thresholds import corrections_that_help
+from collaudit.core.recommend.clean_evidence import recommended_of_log
 from collaudit.core.recommend.range_findings import range_findings, ranges_behind
 from collaudit.core.recommend.recommendation import little_data_findings
-from collaudit.core.rule_study.audit_study import audit_study
-from collaudit.core.scoring.known_events import known_contact_times, score_detection
+from collaudit.core.scoring.known_events import score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
@@ -79,97 +67,10 @@ from collaudit.core.verdict.sensitivity import measure_sensitivity
 from collaudit.core.verdict.shortfalls import coverage_findings, shortfalls
 from collaudit.core.verdict.verdict import Evidence, decide, unjudged
 
-__all__ = ["Audit", "Prepared", "audit_log", "fit_logs", "prepare", "recommend_rules"]
-
 #: What takes the signals, and the hash of their log, while the rest is judged.
 OnSignals = Callable[[Signals, str], None]
 #: Of the time that a log takes, where its rule is studied too.
 _SHARE_BESIDE_A_STUDY = 0.2
-
-
-def fit_logs(
-    prepared: Sequence[Prepared],
-    config: Config,
-    provenance: Provenance,
-    truth: Sequence[TruthFile | None] = (),
-    progress: Progress | None = None,
-) -> FrictionFile:
-    """Fit the friction of every judged joint from one or several logs, and identify what else was asked for.
-
-    Args:
-        prepared: the logs, without a calibration: what they tell of sensor, drives and arm is found here.
-        config: what is identified, and how friction is fitted.
-        provenance: versions and hashes.
-        truth: for each log a file of its contacts, which are left out; None where there is none.
-        progress: called with steps done and in all.
-
-    Raises:
-        NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
-    """
-    step = stage(progress, 0.0, 1.0)
-    audited = [audit_channels(log, config) for log in prepared]
-    step(1, 10)
-    times = known_contact_times(prepared, config, truth)
-    clean = cleaned(prepared, config, times, stage(progress, 0.1, 0.4))
-    refuse_if_nothing_is_left(clean)
-    channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
-    sensor = Calibration.of_sensor(channels, config)
-    if {"tool", "inertials"} & set(wanted(config)):
-        sensor = replace(sensor, tool=None)  # the joint torques are to tell the tool
-    known = [calibrated(log, sensor, config) for log in clean.logs]
-    identified = identify(known, config)
-    if identified is not None:
-        known = [calibrated(log, replace(sensor, identified=identified, tool=None), config) for log in known]
-    coupled, about_axes = fit_coupled(known, config, "inertials" in wanted(config))
-    if coupled:
-        known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
-    step(5, 10)
-    fits = fit_joints(known, config)
-    step(6, 10)
-    corrections = friction_corrections(known, fits)
-    step(7, 10)
-    variation = merged([friction_variation(log, fits) for log in known])
-    part = stage(progress, 0.75, 0.95)
-    corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config, part)
-    findings = [
-        f
-        for log, (_, found) in zip(clean.logs, audited, strict=True)
-        for f in _of_log(log, (*log.findings, *found), prepared)
-    ]
-    findings += clean.findings
-    findings += about_axes
-    findings += [f for log in known for f in _of_log(log, fit_pattern_findings(log, fits), prepared)]
-    gains = [gain for log in known for gain in log.gains]
-    findings += identified_findings(identified) + friction_findings(fits, gains)
-    findings += friction_variation_findings(variation)
-    findings += correction_findings(corrections)
-    findings += isolated_peak_findings(thresholds)
-    return FrictionFile(
-        schema=FRICTION_SCHEMA,
-        joints=fits,
-        findings=in_joint_units(findings, prepared[0].sliding),
-        provenance=replace(
-            provenance,
-            logs=_hashes(prepared),
-            model_sha256=prepared[0].robot.sha256,
-        ),
-        identified=identified,
-        channels=channels,
-        trends=variation,
-        left_out=clean.left_out,
-        coupled=coupled,
-        thresholds=thresholds,
-        corrections=corrections,
-        recorded=_recorded(prepared),
-    )
-
-
-def _of_log(log: Prepared, findings: Sequence[Finding], logs: Sequence[Prepared]) -> list[Finding]:
-    """Findings of one log; among several logs they name it."""
-    if len(logs) == 1:
-        return list(findings)
-    name = log.series.source.name
-    return [replace(f, where=name if f.where in (None, name) else f"{name}, {f.where}") for f in findings]
 
 
 def audit_log(
@@ -199,6 +100,8 @@ def audit_log(
     known = Calibration.of(friction, config)
     about_axes: list[Finding] = []
     if friction is None:
+        from collaudit.core.identification.coupled_axes import fit_coupled
+
         coupled, about_axes = fit_coupled([prepared], config, with_inertia=False)
         known = replace(known, coupled=coupled)
     prepared = calibrated(prepared, known, config)
@@ -227,7 +130,7 @@ def audit_log(
     disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
-    recommended = _recommended(judged, _log_facts(series), phases)
+    recommended = _recommended(judged, log_facts(series), phases)
     step(8, 10)
     scarce = little_data_findings(recommended)
     ranges = ranges_behind(config.detect.evidence, on_file, auto)
@@ -247,7 +150,7 @@ def audit_log(
         schema=AUDIT_SCHEMA,
         verdict=verdict,
         reasons=reasons,
-        log=replace(_log_facts(series), units=units),
+        log=replace(log_facts(series), units=units),
         rule=judged.inputs.rule,
         phases=phases,
         residual=judged.stats,
@@ -270,27 +173,12 @@ def audit_log(
     )
     study = None
     if config.study.run:
+        from collaudit.core.rule_study.audit_study import audit_study
+
         study = audit_study(
             prepared, judged.run, judged.inputs, config, result, judged.signals, truth, stage(progress, judging, 1.0)
         )
     return Audit(result, judged.signals, study)
-
-
-def _hashes(prepared: Sequence[Prepared]) -> dict[str, str]:
-    """Hash of each log by its name; logs of one name are counted, so that none is lost."""
-    out: dict[str, str] = {}
-    for log in prepared:
-        source = log.series.source
-        same = sum(name.partition(" (")[0] == source.name for name in out)
-        out[f"{source.name} ({same + 1})" if source.name in out else source.name] = source.sha256
-    return out
-
-
-def _recorded(prepared: Sequence[Prepared]) -> tuple[str, str] | None:
-    """When the first and the last log began; None where one does not tell."""
-    starts = [_log_facts(log.series).start for log in prepared]
-    known = sorted(start for start in starts if start is not None)
-    return (known[0], known[-1]) if known and len(known) == len(starts) else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -362,22 +250,3 @@ def _recommended(judged: _Judged, log: LogFacts, phases: tuple[PhaseSpan, ...]) 
     events = (detected.collisions, detected.near_misses)
     evidence = evidence_of(log, rule, judged.signals, phases, events)
     return recommended_of_log(evidence, rule.persistence_s)
-
-
-def _log_facts(series: UniformSeries) -> LogFacts:
-    source = series.source
-    start = None
-    if source.start_ns is not None and source.start_ns > 0:
-        seconds, nanoseconds = divmod(source.start_ns, 1_000_000_000)
-        start = f"{datetime.fromtimestamp(seconds, tz=UTC):%Y-%m-%dT%H:%M:%S}.{nanoseconds:09d}Z"
-    return LogFacts(
-        name=source.name,
-        sha256=source.sha256,
-        format=source.format,
-        start=start,
-        duration_s=float(series.time_s[-1] - series.time_s[0]),
-        sample_period_s=series.period_s,
-        joints=series.joint_names,
-        topic=source.topic,
-        time_source=source.time_source,
-    )

@@ -10,13 +10,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collaudit.reports.files.run_files import read_friction, read_run, write_friction, write_run
+    from collaudit.reports.files.run_files import read_friction, read_run, write_friction
+    from collaudit.reports.files.run_folder import write_run
     from collaudit.reports.formats.registry import write_report
 
 __all__ = ["read_friction", "read_run", "write_friction", "write_report", "write_run"]
 
 _FILES = "collaudit.reports.files.run_files"
-_HOMES = dict.fromkeys(__all__, _FILES) | {"write_report": "collaudit.reports.formats.registry"}
+_HOMES = dict.fromkeys(__all__, _FILES) | {
+    "write_report": "collaudit.reports.formats.registry",
+    "write_run": "collaudit.reports.files.run_folder",
+}
 
 
 def __getattr__(name: str) -> Any:

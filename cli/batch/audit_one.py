@@ -70,7 +70,7 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     from dataclasses import replace
 
     from collaudit.cli.log_arguments import audit_files
-    from collaudit.reports.files.run_files import write_run
+    from collaudit.reports.files.run_folder import write_run
     from collaudit.reports.page.html import write_html
     from collaudit.reports.page.shared_assets import ASSETS_FOLDER
     from collaudit.reports.values.entries import entry_of

@@ -106,7 +106,7 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
 
 def _own_fit(prepared: Prepared, loaded: LoadedConfig, origin: Provenance, report: Progress) -> FrictionFile | None:
     """Friction and thresholds of the log that is tried; None where it shows no friction, as of an arm at rest."""
-    from collaudit.core.audit import fit_logs
+    from collaudit.core.fitting import fit_logs
 
     try:
         fitted = fit_logs([prepared], loaded.config, origin, progress=report)

@@ -13,7 +13,6 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings, friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
-from collaudit.core.identification.log_cleaning import cleaned, times_text
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
 
@@ -45,6 +44,8 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     """
     series = prepared.judged_series
     if friction is None:
+        from collaudit.core.identification.log_cleaning import cleaned
+
         text = "Friction was fitted on the judged log itself: a constant external force would be mistaken for friction."
         clean = cleaned([prepared], config)
         fits = fit_joints(clean.logs, config)
@@ -96,6 +97,8 @@ def _left_out(friction: FrictionFile) -> list[Finding]:
             )
             out.append(Finding("fit-left-out", "info", text, where=name))
         elif facts.spans:
+            from collaudit.core.identification.log_cleaning import times_text
+
             text = (
                 f"The friction was fitted on {name}, stated to be free of contact, with {len(facts.spans)} stretches "
                 f"that look like contact: {times_text(facts.spans)}. If they are, friction and thresholds from it are "

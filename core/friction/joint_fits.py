@@ -12,7 +12,6 @@ from collaudit.core.data.friction_result import DirectionDifference, FrictionFit
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
-from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel, direction_words
 from collaudit.core.friction.friction_points import points_and_sums
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
@@ -103,6 +102,8 @@ def _in_torque_units(prepared: Sequence[Prepared], joint: str) -> list[Prepared]
 
 
 def _fitted(points: Sequence[FrictionPoint], units: FrictionUnits, config: Config) -> FrictionFit:
+    from collaudit.core.friction.friction_fitting import fit_friction  # an audit takes the law of a file
+
     ordered = sorted(points, key=lambda p: p.speed_rad_s)
     return fit_friction(ordered, units, config.friction.model, config.friction.robust)
 

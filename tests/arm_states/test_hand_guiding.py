@@ -11,9 +11,9 @@ from origins import NOBODY
 from scipy.signal import lfilter
 
 from collaudit.core import api
-from collaudit.core.audit import Audit, audit_log
+from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding
 from collaudit.core.friction.applied_friction import applied_friction

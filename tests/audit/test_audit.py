@@ -12,12 +12,15 @@ from origins import NOBODY
 from simulated_logs import without_thresholds
 from synthetic import PERIOD, lugre, make_log, strokes
 
-from collaudit.core.audit import Audit, audit_log, fit_logs, prepare, recommend_rules
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.errors import NotJudgedError
+from collaudit.core.fitting import fit_logs
+from collaudit.core.prepare.prepared import prepare
+from collaudit.core.recommend.clean_evidence import recommend_rules
 from collaudit.core.robot import load_robot
 
 MASS, LENGTH, INERTIA, ROTOR = 6.0, 0.4, 0.05, 0.3

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 from origins import NOBODY
 
 from collaudit.core.api import prepare
-from collaudit.core.audit import _hashes, audit_log
+from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.left_out import LeftOut, LeftOutSpan
@@ -52,10 +51,3 @@ def test_contacts_denied_at_the_fit_are_said_at_every_audit(judge: Judge, fricti
     assert "8.0 to 14.0 s (joint1)" in text
     (said,) = [f for f in found.findings if f.code == "fit-contact-suspected"]
     assert not said.forbids_pass
-
-
-def test_two_fitted_logs_of_one_name_are_both_kept() -> None:
-    def log(sha256: str) -> SimpleNamespace:
-        return SimpleNamespace(series=SimpleNamespace(source=SimpleNamespace(name="run.mcap", sha256=sha256)))
-
-    assert _hashes([log("a"), log("b"), log("c")]) == {"run.mcap": "a", "run.mcap (2)": "b", "run.mcap (3)": "c"}  # type: ignore[list-item]

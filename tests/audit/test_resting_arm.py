@@ -11,10 +11,12 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, make_log
 
-from collaudit.core.audit import Audit, audit_log, prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.prepare.quiet_level import quiet_levels
 from collaudit.core.robot import load_robot
 

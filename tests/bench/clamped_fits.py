@@ -16,10 +16,11 @@ import numpy as np
 from tables import put
 
 from collaudit.core import api
-from collaudit.core.audit import Audit, audit_log, fit_logs
+from collaudit.core.audit import audit_log
 from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.errors import NotJudgedError
+from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.prepared import Prepared, _modelled
 from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.simulation import simulate_to

@@ -14,9 +14,10 @@ from pathlib import Path
 from detection_table import replace_table
 
 from collaudit.core.api import prepare
-from collaudit.core.audit import audit_log, fit_logs
+from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.detector_names import DETECTOR_NAMES
+from collaudit.core.fitting import fit_logs
 from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.toml import to_toml
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from collaudit.core.api import prepare
-from collaudit.core.audit import fit_logs
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
@@ -17,6 +16,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.findings import joints_not_judged
+from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.provenance import make_provenance

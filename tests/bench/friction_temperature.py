@@ -16,10 +16,11 @@ import numpy as np
 from coverage_logs import logged, motion, streams
 from tables import put
 
-from collaudit.core.audit import audit_log, fit_logs
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot.robot_model import RobotModel

@@ -66,8 +66,8 @@ LOGS: dict[str, tuple[tuple[str, ...], str, str]] = {
 def left_out(data: Path, name: str) -> dict[str, list[float | int | None]]:
     """RMS in N·m and number of samples by joint."""
     from collaudit.core import api
-    from collaudit.core.audit import fit_logs
     from collaudit.core.config import load_config
+    from collaudit.core.fitting import fit_logs
     from collaudit.core.friction.friction_model import FrictionModel
     from collaudit.core.friction.motion_points import settled_residual
     from collaudit.core.prepare.calibration import Calibration

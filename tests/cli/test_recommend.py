@@ -15,7 +15,7 @@ from residual_audits import audit_of, coloured
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, PersistenceChoice, RuleStudy
-from collaudit.reports.files.run_files import write_run
+from collaudit.reports.files.run_folder import write_run
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ import pytest
 from origins import NOBODY
 
 from collaudit.core.api import prepare
-from collaudit.core.audit import Audit, audit_log
+from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.detection.threshold import dynamic_level, learn_dynamic, pooled_dynamic
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings

@@ -10,10 +10,11 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, make_log
 
-from collaudit.core.audit import audit_log, prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.terminal.rule_text import rule_text
 

@@ -11,11 +11,13 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import lugre, make_log
 
-from collaudit.core.audit import audit_log, fit_logs, prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
+from collaudit.core.fitting import fit_logs
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 
 NAMES = ("joint1", "joint2")

@@ -11,18 +11,20 @@ from pydantic import TypeAdapter, ValidationError
 from synthetic import PERIOD, make_log, strokes
 
 from collaudit.cli.docs import config_schema
-from collaudit.core.audit import audit_log, fit_logs, prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config.describe import find_key, value_text
 from collaudit.core.config.load import parse_config
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Audit, FrictionFile, Provenance
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.errors import CollauditError, ConfigError
+from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, RateTerm, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, LawName, law_named
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.files.json_reader import parse_result
 from collaudit.reports.files.result_schemas import friction_schema

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from filelock import FileLock
 
-from collaudit.core import audit as core_audit
+from collaudit.core import fitting
 from collaudit.core.api import fit
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
@@ -122,7 +122,7 @@ def robot(request: pytest.FixtureRequest) -> str:
 def without_thresholds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let fits of this test end at the laws: their held-out residual, which nobody asks for, takes half of the time."""
     nothing = FittedThresholds("direct", False, {})
-    monkeypatch.setattr(core_audit, "corrections_that_help", lambda *_: ({}, nothing))
+    monkeypatch.setattr(fitting, "corrections_that_help", lambda *_: ({}, nothing))
 
 
 def truth_path(files: SimulatedFiles) -> Path:

@@ -11,10 +11,11 @@ import pytest
 from arms import dh_robot, dh_row
 from origins import NOBODY, log_source
 
-from collaudit.core.audit import audit_log, fit_logs
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
+from collaudit.core.fitting import fit_logs
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.channel_delays import audit_delays, effort_delay
 from collaudit.core.identification.effort_audit import audit_effort

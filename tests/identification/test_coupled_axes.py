@@ -10,11 +10,11 @@ import pytest
 from arms import dh_robot, dh_row
 from origins import log_source
 
-from collaudit.core.audit import fit_logs
 from collaudit.core.conditioning.motor_side import at_joints
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Provenance
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.fitting import fit_logs
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.coupled_torque import coupled_doubt

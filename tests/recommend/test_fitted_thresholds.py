@@ -11,9 +11,9 @@ import pytest
 from origins import NOBODY
 
 from collaudit.core.api import prepare
-from collaudit.core.audit import Audit, audit_log
+from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import isolated_peak_findings, with_fitted_thresholds
 from collaudit.core.friction.held_out_laws import fold_of_sample

@@ -11,15 +11,15 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, lugre, make_log, strokes
 
-from collaudit.core.audit import fit_logs, prepare
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, run_detector
 from collaudit.core.detection.rule_settings import make_rule
+from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.applied_friction import applied_friction
-from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.rule_study.contact_shapes import SHAPES, ContactShape
 from collaudit.core.rule_study.injected_contacts import InjectedContact, open_moments, unit_torques

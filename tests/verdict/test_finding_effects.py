@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from synthetic import PERIOD, lugre, make_log, strokes
 
-from collaudit.core.audit import Audit, audit_log, fit_logs
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config, PolicyConfig
-from collaudit.core.data.audit_result import Coverage, FrictionFile, Provenance
+from collaudit.core.data.audit_result import Audit, Coverage, FrictionFile, Provenance
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding, joints_not_judged, without_errors_of
 from collaudit.core.findings.finding_kinds import KINDS
+from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.exclusions import exclusions

@@ -10,8 +10,8 @@ import pytest
 from arms import LEVEL, dh_robot, dh_row
 from synthetic import PERIOD, make_log
 
-from collaudit.core.audit import Prepared, prepare
 from collaudit.core.config.schema import Config
+from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.force_sensitivity import directions, force_sensitivities
 

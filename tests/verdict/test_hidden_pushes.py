@@ -13,10 +13,12 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, lugre, make_log, strokes
 
-from collaudit.core.audit import Audit, audit_log, fit_logs, prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.fitting import fit_logs
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 
 FRICTION = (6.0, 2.0, 8.0, 4.0)

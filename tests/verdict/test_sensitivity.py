@@ -12,11 +12,13 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, lugre, make_log, strokes
 
-from collaudit.core.audit import audit_log, fit_logs, prepare
+from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
+from collaudit.core.fitting import fit_logs
+from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.sensitivity import Observable, _lasting, level_at, observable_torques
 

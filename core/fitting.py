@@ -1,0 +1,134 @@
+"""Composition of the stages of a fit: logs to one friction file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.audit_result import (
+    FRICTION_SCHEMA,
+    FrictionFile,
+    Provenance,
+)
+from collaudit.core.data.log_facts import log_facts
+from collaudit.core.detection.fitted_rule import isolated_peak_findings
+from collaudit.core.detection.position_pattern import fit_pattern_findings
+from collaudit.core.findings import Finding
+from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
+from collaudit.core.friction.gear.correction_fit import correction_findings, friction_corrections
+from collaudit.core.friction.joint_fits import fit_joints, friction_findings
+from collaudit.core.identification.channel_audit import audit_channels
+from collaudit.core.identification.coupled_axes import fit_coupled
+from collaudit.core.identification.identification import identify, wanted
+from collaudit.core.identification.identification_findings import identified_findings
+from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
+from collaudit.core.numeric.stage_progress import Progress, stage
+from collaudit.core.prepare.calibration import Calibration
+from collaudit.core.prepare.prepared import Prepared, calibrated
+from collaudit.core.recommend.fitted_thresholds import corrections_that_help
+from collaudit.core.scoring.known_events import known_contact_times
+from collaudit.core.scoring.truth_events import TruthFile
+
+
+def fit_logs(
+    prepared: Sequence[Prepared],
+    config: Config,
+    provenance: Provenance,
+    truth: Sequence[TruthFile | None] = (),
+    progress: Progress | None = None,
+) -> FrictionFile:
+    """Fit the friction of every judged joint from one or several logs, and identify what else was asked for.
+
+    Args:
+        prepared: the logs, without a calibration: what they tell of sensor, drives and arm is found here.
+        config: what is identified, and how friction is fitted.
+        provenance: versions and hashes.
+        truth: for each log a file of its contacts, which are left out; None where there is none.
+        progress: called with steps done and in all.
+
+    Raises:
+        NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
+    """
+    step = stage(progress, 0.0, 1.0)
+    audited = [audit_channels(log, config) for log in prepared]
+    step(1, 10)
+    times = known_contact_times(prepared, config, truth)
+    clean = cleaned(prepared, config, times, stage(progress, 0.1, 0.4))
+    refuse_if_nothing_is_left(clean)
+    channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
+    sensor = Calibration.of_sensor(channels, config)
+    if {"tool", "inertials"} & set(wanted(config)):
+        sensor = replace(sensor, tool=None)  # the joint torques are to tell the tool
+    known = [calibrated(log, sensor, config) for log in clean.logs]
+    identified = identify(known, config)
+    if identified is not None:
+        known = [calibrated(log, replace(sensor, identified=identified, tool=None), config) for log in known]
+    coupled, about_axes = fit_coupled(known, config, "inertials" in wanted(config))
+    if coupled:
+        known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
+    step(5, 10)
+    fits = fit_joints(known, config)
+    step(6, 10)
+    corrections = friction_corrections(known, fits)
+    step(7, 10)
+    variation = merged([friction_variation(log, fits) for log in known])
+    part = stage(progress, 0.75, 0.95)
+    corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config, part)
+    findings = [
+        f
+        for log, (_, found) in zip(clean.logs, audited, strict=True)
+        for f in _of_log(log, (*log.findings, *found), prepared)
+    ]
+    findings += clean.findings
+    findings += about_axes
+    findings += [f for log in known for f in _of_log(log, fit_pattern_findings(log, fits), prepared)]
+    gains = [gain for log in known for gain in log.gains]
+    findings += identified_findings(identified) + friction_findings(fits, gains)
+    findings += friction_variation_findings(variation)
+    findings += correction_findings(corrections)
+    findings += isolated_peak_findings(thresholds)
+    return FrictionFile(
+        schema=FRICTION_SCHEMA,
+        joints=fits,
+        findings=in_joint_units(findings, prepared[0].sliding),
+        provenance=replace(
+            provenance,
+            logs=_hashes(prepared),
+            model_sha256=prepared[0].robot.sha256,
+        ),
+        identified=identified,
+        channels=channels,
+        trends=variation,
+        left_out=clean.left_out,
+        coupled=coupled,
+        thresholds=thresholds,
+        corrections=corrections,
+        recorded=_recorded(prepared),
+    )
+
+
+def _of_log(log: Prepared, findings: Sequence[Finding], logs: Sequence[Prepared]) -> list[Finding]:
+    """Findings of one log; among several logs they name it."""
+    if len(logs) == 1:
+        return list(findings)
+    name = log.series.source.name
+    return [replace(f, where=name if f.where in (None, name) else f"{name}, {f.where}") for f in findings]
+
+
+def _hashes(prepared: Sequence[Prepared]) -> dict[str, str]:
+    """Hash of each log by its name; logs of one name are counted, so that none is lost."""
+    out: dict[str, str] = {}
+    for log in prepared:
+        source = log.series.source
+        same = sum(name.partition(" (")[0] == source.name for name in out)
+        out[f"{source.name} ({same + 1})" if source.name in out else source.name] = source.sha256
+    return out
+
+
+def _recorded(prepared: Sequence[Prepared]) -> tuple[str, str] | None:
+    """When the first and the last log began; None where one does not tell."""
+    starts = [log_facts(log.series).start for log in prepared]
+    known = sorted(start for start in starts if start is not None)
+    return (known[0], known[-1]) if known and len(known) == len(starts) else None

@@ -33,6 +33,8 @@ def classify(
     group: Sequence[Collision],
     force: ContactForce | None,
     config: Config,
+    *,
+    phases_known: bool,
 ) -> tuple[ContactKind, tuple[str, ...]]:
     """Weigh phase, rise time, frequency content and direction; each piece of evidence is one vote.
 
@@ -49,21 +51,20 @@ def classify(
     a, b = (int(k) for k in np.searchsorted(series.time_s, [main.onset_s, main.onset_s + main.duration_s]))
     votes: list[tuple[int, str]] = []
     phase = PHASES[int(prepared.phases[a])]
-    known = bool((prepared.phases > 0).any())
-    if known and phase == "contact":
+    if phases_known and phase == "contact":
         votes.append((-1, "it began in the contact phase, in which force is commanded"))
-    elif known:
+    elif phases_known:
         votes.append((_DECIDES, f"it began in the {phase} phase, in which no force is commanded"))
-    if known and phase == "contact":
+    if phases_known and phase == "contact":
         votes += _sensor_vote(prepared, a, b)
     votes += _shape_votes(run.residual.torque_nm[:, j], a, b, series.period_s)
-    if known and phase == "contact" and force is not None:
+    if phases_known and phase == "contact" and force is not None:
         votes += _direction_vote(prepared, force, a, config)
-    if not known:
+    if not phases_known:
         votes.append((0, "no phases are known, so that nothing says whether a force was commanded"))
     score = sum(v for v, _ in votes)
     kind: ContactKind = (
-        "accidental" if score >= _SAFE_SCORE else "meant" if known and score <= -_SAFE_SCORE else "undecided"
+        "accidental" if score >= _SAFE_SCORE else "meant" if phases_known and score <= -_SAFE_SCORE else "undecided"
     )
     return kind, tuple(text for _, text in votes)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from collaudit.core.data.detection_result import ContactScene
@@ -13,20 +15,19 @@ from collaudit.core.robot.robot_model import RobotModel
 _STEP_S = 1e-4
 
 
-def scene_at(prepared: Prepared, sample: int, tool: str | None) -> ContactScene | None:
+def scene_at(prepared: Prepared, sample: int, frames: Sequence[str]) -> ContactScene | None:
     """Pose and speeds at a sample.
 
     Args:
         prepared: the log and its model.
         sample: of the uniform series.
-        tool: frame of the tool; None: the frame of the last link that is furthest out.
+        frames: of :func:`stick_frames`.
 
     Returns:
         None without a kinematic model, or where a position is not known.
     """
     robot, series = prepared.robot, prepared.series
     q, v = series.position_rad[sample], series.velocity_rad_s[sample]
-    frames = _stick_frames(robot, tool)
     if not frames or not np.isfinite(q).all():
         return None
     points = robot.frame_positions(q, frames)
@@ -43,8 +44,13 @@ def scene_at(prepared: Prepared, sample: int, tool: str | None) -> ContactScene 
     )
 
 
-def _stick_frames(robot: RobotModel, tool: str | None) -> list[str]:
-    """A frame at every joint, base to tip, and the tool's; none without a description."""
+def stick_frames(robot: RobotModel, tool: str | None) -> list[str]:
+    """A frame at every joint, base to tip, and the tool's; none without a description.
+
+    Args:
+        robot: with or without a description.
+        tool: its frame; None: the frame of the last link that is furthest out.
+    """
     if robot.bodies is None:
         return []
     known = robot.bodies.frame_names

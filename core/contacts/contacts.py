@@ -10,8 +10,9 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
 from collaudit.core.contacts.contact_scene import scene_at
-from collaudit.core.contacts.external_force import Unsmoothed, averaged_torque, estimate_force
+from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
 from collaudit.core.contacts.least_force import least_force
+from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.signals import State
@@ -31,11 +32,14 @@ def find_contacts(prepared: Prepared, run: DetectorRun, config: Config) -> tuple
         config: phases and wrench settings.
     """
     groups = _groups(run.detected.collisions)
+    if not groups:
+        return ()
     isolates = run.residual.isolation.isolates
     peaks = [_peak_sample(prepared, run, group) for group in groups]
-    known = Unsmoothed.of(prepared, run, peaks) if groups and isolates else Unsmoothed(np.zeros(0), {})
+    known = Unsmoothed.of(prepared, run, peaks) if isolates else Unsmoothed(np.zeros(0), {})
+    at = LookedAt(prepared, peaks, config.robot.tool.frame)
     return tuple(
-        _describe(prepared, run, known, group, peak, config) for group, peak in zip(groups, peaks, strict=True)
+        _describe(prepared, run, known, at, group, peak, config) for group, peak in zip(groups, peaks, strict=True)
     )
 
 
@@ -52,13 +56,19 @@ def _groups(collisions: Sequence[Collision]) -> list[list[Collision]]:
 
 
 def _describe(
-    prepared: Prepared, run: DetectorRun, known: Unsmoothed, group: Sequence[Collision], peak: int, config: Config
+    prepared: Prepared,
+    run: DetectorRun,
+    known: Unsmoothed,
+    at: LookedAt,
+    group: Sequence[Collision],
+    peak: int,
+    config: Config,
 ) -> Contact:
     series = prepared.judged_series
     names = [joint for joint in series.joint_names if any(c.joint == joint for c in group)]
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
-    place = _locate(prepared, run, known, names, peak)
-    kind, evidence = classify(prepared, run, group, place.force, config)
+    place = _locate(prepared, run, known, at, names, peak)
+    kind, evidence = classify(prepared, run, group, place.force, config, phases_known=at.phases_known)
     return Contact(
         onset_s=onset,
         detected_s=min(c.detected_s for c in group),
@@ -70,7 +80,7 @@ def _describe(
         kind=kind,
         evidence=evidence,
         least_force=place.least,
-        scene=scene_at(prepared, peak, config.robot.tool.frame),
+        scene=scene_at(prepared, peak, at.stick),
     )
 
 
@@ -84,7 +94,9 @@ class _Place:
     least: LeastForce | None
 
 
-def _locate(prepared: Prepared, run: DetectorRun, known: Unsmoothed, names: Sequence[str], peak: int) -> _Place:
+def _locate(
+    prepared: Prepared, run: DetectorRun, known: Unsmoothed, at: LookedAt, names: Sequence[str], peak: int
+) -> _Place:
     """The link moved by the outermost of the joints that alarmed, base to tip, and the force at the peak's sample."""
     if not run.residual.isolation.isolates:
         return _Place("unknown", "This detector judges the arm as a whole and does not isolate.", None, None)
@@ -92,11 +104,11 @@ def _locate(prepared: Prepared, run: DetectorRun, known: Unsmoothed, names: Sequ
     outer = robot.joint_names.index(names[-1])
     beyond = [joint for joint in series.joint_names if robot.joint_names.index(joint) > outer]
     blind = [joint for joint in beyond if run.detected.state[peak, series.column(joint)] > State.JUDGED]
-    link = robot.link_of(names[-1]) or f"the link moved by {names[-1]}"
+    link = at.links[outer] or f"the link moved by {names[-1]}"
     columns = [series.column(joint) for joint in names]
     sd = np.hypot(known.noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
-    least = least_force(prepared, names, averaged_torque(prepared, run, known, columns, peak), sd, peak)
-    return _Place(link, _note(beyond, blind), estimate_force(prepared, run, known, names, peak), least)
+    least = least_force(at, names, known.torque_nm(peak)[columns], sd, peak)
+    return _Place(link, _note(beyond, blind), estimate_force(at, run, known, names, peak), least)
 
 
 def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision]) -> int:

@@ -7,11 +7,12 @@ unknowns. Directions whose singular value is small are not seen by any joint, an
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
@@ -40,54 +41,67 @@ class Unsmoothed:
 
     Attributes:
         noise_nm: (j,) robust standard deviation of each joint's judged residual over the log.
-        near: torque balance (w, j) that has passed the kernel around the samples where contacts are looked at.
+        near_nm: residuals (w, j) around the samples where contacts are looked at.
     """
 
     noise_nm: FloatArray
-    near: Mapping[int, FloatArray]
+    near_nm: Mapping[int, FloatArray]
 
     @classmethod
     def of(cls, prepared: Prepared, run: DetectorRun, samples: Sequence[int]) -> Unsmoothed:
         """Of a log, with what is needed at these samples: a balance that is computed where it is read is read once."""
         total, joints = run.residual.balance.total_nm, run.detected.state.shape[1]
-        windows = {} if total is None else {k: _window(prepared, k) for k in samples}
+        windows = {k: _window(prepared, k) for k in samples}
         near = {k: np.empty((len(prepared.series.time_s[w]), joints), order="F") for k, w in windows.items()}
 
         def of_joint(j: int) -> float:
-            column = None if total is None else np.asarray(total[:, j])
-            if column is not None:
-                for k, window in windows.items():
-                    near[k][:, j] = column[window]
-            return _noise(prepared, run, j, column)
+            residual = _residual_of(prepared, run, j, None if total is None else np.asarray(total[:, j]))
+            for k, window in windows.items():
+                near[k][:, j] = residual(window)
+            return _noise(run, j, residual)
 
         return cls(np.array(list(ordered_map(of_joint, range(joints)))), near)
 
+    def torque_nm(self, sample: int) -> FloatArray:
+        """(j,) residual averaged over 20 ms around one of the samples; NaN where it is not known."""
+        near = self.near_nm[sample]
+        known = ~np.isnan(near)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.where(known, near, 0.0).sum(axis=0) / np.count_nonzero(known, axis=0))
 
-def _unsmoothed(
-    prepared: Prepared, run: DetectorRun, rows: slice, columns: Sequence[int], total: FloatArray | None
-) -> FloatArray:
-    """Residuals of some samples and judged joints, of which ``total`` (w, k) is the balance through the kernel.
+
+def _residual_of(
+    prepared: Prepared, run: DetectorRun, j: int, total: FloatArray | None
+) -> Callable[[slice], FloatArray]:
+    """The residual of a judged joint at a slice of samples; ``total`` (n,) is its balance through the kernel.
 
     Friction, which changes slowly, is as it was taken off after the kernel.
     """
-    residual = run.residual.torque_nm[rows][:, columns]
-    effort = prepared.series.effort
-    if prepared.rigid_nm is None or effort is None or total is None:
-        return residual
-    own = [prepared.columns()[j] for j in columns]
-    balance = effort[rows][:, own] - prepared.rigid_nm[rows][:, own]
-    if prepared.contact_nm is not None:
-        balance -= prepared.contact_nm[rows][:, own]
-    return np.asarray(balance + residual - total)
+    smoothed = run.residual.torque_nm[:, j]
+    if prepared.rigid_nm is None or prepared.series.effort is None or total is None:
+        return smoothed.__getitem__
+    own = prepared.columns()[j]
+    effort, rigid = prepared.series.effort[:, own], prepared.rigid_nm[:, own]
+    contact = None if prepared.contact_nm is None else prepared.contact_nm[:, own]
+
+    def at(rows: slice) -> FloatArray:
+        balance = effort[rows] - rigid[rows]
+        if contact is not None:
+            balance -= contact[rows]
+        balance += smoothed[rows]
+        balance -= total[rows]
+        return balance
+
+    return at
 
 
 def estimate_force(
-    prepared: Prepared, run: DetectorRun, known: Unsmoothed, names: Sequence[str], sample: int
+    at: LookedAt, run: DetectorRun, known: Unsmoothed, names: Sequence[str], sample: int
 ) -> ContactForce | None:
     """External force at the link moved by the outermost of the joints that reacted.
 
     Args:
-        prepared: the log and its model.
+        at: the arm where contacts are looked at, at this sample too.
         run: residuals and states.
         known: residuals without the kernel, at this sample too.
         names: joints that alarmed, base to tip.
@@ -96,19 +110,20 @@ def estimate_force(
     Returns:
         None without a kinematic model, or when no joint up to the link can be used.
     """
-    robot = prepared.robot
-    frame = robot.link_of(names[-1])
-    if robot.bodies is None or frame is None:
-        return None
-    q = prepared.series.position_rad[sample]
-    if not np.isfinite(q).all():
-        return None
+    robot = at.robot
     outer = robot.joint_names.index(names[-1])
-    solutions = [
-        solution
-        for k in range(outer, len(robot.joint_names))
-        if (solution := _at_link(prepared, run, known, names, k, sample, q)) is not None
-    ]
+    frame = at.links[outer]
+    if robot.bodies is None or frame is None or not at.position_known(sample):
+        return None
+    state, judged = run.detected.state[sample], at.judged
+    usable = [j for j, joint in enumerate(judged) if state[j] == State.JUDGED or joint in names]
+    torque = known.torque_nm(sample)
+    solutions = []
+    for k in range(outer, len(robot.joint_names)):
+        used = [j for j in usable if at.columns[j] <= k]
+        solution = _at_link(at, at.links[k], used, torque[used], known.noise_nm[used], sample)
+        if solution is not None:
+            solutions.append(solution)
     if not solutions or solutions[0][0].frame != frame:
         return None
     own, misfit = solutions[0]
@@ -119,43 +134,21 @@ def estimate_force(
 
 
 def _at_link(
-    prepared: Prepared,
-    run: DetectorRun,
-    known: Unsmoothed,
-    names: Sequence[str],
-    outer: int,
-    sample: int,
-    q: FloatArray,
+    at: LookedAt, frame: str | None, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
 ) -> tuple[ContactForce, float] | None:
-    """The force as if it acted at the link of one joint, and the weighted squared misfit over its joints."""
-    series, robot = prepared.judged_series, prepared.robot
-    frame = robot.link_of(robot.joint_names[outer])
+    """The force as if it acted at a link's frame, and the weighted squared misfit over the judged joints that count."""
     if frame is None:
         return None
-    used = [
-        j
-        for j, joint in enumerate(series.joint_names)
-        if robot.joint_names.index(joint) <= outer and (run.detected.state[sample, j] == State.JUDGED or joint in names)
-    ]
-    torque = averaged_torque(prepared, run, known, used, sample)
-    noise = known.noise_nm[used]
-    columns = [robot.joint_names.index(series.joint_names[j]) for j in used]
-    arm, rotation = _lever_arms(prepared, q, frame, columns)
-    force = _solve(arm, torque, noise, rotation, frame)
-    if force is None:
+    arm = np.ascontiguousarray(at.lever_arms(frame, sample)[:, [at.columns[j] for j in used]].T)
+    directions = _Directions.of(arm)
+    if directions is None:
         return None
+    rotation = at.rotation(frame, sample)
+    force = _solve(arm, directions, torque, noise, rotation, frame)
     noise = np.hypot(noise, _OFF_ORIGIN_M * force.size_n)
-    force = _solve(arm, torque, noise, rotation, frame) or force
+    force = _solve(arm, directions, torque, noise, rotation, frame)
     left = torque + arm @ (rotation.T @ np.array(force.force_n))
     return force, float(np.sum((left / np.maximum(noise, 1e-3)) ** 2))
-
-
-def averaged_torque(
-    prepared: Prepared, run: DetectorRun, known: Unsmoothed, columns: Sequence[int], sample: int
-) -> FloatArray:
-    """(k,) residual of some judged joints before the kernel, averaged over 20 ms around a sample, N·m."""
-    total = known.near[sample][:, columns] if known.near else None
-    return np.asarray(np.nanmean(_unsmoothed(prepared, run, _window(prepared, sample), columns, total), axis=0))
 
 
 def _window(prepared: Prepared, sample: int) -> slice:
@@ -163,38 +156,44 @@ def _window(prepared: Prepared, sample: int) -> slice:
     return slice(max(0, sample - half), sample + half + 1)
 
 
-def _lever_arms(prepared: Prepared, q: FloatArray, frame: str, columns: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-    """(k, 3) torque of each joint per newton along the frame's axes, and the frame's (3, 3) rotation in the base."""
-    robot = prepared.robot
-    unit = np.hstack([np.eye(3), np.zeros((3, 3))])
-    jt = robot.wrench_torque(np.repeat(q[None, :], 3, axis=0), unit, frame)
-    return np.ascontiguousarray(jt[:, list(columns)].T), robot.frame_rotation(q, frame)
-
-
-def _noise(prepared: Prepared, run: DetectorRun, j: int, total: FloatArray | None) -> float:
+def _noise(run: DetectorRun, j: int, residual: Callable[[slice], FloatArray]) -> float:
     judged = run.detected.state[:, j] == State.JUDGED
-    if np.count_nonzero(judged) < _LEAST_CLEAN:
+    count = np.count_nonzero(judged)
+    if count < _LEAST_CLEAN:
         return _DEFAULT_NOISE_NM
+    x, first = np.empty(count), 0
+    for block in blocks(judged.size):
+        here = residual(block)[judged[block]]
+        x[first : first + here.size] = here
+        first += here.size
+    unknown = np.isnan(x)
+    return robust_sd(x[~unknown] if unknown.any() else x)
 
-    def part(block: slice) -> FloatArray:
-        here = None if total is None else total[block, None]
-        return np.asarray(_unsmoothed(prepared, run, block, [j], here)[judged[block], 0])
 
-    x = np.concatenate([part(block) for block in blocks(judged.size)])
-    return robust_sd(x[~np.isnan(x)])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Directions:
+    """Directions of a force in a frame's axes: (k, 3) those that some joint sees, and (3 - k, 3) the others."""
+
+    seen: FloatArray
+    blind: FloatArray
+
+    @classmethod
+    def of(cls, arm: FloatArray) -> _Directions | None:
+        """Of lever arms (joints, 3); None where nothing is seen."""
+        if arm.size == 0:
+            return None
+        _, lengths, directions = np.linalg.svd(arm)
+        if lengths[0] < _BLIND_M:
+            return None
+        size = np.concatenate([lengths, np.zeros(3 - lengths.size)])
+        return cls(directions[size >= _BLIND_M], directions[size < _BLIND_M])
 
 
 def _solve(
-    arm: FloatArray, torque: FloatArray, noise: FloatArray, rotation: FloatArray, frame: str
-) -> ContactForce | None:
+    arm: FloatArray, directions: _Directions, torque: FloatArray, noise: FloatArray, rotation: FloatArray, frame: str
+) -> ContactForce:
     """Weighted least squares over the directions that are seen."""
-    weight = 1.0 / np.maximum(noise, 1e-3)
-    lengths = np.linalg.svd(arm, compute_uv=False)
-    if lengths.size == 0 or lengths[0] < _BLIND_M:
-        return None
-    _, _, directions = np.linalg.svd(arm)
-    size = np.concatenate([lengths, np.zeros(3 - lengths.size)])
-    seen = directions[size >= _BLIND_M]
+    weight, seen = 1.0 / np.maximum(noise, 1e-3), directions.seen
     reduced = (arm @ seen.T) * weight[:, None]
     inverse = np.linalg.pinv(reduced)
     # tau_e is what the drives bring up: the force on the robot is its negative.
@@ -206,7 +205,7 @@ def _solve(
     covariance = inflate**2 * (inverse @ inverse.T)
     in_base = rotation @ force
     spread = rotation @ seen.T @ covariance @ seen @ rotation.T
-    blind = [rotation @ d for d in directions[size < _BLIND_M]]
+    blind = [rotation @ d for d in directions.blind]
     total = float(np.linalg.norm(force))
     along = amount / total if total > 0 else np.ones_like(amount) / np.sqrt(amount.size)
     width = STANDARD_ERRORS_95 * float(np.sqrt(along @ covariance @ along))

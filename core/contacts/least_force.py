@@ -11,10 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import LeastForce
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.robot.robot_model import RobotModel
 
 #: Links are thicker than their frames and reach beyond them: the surface is taken to end this far from them, m.
 SURFACE_M = 0.1
@@ -25,12 +24,12 @@ _SHORTEST_M = 0.03
 
 
 def least_force(
-    prepared: Prepared, joints: Sequence[str], torque_nm: FloatArray, sd_nm: FloatArray, sample: int
+    at: LookedAt, joints: Sequence[str], torque_nm: FloatArray, sd_nm: FloatArray, sample: int
 ) -> LeastForce | None:
     """The largest of the lower bounds that the joints of a contact give.
 
     Args:
-        prepared: the log and its model.
+        at: the arm where contacts are looked at, at this sample too.
         joints: those that reacted.
         torque_nm: (k,) their external torque; where friction is only a range, what lies beyond it.
         sd_nm: (k,) its standard deviation.
@@ -39,10 +38,10 @@ def least_force(
     Returns:
         None without a kinematic model or a pose, or where no torque stands out of its own error.
     """
-    robot, q = prepared.robot, prepared.series.position_rad[sample]
-    if robot.bodies is None or not np.isfinite(q).all():
+    robot = at.robot
+    if robot.bodies is None or not at.position_known(sample):
         return None
-    levers = longest_levers(robot, q)
+    levers = longest_levers(at, sample)
     bounds = []
     for joint, torque, sd in zip(joints, torque_nm, sd_nm, strict=True):
         lever = levers[robot.joint_names.index(joint)]
@@ -52,28 +51,16 @@ def least_force(
     return max(bounds, key=lambda bound: bound.force_n, default=None)
 
 
-def longest_levers(robot: RobotModel, q: FloatArray) -> FloatArray:
+def longest_levers(at: LookedAt, sample: int) -> FloatArray:
     """(j,) longest distance from each joint's axis to the surface of what it moves, m; 1 for prismatic joints.
 
     Args:
-        robot: with a kinematic model.
-        q: (j,) one position.
+        at: an arm with a kinematic model.
+        sample: at which its position is known.
     """
-    names = robot.joint_names
+    robot = at.robot
     turning = np.array([kind != "prismatic" for kind in robot.joint_types])
-    unit = np.hstack([np.eye(3), np.zeros((3, 3))])
-    poses = np.repeat(q[None, :], 3, axis=0)
-    out = np.zeros(len(names))
-    for frame in _frames(robot):  # a joint beyond the frame feels nothing: its lever there is 0
-        out = np.maximum(out, np.linalg.norm(robot.wrench_torque(poses, unit, frame), axis=0))
+    out = np.zeros(len(robot.joint_names))
+    for frame in at.link_frames:  # a joint beyond the frame feels nothing: its lever there is 0
+        out = np.maximum(out, np.linalg.norm(at.lever_arms(frame, sample), axis=0))
     return np.where(turning, out + SURFACE_M, np.minimum(out, 1.0))
-
-
-def _frames(robot: RobotModel) -> list[str]:
-    """The frames of every link; of those at one place the first."""
-    assert robot.bodies is not None
-    found: dict[tuple[object, ...], str] = {}
-    for frame in robot.bodies.frame_names:
-        place = np.round(robot.bodies.frame_in_joint(frame)[1], 6)
-        found.setdefault((robot.bodies.frame_joint(frame), *place.tolist()), frame)
-    return list(found.values())

@@ -10,7 +10,7 @@ import pytest
 from arms import dh_robot, dh_row
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.contacts.contact_scene import scene_at
+from collaudit.core.contacts.contact_scene import scene_at, stick_frames
 from collaudit.core.robot import load_robot
 
 LENGTHS = (0.4, 0.3)
@@ -28,7 +28,8 @@ def planar(
 
 def test_the_stick_figure_of_a_planar_arm(tmp_path: Path) -> None:
     q, v = [0.3, 0.9], [0.5, -0.8]
-    scene = scene_at(planar(tmp_path, q, v), 0, None)
+    log = planar(tmp_path, q, v)
+    scene = scene_at(log, 0, stick_frames(log.robot, None))
     assert scene is not None
     elbow = LENGTHS[0] * np.array([np.cos(0.3), np.sin(0.3)])
     tool = elbow + LENGTHS[1] * np.array([np.cos(1.2), np.sin(1.2)])
@@ -42,8 +43,11 @@ def test_the_stick_figure_of_a_planar_arm(tmp_path: Path) -> None:
 
 
 def test_what_is_not_known_is_not_made_up(tmp_path: Path) -> None:
-    assert scene_at(planar(tmp_path, [0.3, np.nan], [0.0, 0.0]), 0, None) is None
-    unknown = scene_at(planar(tmp_path, [0.3, 0.1], [0.2, np.nan], ("joint2",)), 0, None)
+    log = planar(tmp_path, [0.3, np.nan], [0.0, 0.0])
+    frames = stick_frames(log.robot, None)
+    assert scene_at(log, 0, frames) is None
+    assert scene_at(planar(tmp_path, [0.3, 0.1], [0.2, 0.0]), 0, []) is None
+    unknown = scene_at(planar(tmp_path, [0.3, 0.1], [0.2, np.nan], ("joint2",)), 0, frames)
     assert unknown is not None
     assert unknown.tool_speed_m_s is None
     assert unknown.joint_speed_rad_s == {"joint2": None}

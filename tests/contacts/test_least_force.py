@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from collaudit.core.contacts.least_force import SURFACE_M, longest_levers
+from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.reports.values.contact_rows import force_text
@@ -17,7 +20,10 @@ def test_no_force_on_the_arm_turns_a_joint_by_more_than_its_longest_lever() -> N
     rng = np.random.default_rng(3)
     for _ in range(5):
         q = rng.uniform(-2.0, 2.0, 6)
-        levers = longest_levers(robot, q)
+        log = SimpleNamespace(
+            robot=robot, judged=(), phases=np.zeros(1), series=SimpleNamespace(position_rad=q[None, :])
+        )
+        levers = longest_levers(LookedAt(log, [0]), 0)  # type: ignore[arg-type]
         most = np.zeros(6)
         for frame in robot.bodies.frame_names:
             if robot.bodies.frame_joint(frame) is None:

@@ -36,6 +36,16 @@ def test_robust_sd_of_normal_values() -> None:
     assert stats.robust_sd(x) == pytest.approx(3.0, rel=0.2)
 
 
+def test_medians_and_quantiles_are_numpys_to_the_last_bit() -> None:
+    rng = np.random.default_rng(3)
+    for size in (*range(1, 40), 1000, 1001, 70_000):
+        for x in (rng.normal(size=size), np.round(rng.exponential(size=size), 1)):
+            assert stats.median_of(x.copy()) == np.median(x)
+            for share in (0.0, 0.2, 0.5, 0.95, 0.99, 1.0):
+                assert stats.quantile_of(x.copy(), share) == np.quantile(x, share), (size, share)
+    assert np.isnan(stats.median_of(np.empty(0)))
+
+
 def test_the_minimum_of_a_parabola_is_found_exactly() -> None:
     at = np.array([-0.4, 0.0, 0.3, 1.7])
     values = [2.0 * (x - at) ** 2 + 5.0 for x in (-1.0, 0.0, 1.0)]

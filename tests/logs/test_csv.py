@@ -470,6 +470,7 @@ def test_no_thread_of_arrow_calls_python(tmp_path: Path, monkeypatch: pytest.Mon
         return read_csv(source, read_options=read_options, parse_options=parse_options, convert_options=convert_options)
 
     monkeypatch.setattr(csv, "read_csv", spy)
+    monkeypatch.setattr(csv_parsing, "_LARGE", 256)
     monkeypatch.setattr(csv_parsing, "_PART", 256)
     monkeypatch.setattr(parallel, "_threads", 2)
     lines = table().splitlines(keepends=True)
@@ -479,3 +480,15 @@ def test_no_thread_of_arrow_calls_python(tmp_path: Path, monkeypatch: pytest.Mon
     check(read(path, NM))
     assert calls and not any(calls)
     assert (len(parts) > 1) is not bool(suffix), "a plain file was read in parts"
+
+
+@pytest.mark.parametrize("size", [1, 255, 513, 2000, 4096])
+def test_parts_of_a_file_are_its_lines_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int) -> None:
+    monkeypatch.setattr(csv_parsing, "_PART", 256)
+    path = tmp_path / "run.csv"
+    path.write_bytes((b"1,2,3\n" * 50 + b"7" * 600 + b"\n" + b"4,5\n" * size)[:size])
+    text = path.read_bytes()
+    starts = csv_parsing._line_starts(path)
+    assert starts[0] == 0 and starts[-1] == size and sorted(set(starts)) == starts
+    assert all(text[start - 1 : start] == b"\n" for start in starts[1:-1])
+    assert len(starts) > 3 or size < 1000

@@ -9,6 +9,7 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import ceil
 from pathlib import Path
 from typing import IO, Any
 
@@ -21,8 +22,9 @@ from collaudit.core.numeric.parallel import ordered_map
 
 #: Bytes parsed at once: what fits a core's second-level cache beside its numbers.
 _BLOCK = 3 << 18
-#: Bytes that one thread reads at a time: enough that starting it costs nothing, few enough for the memory.
-_PART = 1 << 24
+#: Bytes of a file that is read by several threads, and that one of them reads at a time at most: to begin costs as
+#: much as parsing a megabyte.
+_LARGE, _PART = 1 << 24, 1 << 25
 _COMMENT = tuple(mark.encode() for mark in COMMENT)
 
 
@@ -77,7 +79,7 @@ def parse(
         source, skip, delimiter, encoding = _source(path, dialect, mend)
         reading = _Reading(len(dialect.names), skip, delimiter, encoding, quotes, wanted, types, dialect.decimal)
         with source:
-            if isinstance(source, NativeFile) and encoding == "utf-8" and not quotes and source.size() > _PART:
+            if isinstance(source, NativeFile) and encoding == "utf-8" and not quotes and source.size() > _LARGE:
                 try:
                     return reading.table_of_parts(path), None
                 except ArrowInvalid:
@@ -144,15 +146,20 @@ class _Reading:
 
 
 def _line_starts(path: Path) -> list[int]:
-    """Where parts of about ``_PART`` bytes begin, each with a line, and the end of the file."""
+    """Where parts of at most about ``_PART`` bytes begin, each with a line, and the end of the file.
+
+    They are as many as two threads share evenly.
+    """
     size = path.stat().st_size
+    count = 2 * ceil(size / (2 * _PART))
     starts = [0]
     with path.open("rb") as file:
-        while starts[-1] + _PART < size:
-            file.seek(starts[-1] + _PART)
+        for k in range(1, count):
+            file.seek(k * size // count)
             file.readline()
-            starts.append(min(file.tell(), size))
-    return starts if starts[-1] == size else [*starts, size]
+            if starts[-1] < file.tell() < size:
+                starts.append(file.tell())
+    return [*starts, size]
 
 
 def _comment_or_error(row: Any) -> str:

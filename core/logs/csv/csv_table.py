@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_h
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.parallel import by_name
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -174,8 +174,7 @@ def _matrices(table: Any, groups: Mapping[str, Sequence[int]]) -> dict[str, Floa
     """
     if table.num_rows * table.num_columns < _SMALL:
         return {group: _matrix(table, indices) for group, indices in groups.items()}
-    with ThreadPoolExecutor(2) as pool:
-        return dict(zip(groups, pool.map(partial(_matrix, table), groups.values()), strict=True))
+    return by_name(lambda group: _matrix(table, groups[group]), groups)
 
 
 def _matrix(table: Any, indices: Sequence[int]) -> FloatArray:

@@ -32,9 +32,10 @@ def garbage_stamps(time_s: FloatArray) -> BoolArray:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         known = np.isfinite(time_s)
-        if not known.any() or float(time_s[known].max() / 2 - time_s[known].min() / 2) < _FAR_S / 2:
+        times = time_s[known]
+        if not times.size or float(times.max() / 2 - times.min() / 2) < _FAR_S / 2:
             return np.zeros(time_s.shape, dtype=np.bool_)
-        middle = float(np.median(time_s[known]))
+        middle = float(np.median(times))
         distance = np.abs(time_s - middle)
         usual = float(np.median(distance[known]))
         far = known & (distance > max(_FAR_S, _FAR_TIMES * usual))

@@ -77,13 +77,12 @@ def is_doubtful(time_s: FloatArray) -> bool:
 
 def _scale(numbers: FloatArray, unit: str) -> tuple[float, str, BoolArray]:
     """Units in a second, their name, and (n,) stamps that are no times of this recording, which have no say."""
-    finite = np.abs(numbers[np.isfinite(numbers)])
-    middle = float(np.median(finite)) if finite.size else 0.0
-    used = unit if unit not in ("auto", "iso") else guess_time_unit(middle)
+    sizes, guessed = np.abs(numbers[np.isfinite(numbers)]), unit in ("auto", "iso")
+    used = guess_time_unit(float(np.median(sizes)) if sizes.size else 0.0) if guessed else unit
     with np.errstate(over="ignore"):
-        garbage = garbage_stamps(numbers / SCALES[used])
-    if unit in ("auto", "iso"):
-        rest = np.abs(numbers[np.isfinite(numbers) & ~garbage])
+        garbage = garbage_stamps(numbers if SCALES[used] == 1.0 else numbers / SCALES[used])
+    if guessed:
+        rest = np.abs(numbers[np.isfinite(numbers) & ~garbage]) if garbage.any() else sizes
         used = guess_time_unit(float(rest.max()) if rest.size else 0.0)
     return SCALES[used], used, garbage
 

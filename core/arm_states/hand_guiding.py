@@ -59,14 +59,13 @@ class HandGuiding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Blocks:
-    """Sums over blocks of a tenth of a second, (b, j): counts, moving samples, s², s·y, y², residual², power, W."""
+    """Sums over blocks of a tenth of a second, (b, j): counts, moving samples, s², s·y, y², power, W."""
 
     count: FloatArray
     moving: FloatArray
     ss: FloatArray
     sy: FloatArray
     yy: FloatArray
-    rr: FloatArray
     power_w: FloatArray
 
     def windows(self) -> _Blocks:
@@ -98,24 +97,24 @@ def hand_guiding(
     if rows.size == 0:
         return []
     block = without_gaps(numbers, 2 * _WINDOW)
-    speed = series.velocity_rad_s[rows]
-    own, rest = (np.empty((rows.size, len(columns)), order="F") for _ in range(2))
+    speed, own, rest = (np.empty((rows.size, len(columns)), order="F") for _ in range(3))
 
     def fill_joint(place: int) -> None:
         j = columns[place]
-        own[:, place] = friction[j](speed[:, j])
+        speed[:, place] = series.velocity_rad_s[rows, j]
+        own[:, place] = friction[j](speed[:, place])
         rest[:, place] = drive_nm[rows, j] - rigid_nm[rows, j] - own[:, place]
 
     for _ in ordered_map(fill_joint, range(len(columns))):
         pass
-    near = _suspicious(rest, own, speed[:, columns], block)
-    if not near.any():
+    usual = _noise(rest, speed, block)
+    near = np.flatnonzero(_suspicious(rest, speed, block, usual))
+    if near.size == 0:
         return []
-    weight = np.full_like(rest, np.nan)
-    weight[near] = gravity(series.position_rad[rows[near]])[:, columns]
-    expected = own + rigid_nm[np.ix_(rows, pick)] - weight
-    sums = _sums(block, speed[:, columns], expected, rest + expected, rest, near)
-    mask, telling = _guided(sums, _noise(rest, speed[:, columns], block))
+    weight = gravity(series.position_rad[rows[near]])[:, columns]
+    expected, rest = own[near] + rigid_nm[np.ix_(rows[near], pick)] - weight, rest[near]
+    sums = _sums(block[near], _count(block), speed[near], expected, rest + expected, rest)
+    mask, telling = _guided(sums, usual)
     least = round(_LEAST_S / _BLOCK_S)
     found = [
         HandGuiding(_span(series, *counted_in_time(numbers, block, a, b)), *_told(sums, telling, columns, a, b))
@@ -135,14 +134,14 @@ def _rows(series: UniformSeries) -> tuple[IntArray, IntArray]:
     return rows.astype(np.int64), block
 
 
-def _suspicious(rest: FloatArray, friction: FloatArray, speed: FloatArray, block: IntArray) -> BoolArray:
+def _suspicious(rest: FloatArray, speed: FloatArray, block: IntArray, usual: FloatArray) -> BoolArray:
     """(k,) samples worth a closer look: about them work comes from outside, on two joints, beyond the usual."""
     known = np.isfinite(rest)
-    work = _total(block, np.where(known, -rest * speed, 0.0))
-    size = _total(block, np.where(known, rest * rest, 0.0))
-    count = _total(block, known.astype(np.float64))
+    blocks = _count(block)
+    work = _total(block, blocks, np.where(known, -rest * speed, 0.0))
+    size = _total(block, blocks, np.where(known, rest * rest, 0.0))
+    count = _total(block, blocks, known)
     wide = [_windowed(x) for x in (work, size, count)]
-    usual = _noise(rest, speed, block)
     with np.errstate(invalid="ignore", divide="ignore"):
         beyond = (wide[0] > 0.0) & (wide[1] > np.square(usual) * wide[2])
     some = np.count_nonzero(beyond, axis=1) >= _LEAST_JOINTS
@@ -152,8 +151,9 @@ def _suspicious(rest: FloatArray, friction: FloatArray, speed: FloatArray, block
 def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
     """(j,) residual of each joint in its quieter motion, N·m; 0 without any."""
     use = np.isfinite(rest) & (np.abs(speed) >= MOVING_RAD_S)
-    count = _total(block, use.astype(np.float64))
-    size = _total(block, np.where(use, rest * rest, 0.0))
+    blocks = _count(block)
+    count = _total(block, blocks, use)
+    size = _total(block, blocks, np.where(use, rest * rest, 0.0))
     out = np.zeros(rest.shape[1])
     for j in range(rest.shape[1]):
         some = count[:, j] > 0
@@ -163,13 +163,13 @@ def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
 
 
 def _sums(
-    block: IntArray, speed: FloatArray, expected: FloatArray, drive: FloatArray, rest: FloatArray, near: BoolArray
+    block: IntArray, blocks: int, speed: FloatArray, expected: FloatArray, drive: FloatArray, rest: FloatArray
 ) -> _Blocks:
-    use = near[:, None] & np.isfinite(expected) & np.isfinite(drive)
+    use = np.isfinite(expected) & np.isfinite(drive)
     moving = use & (np.abs(speed) >= MOVING_RAD_S)
-    s, y, r = (np.where(moving, x, 0.0) for x in (expected, drive, rest))
-    parts = (use, moving, s * s, s * y, y * y, r * r, np.where(moving, -r * speed, 0.0))
-    return _Blocks(*(_total(block, np.asarray(part, dtype=np.float64)) for part in parts))
+    s, y = (np.where(moving, x, 0.0) for x in (expected, drive))
+    parts = (use, moving, s * s, s * y, y * y, np.where(moving, -rest * speed, 0.0))
+    return _Blocks(*(_total(block, blocks, part) for part in parts))
 
 
 def _guided(sums: _Blocks, noise: FloatArray) -> tuple[BoolArray, BoolArray]:
@@ -232,10 +232,14 @@ def _span(series: UniformSeries, start: int, stop: int) -> Span:
     return Span(int(edges[0]), int(edges[1]))
 
 
-def _total(block: IntArray, values: FloatArray) -> FloatArray:
+def _count(block: IntArray) -> int:
+    """Number of blocks, of the block (k,) of each sample in order."""
+    return int(block[-1]) + 1
+
+
+def _total(block: IntArray, blocks: int, values: FloatArray | BoolArray) -> FloatArray:
     """(b, j) sums of (k, j) values over blocks."""
-    size = int(block[-1]) + 1
-    return np.stack([np.bincount(block, column, size) for column in values.T], axis=1)
+    return np.stack([np.bincount(block, column, blocks) for column in values.T], axis=1)
 
 
 def _windowed(sums: FloatArray) -> FloatArray:

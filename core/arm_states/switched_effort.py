@@ -13,6 +13,7 @@ from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import ordered_map
 
 #: Samples that are enough to see it.
 _MOST_SAMPLES = 4000
@@ -55,9 +56,12 @@ def switched_efforts(series: UniformSeries, model_nm: Columns | None, judged: Co
             "their unit was switched while recording. Nothing can be judged."
         )
         return (Finding("effort-switched", "error", text, start_s=at),)
-    findings = []
-    for joint, j in zip(judged, columns, strict=True):
-        found = _turn(series.time_s, series.effort[:, j], model_nm[:, j], series.velocity_rad_s[:, j])
+    effort, findings = series.effort, []
+
+    def turn(j: int) -> tuple[float, float, float] | None:
+        return _turn(series.time_s, effort[:, j], model_nm[:, j], series.velocity_rad_s[:, j])
+
+    for joint, found in zip(judged, ordered_map(turn, columns), strict=True):
         if found is None:
             continue
         at, before, after = found

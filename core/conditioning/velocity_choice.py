@@ -23,6 +23,10 @@ _FEW = 0.1
 _BESIDE_S = 0.25
 #: A joint that goes no further stands, whatever its noise says, rad (m if prismatic).
 _NOWHERE_RAD = 0.002
+#: So many samples are looked at first.
+_BEGINNING = 65536
+#: So many samples in motion may be logged as exactly zero.
+_ZEROS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,9 +164,10 @@ def _choose(
     if not both.any():
         return derive(f"Joint '{joint}' has no velocity values")
     moving = both & (np.abs(smooth) > MOVING_RAD_S)
-    if np.count_nonzero(moving) < 10 or _dithers(smooth[both], period_s):
+    if np.count_nonzero(moving) < 10 or _dithers(smooth if both.all() else smooth[both], period_s):
         return logged, []
-    if np.all(logged[moving] == 0.0):
+    zero = moving & (logged == 0.0)
+    if np.count_nonzero(zero) == np.count_nonzero(moving):
         return derive(f"The logged velocity of joint '{joint}' is zero while it moves")
     said, meant = compare[moving], smooth[moving]
     speed = float(np.sqrt(np.mean(meant**2)))
@@ -184,9 +189,11 @@ def _choose(
             f"median difference {off:.3g} rad/s at a median speed of {np.median(np.abs(meant)):.3g} rad/s",
             "log-velocity-disagrees",
         )
+    if np.count_nonzero(zero) <= _ZEROS:
+        return logged, []
     least = float(np.min(np.abs(logged), where=np.isfinite(logged) & (logged != 0.0), initial=np.inf))
-    stuck = moving & (logged == 0.0) & (np.abs(smooth) > least)  # slower than its step, a velocity in counts is zero
-    if np.count_nonzero(stuck) > 3:
+    stuck = zero & (np.abs(smooth) > least)  # slower than its step, a velocity in counts is zero
+    if np.count_nonzero(stuck) > _ZEROS:
         out = np.where(stuck, derived, logged)
         return out, [
             Finding(
@@ -202,8 +209,8 @@ def _choose(
 
 def _dithers(smooth: FloatArray, period_s: float) -> bool:
     """Whether a joint goes nowhere: the way of its derived velocity never leaves a narrow band."""
-    way = np.cumsum(smooth) * period_s
-    return bool(np.ptp(way) < _NOWHERE_RAD)
+    parts = (smooth[:_BEGINNING], smooth) if smooth.size > _BEGINNING else (smooth,)  # most joints leave it soon
+    return all(bool(np.ptp(np.cumsum(part) * period_s) < _NOWHERE_RAD) for part in parts)
 
 
 def _wrong(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
-from collaudit.core.logs.storage.partial_file import partial_file
+from collaudit.core.logs.storage.partial_file import partial_file, stream_sha256
 
 _NICENESS = 10
 _AT_ONCE = 1 << 30  # bytes: a log larger than this may not stay in the page cache
@@ -84,6 +84,6 @@ def _file_hash(path: Path) -> str:
         return partial.sha256()
     try:
         with path.open("rb", buffering=0) as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+            return stream_sha256(stream)
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}", where=str(path)) from error

@@ -26,3 +26,13 @@ def exceeds(x: FloatArray, level: float | FloatArray, share: float = 1.0) -> Boo
         limit = level[block] if isinstance(level, np.ndarray) else level
         np.greater(magnitude, limit if share == 1.0 else share * limit, out=out[block])
     return out
+
+
+def steps_exceed(x: FloatArray, level: float) -> BoolArray:
+    """(n - 1,) whether a value of (n,) and the next one are further apart than a level; NaN is not."""
+    out = np.empty(max(0, x.size - 1), dtype=np.bool_)
+    steps = np.empty(min(SAMPLES, out.size))
+    for block in blocks(out.size):
+        step = np.subtract(x[1:][block], x[:-1][block], out=steps[: block.stop - block.start])
+        np.greater(np.abs(step, out=step), level, out=out[block])
+    return out

@@ -14,7 +14,8 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.filters import differentiate
+from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.filters import slope_between
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort_gain import EffortGain
 
@@ -72,10 +73,12 @@ def friction_signs(
 
     def one(j: int) -> FrictionSign | None:
         known = model_torque[:, j] if contact_nm is None else model_torque[:, j] + np.nan_to_num(contact_nm[:, j])
-        rate = differentiate(known, series.segments, series.period_s)
-        use = np.flatnonzero(
-            np.isfinite(effort[:, j] + known + rate) & (np.abs(velocity[:, j]) > MOVING_RAD_S) & ~series.edge
-        )
+        rate, told = np.empty(known.size), ~series.edge
+        for block in blocks(known.size):
+            rate[block] = slope_between(known, series.segments, series.period_s, block.start, block.stop)
+            told[block] &= np.isfinite(effort[block, j] + known[block] + rate[block])
+            told[block] &= np.abs(velocity[block, j]) > MOVING_RAD_S
+        use = np.flatnonzero(told)
         use = use[:: max(1, use.size // _MAX_SAMPLES)]
         second = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
         v = velocity[use, j]

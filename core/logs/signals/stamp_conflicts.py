@@ -8,6 +8,8 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import steps_exceed
+from collaudit.core.numeric.parallel import ordered_map
 
 #: So many samples must contradict: one is a spike.
 _FEW = 5
@@ -43,11 +45,14 @@ def contradictions(
     """
     order, fresh = _in_order(time_s)
     repeats = bool(min(np.count_nonzero(~fresh), np.count_nonzero(fresh)) >= _FEW)
+
+    def shown(column: FloatArray) -> str | None:
+        return _two_courses(column if order is None else column[order], fresh, repeats)
+
     for what, values in (("position", position), ("effort", effort)):
         if values is None:
             continue
-        for j, joint in enumerate(joints):
-            said = _two_courses(values[:, j] if order is None else values[order, j], fresh, repeats)
+        for joint, said in zip(joints, ordered_map(shown, values.T), strict=True):
             if said is not None:
                 text = (
                     f"{said} another {what} of joint '{joint}': two publishers, or two recordings in one. "
@@ -86,15 +91,14 @@ def _two_courses(values: FloatArray, fresh: BoolArray, repeats: bool) -> str | N
 
 def _springing(values: FloatArray) -> IntArray:
     """Places of the samples (n,) that lie far to one side of both their neighbours, which agree with each other."""
-    changes = np.diff(values)
-    size = np.abs(changes)
-    some = size[:: max(1, size.size // _LOOKED_AT)]
+    every = max(1, (values.size - 1) // _LOOKED_AT)
+    some = np.abs(values[1:][::every] - values[:-1][::every])
     some = some[np.isfinite(some) & (some > 0)]
     if some.size < _CROWD:
         return np.zeros(0, dtype=np.int64)
-    far = size > _MEDIANS * float(np.median(some))
+    far = steps_exceed(values, _MEDIANS * float(np.median(some)))
     at: IntArray = np.flatnonzero(far[:-1] & far[1:])
-    before, after = changes[at], changes[at + 1]
+    before, after = values[at + 1] - values[at], values[at + 2] - values[at + 1]
     least = np.minimum(np.abs(before), np.abs(after))
     return at[(before * after < 0) & (least > _MOTIONS * np.abs(before + after))]
 

@@ -11,6 +11,7 @@ import hashlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from io import BufferedIOBase, RawIOBase
 from pathlib import Path
 from typing import Literal
 
@@ -23,6 +24,8 @@ Fetch = Callable[[int, int], bytes]
 HashOf = Literal["file", "stated", "parts"]
 
 _PIECE_BYTES = 8 << 20
+#: Hashed at once: a thread that hashes and asks for Python's lock after each of a few kB holds up all others.
+_HASHED_BYTES = 2 << 20
 #: Parts so close to each other are fetched at once: a request takes as long as these bytes.
 _GAP_BYTES = 1 << 16
 #: Where more than this share of a file is expected to be read, all of it is fetched, and its hash is its own.
@@ -98,7 +101,7 @@ class PartialFile:
             return self._stated
         with self._lock, self.path.open("rb") as file:
             if self.hash_of == "file":
-                return hashlib.file_digest(file, "sha256").hexdigest()
+                return stream_sha256(file)
             digest = hashlib.sha256(_PARTS_HEAD + f"{self.size}\n".encode())
             for start, stop in self._there:
                 digest.update(f"{start} {stop}\n".encode())
@@ -167,3 +170,11 @@ def hash_findings(path: Path) -> list[Finding]:
         "what was read. The log's hash is of these parts, not of the whole file."
     )
     return [Finding("log-hash-of-parts", "info", text, where=path.name)]
+
+
+def stream_sha256(stream: BufferedIOBase | RawIOBase) -> str:
+    """Hash of what is left of a file's bytes."""
+    digest, piece = hashlib.sha256(), memoryview(bytearray(_HASHED_BYTES))
+    while count := stream.readinto(piece):
+        digest.update(piece[:count])
+    return digest.hexdigest()

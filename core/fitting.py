@@ -13,11 +13,10 @@ from collaudit.core.data.audit_result import (
 )
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.detection.fitted_rule import isolated_peak_findings
-from collaudit.core.detection.position_pattern import fit_pattern_findings
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units
-from collaudit.core.friction.friction_variation import friction_variation, friction_variation_findings, merged
-from collaudit.core.friction.gear.correction_fit import correction_findings, friction_corrections
+from collaudit.core.friction.friction_variation import friction_variation_findings
+from collaudit.core.friction.gear.correction_fit import correction_findings
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.coupled_axes import fit_coupled
@@ -28,6 +27,7 @@ from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.prepared import Prepared, calibrated
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help
+from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.known_events import known_contact_times
 from collaudit.core.scoring.truth_events import TruthFile
 
@@ -71,11 +71,9 @@ def fit_logs(
     step(5, 10)
     fits = fit_joints(known, config)
     step(6, 10)
-    corrections = friction_corrections(known, fits)
-    step(7, 10)
-    variation = merged([friction_variation(log, fits) for log in known])
+    settled = settled_motion(known, fits)
     part = stage(progress, 0.75, 0.95)
-    corrections, thresholds = corrections_that_help(known, fits, variation, corrections, config, part)
+    corrections, thresholds = corrections_that_help(known, fits, settled.variation, settled.corrections, config, part)
     findings = [
         f
         for log, (_, found) in zip(clean.logs, audited, strict=True)
@@ -83,10 +81,10 @@ def fit_logs(
     ]
     findings += clean.findings
     findings += about_axes
-    findings += [f for log in known for f in _of_log(log, fit_pattern_findings(log, fits), prepared)]
+    findings += [f for log, found in zip(known, settled.patterns, strict=True) for f in _of_log(log, found, prepared)]
     gains = [gain for log in known for gain in log.gains]
     findings += identified_findings(identified) + friction_findings(fits, gains)
-    findings += friction_variation_findings(variation)
+    findings += friction_variation_findings(settled.variation)
     findings += correction_findings(corrections)
     findings += isolated_peak_findings(thresholds)
     return FrictionFile(
@@ -100,7 +98,7 @@ def fit_logs(
         ),
         identified=identified,
         channels=channels,
-        trends=variation,
+        trends=settled.variation,
         left_out=clean.left_out,
         coupled=coupled,
         thresholds=thresholds,

@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import slope_between
 
+#: Row numbers lie close together where so many times their number of rows, at most, hold all of them.
+_CLOSE = 2
+
 
 class Columns(Protocol):
     """An array (n, j), or what is read like one: ``x[rows, j]``, ``x[rows]``, or as a whole by ``np.asarray``."""
@@ -26,6 +29,11 @@ class Columns(Protocol):
 
     def __getitem__(self, key: Any, /) -> Any:
         """An array: of a column's rows, or of rows of all columns."""
+
+
+def read(table: Columns, rows: Any, j: int) -> Any:
+    """Rows of one column: of an array several times as fast as ``table[rows, j]`` where the rows are numbers."""
+    return table[:, j][rows] if isinstance(table, np.ndarray) else table[rows, j]
 
 
 class ComputedColumns(ABC):
@@ -79,10 +87,12 @@ class OfTwo(ComputedColumns):
 
     def __getitem__(self, key: Any, /) -> Any:
         """See :class:`Columns`."""
+        if isinstance(key, tuple) and isinstance(key[1], int | np.integer):
+            return self._column(key[0], int(key[1]))
         return self.operation(self.first[key], self.second[key])
 
     def _column(self, rows: Any, j: int) -> Any:
-        return self[rows, j]
+        return self.operation(read(self.first, rows, j), read(self.second, rows, j))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +110,9 @@ class Slope(ComputedColumns):
 
     def _column(self, rows: Any, j: int) -> Any:
         part = _stretch_of(rows, self.shape[0])
-        out = slope_between(self.values[:, j], self.segments, self.period_s, *(part or (0, self.shape[0])))
-        return out if part else out[rows]
+        start, stop = part or _around(rows, self.shape[0])
+        out = slope_between(self.values[:, j], self.segments, self.period_s, start, stop)
+        return out if part else out[rows - start if start else rows]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,3 +149,12 @@ def _stretch_of(rows: Any, count: int) -> tuple[int, int] | None:
         return None
     start, stop, _ = rows.indices(count)
     return start, max(start, stop)
+
+
+def _around(rows: Any, count: int) -> tuple[int, int]:
+    """First row, and the one after the last, of row numbers that lie close together; all of any others."""
+    if isinstance(rows, np.ndarray) and rows.dtype.kind == "i" and rows.size:
+        start, stop = int(rows.min()), int(rows.max()) + 1
+        if start >= 0 and stop - start <= _CLOSE * rows.size:
+            return start, stop
+    return 0, count

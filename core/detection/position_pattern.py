@@ -12,15 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.motion_points import settled_residual
+from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.prepare.prepared import Prepared
 
 _BINS = 16
 _VISIT_S = 1.0
@@ -158,20 +155,15 @@ def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Fi
     return [finding for its in found.values() for finding in its]
 
 
-def fit_pattern_findings(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> list[Finding]:
-    """Joints of a fitted log whose torque beyond model and friction follows the position, against friction."""
+def settled_pattern_findings(joint: str, left: Settled) -> list[Finding]:
+    """A joint of a fitted log whose torque beyond model and friction follows the position, against friction.
 
-    def of_joint(joint: str) -> list[Finding]:
-        law = FrictionModel.of(fits[joint])
-        if law is None or joint not in prepared.judged or fits[joint].effort_unit == "raw":
-            return []
-        left = settled_residual(prepared, joint, law)
-        if left is None:
-            return []
-        found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
-        return _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
-
-    return [finding for its in by_name(of_joint, fits).values() for finding in its]
+    Args:
+        joint: its name.
+        left: its settled motion.
+    """
+    found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
+    return _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
 
 
 def _finding(joint: str, found: PositionPattern | None, limit: float, of: str) -> list[Finding]:

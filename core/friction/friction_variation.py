@@ -8,15 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Bounds, FrictionVariation, RippleFacts, Trend, TrendFit
 from collaudit.core.findings import Finding
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.motion_points import Settled, settled_residual
+from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.special_functions import student_quantile
-from collaudit.core.prepare.prepared import Prepared
 
 _BLOCK_S = 2.0
 _MIN_BLOCKS = 12
@@ -187,21 +183,14 @@ def wave_sums(position: FloatArray, values: FloatArray, cycles: IntArray) -> NDA
     return np.asarray((coarse @ fine[:-1].T).ravel()[: cycles.size])
 
 
-def friction_variation(prepared: Prepared, fits: Mapping[str, FrictionFit]) -> dict[str, FrictionVariation]:
-    """Friction of every joint whose law is known, against time, temperature, load and position."""
+def joint_variation(name: str, left: Settled) -> FrictionVariation:
+    """Friction of one joint against time, temperature, load and position.
 
-    def of_joint(joint: str) -> FrictionVariation | None:
-        law = FrictionModel.of(fits[joint])
-        if law is None or joint not in prepared.judged or fits[joint].effort_unit == "raw":
-            return None
-        left = settled_residual(prepared, joint, law)
-        return None if left is None else _joint_variation(prepared, joint, left)
-
-    return {joint: found for joint, found in by_name(of_joint, fits).items() if found is not None}
-
-
-def _joint_variation(prepared: Prepared, joint: str, left: Settled) -> FrictionVariation:
-    name, data = prepared.series.source.name, (left.time_s, left.residual, left.friction)
+    Args:
+        name: of the log.
+        left: the joint's settled motion in it.
+    """
+    data = (left.time_s, left.residual, left.friction)
     thin = slice(None, None, max(1, left.time_s.size // _MOST_SAMPLES))
     beside = any_law(left.friction[thin], left.speed[thin], left.torque_rate[thin])
     compared = (left.time_s[thin], left.residual[thin], left.friction[thin], beside)

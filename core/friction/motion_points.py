@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
@@ -77,8 +78,7 @@ def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
         known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     v = series.velocity_rad_s[:, j]
-    rows = _settled(v, round(_SETTLED_S / series.period_s))
-    rows = rows[~(series.edge[rows] | series.saturated[rows, j])]
+    rows = _settled_rows(series, j)
     direction = np.sign(v[rows])
     friction = direction * (effort[rows] - known[rows])
     if not np.isfinite(friction.sum()):
@@ -162,34 +162,51 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
         return None
     j = series.column(joint)
     v = series.velocity_rad_s[:, j]
-    known = prepared.rigid_nm[:, j]
-    if prepared.contact_nm is not None:
-        known = known + prepared.contact_nm[:, j]
-    friction = law.torque(v)
-    left = series.effort[:, j] - known - friction
     heat = None if series.temperature_c is None else series.temperature_c[:, j]
     if heat is not None and not np.isfinite(heat).any():
         heat = None
-    rows = _settled(v, round(_SETTLED_S / series.period_s))
-    rows = rows[np.isfinite(left[rows]) & ~series.edge[rows] & ~series.saturated[rows, j]]
-    if heat is not None:
-        rows = rows[np.isfinite(heat[rows])]
+    rows = _settled_rows(series, j)
+    known = prepared.rigid_nm[:, j]
+    if prepared.contact_nm is not None:
+        known = known + prepared.contact_nm[:, j]
+    friction, torque = law.torque(v[rows]), known[rows]
+    left = series.effort[rows, j] - torque - friction
+    there = np.isfinite(left) if heat is None else np.isfinite(left) & np.isfinite(heat[rows])
+    if not there.all():
+        rows, friction, torque, left = rows[there], friction[there], torque[there], left[there]
     if rows.size == 0:
         return None
-    at = None if heat is None else heat[rows]
-    position = series.position_rad[rows, j]
-    speed, load = np.abs(v[rows]), np.abs(known[rows])
-    rate = np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows])
-    return Settled(series.time_s[rows], position, left[rows], friction[rows], speed, rate, load, at, known[rows])
+    return Settled(
+        time_s=series.time_s[rows],
+        position=series.position_rad[rows, j],
+        residual=left,
+        friction=friction,
+        speed=np.abs(v[rows]),
+        torque_rate=np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows]),
+        load=np.abs(torque),
+        temperature=None if heat is None else heat[rows],
+        torque=torque,
+    )
 
 
-def _settled(v: FloatArray, margin: int) -> IntArray:
-    """Samples at which the joint has moved one way for a while and will for a while longer."""
-    direction = np.where(np.abs(v) > MOVING_RAD_S, np.sign(v), 0.0)
-    change = np.flatnonzero(np.diff(direction, prepend=np.nan) != 0)
-    starts, stops = change, np.append(change[1:], v.size)
-    out = [np.arange(a + margin, b - margin) for a, b in zip(starts, stops, strict=True) if direction[a] != 0]
-    return np.concatenate(out).astype(np.int64) if out else np.empty(0, dtype=np.int64)
+def _settled_rows(series: UniformSeries, j: int) -> IntArray:
+    """Samples at which a joint has moved one way for a while and will for a while longer, with an effort to go by."""
+    settled = _settled(series.velocity_rad_s[:, j], round(_SETTLED_S / series.period_s))
+    settled &= ~(series.edge | series.saturated[:, j])
+    return np.flatnonzero(settled)
+
+
+def _settled(v: FloatArray, margin: int) -> BoolArray:
+    """(n,) whether the joint has moved one way for so many samples, and will for as many more."""
+    direction = np.empty(v.size, dtype=np.int8)
+    for block in blocks(v.size):
+        np.subtract(v[block] > MOVING_RAD_S, v[block] < -MOVING_RAD_S, out=direction[block], dtype=np.int8)
+    edges = np.concatenate([[0], np.flatnonzero(direction[1:] != direction[:-1]) + 1, [v.size]])
+    out = np.zeros(v.size, dtype=np.bool_)
+    for a, b in pairwise(edges.tolist()):
+        if direction[a] != 0:
+            out[a + margin : max(a + margin, b - margin)] = True
+    return out
 
 
 def clustered_mean(values: FloatArray, cluster: IntArray) -> tuple[float, float]:

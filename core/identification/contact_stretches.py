@@ -15,14 +15,17 @@ from math import ceil
 
 import numpy as np
 
+from collaudit.core.data.columns import Columns, OfTwo, read
 from collaudit.core.data.left_out import LeftOut, LeftOutBy, LeftOutSpan
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.identification.lasting_contact import lasting_contact
 from collaudit.core.identification.lone_speeds import untold_beside
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.robust_regression import Columns, local_spread, robust_fit
+from collaudit.core.numeric.robust_regression import Columns as RegressionColumns
+from collaudit.core.numeric.robust_regression import local_spread, robust_fit
 from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
@@ -59,18 +62,61 @@ MOSTLY = 0.42
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Joint:
-    """Moving samples of one joint: rows (k,) of the log, columns of them, effort (k,), conditions (k, 2); its step.
+    """Moving samples of one joint. They are read where they are used: those of all joints at once take gigabytes.
 
-    ``modelled``: whether the model's torque is among the columns.
+    Attributes:
+        series: the log.
+        j: the joint's column.
+        rows: (k,) samples of the log.
+        effort: (k,) of the joint, filtered as its motion is.
+        torque: (n, j) of the model and the tool; None without a model.
+        torque_rate: (k,) of the joint's, a second; None without a model.
+        scales: speeds over which friction may fall.
+        step: that its effort comes in.
     """
 
-    name: str
+    series: UniformSeries
+    j: int
     rows: IntArray
-    columns: Columns
     effort: FloatArray
-    conditions: FloatArray
+    torque: Columns | None
+    torque_rate: FloatArray | None
+    scales: Sequence[float]
     step: float
-    modelled: bool
+
+    @property
+    def name(self) -> str:
+        """Of the joint."""
+        return self.series.joint_names[self.j]
+
+    def speed(self) -> FloatArray:
+        """(k,)."""
+        return np.asarray(np.abs(self.series.velocity_rad_s[:, self.j][self.rows]))
+
+    def acceleration(self) -> FloatArray:
+        """(k,) its size."""
+        return np.asarray(np.abs(self.series.acceleration_rad_s2[:, self.j][self.rows]))
+
+    def columns(self) -> RegressionColumns:
+        """(k, c) what explains the effort."""
+        return RegressionColumns(self.rows.size, self._columns)
+
+    def _columns(self, some: slice | IntArray) -> FloatArray:
+        """(m, c) at some of the rows: an offset, friction, inertia, gravity, the model's torque and its rate."""
+        series, j, rows = self.series, self.j, self.rows[some]
+        v, q = read(series.velocity_rad_s, rows, j), read(series.position_rad, rows, j)
+        out = np.empty((6 + len(self.scales) + (0 if self.torque is None else 3), rows.size))
+        out[0], out[1], out[2], out[3] = 1.0, np.sign(v), v, series.acceleration_rad_s2[rows, j]
+        np.cos(q, out=out[4])
+        np.sin(q, out=out[5])
+        speed = np.abs(v)
+        for falling, scale in zip(out[6:], self.scales, strict=False):
+            np.exp(np.divide(speed, -scale, out=falling), out=falling)
+            falling *= out[1]
+        if self.torque is not None and self.torque_rate is not None:
+            out[-3], out[-2] = read(self.torque, rows, j), self.torque_rate[some]
+            np.multiply(out[1], np.abs(out[-3]), out=out[-1])
+        return out.T
 
 
 def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArray, LeftOut]:
@@ -91,7 +137,7 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
     for joint in joints:
         moving[joint.rows] = True
     lasting = np.zeros(n, dtype=bool)
-    for mask in ordered_map(partial(_lasting, time_s=series.time_s), [joint for joint in joints if joint.modelled]):
+    for mask in ordered_map(_lasting, [joint for joint in joints if joint.torque is not None]):
         lasting |= mask
     out = lasting.copy()
     seen: list[tuple[str, FloatArray, BoolArray]] = []
@@ -108,7 +154,7 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
         out, seen = np.zeros(n, dtype=bool), []
     beside = np.zeros(n, dtype=bool)
     for joint, (_, _, core) in zip(joints, seen, strict=False):
-        beside |= untold_beside(joint.rows, joint.conditions[:, 0], core, period, 0.5 * _UNTOLD_S)
+        beside |= untold_beside(joint.rows, joint.speed(), core, period, 0.5 * _UNTOLD_S)
     wide = widened(out | beside, ceil(_MARGIN_S / period))
     spans = _spans(wide, [(name, ratio) for name, ratio, _ in seen], series.time_s)
     facts = _facts("stated" if stated_free else "found", wide, out, moving, period, spans, rounds, settled)
@@ -164,52 +210,30 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
     series = prepared.series
     if series.effort is None:
         return None
-    v, q, a = (x[:, j] for x in (series.velocity_rad_s, series.position_rad, series.acceleration_rad_s2))
-    effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
-    margin = round(_SETTLED_S / series.period_s)
-    known = np.isfinite(effort + v + q + a) & ~series.edge & ~series.saturated[:, j] & steady(v, MOVING_RAD_S, margin)
-    torque = None if prepared.rigid_nm is None else prepared.rigid_nm[:, j]
-    if torque is not None and prepared.contact_nm is not None:
-        torque = torque + prepared.contact_nm[:, j]
-    if torque is not None:
-        known &= np.isfinite(torque)
+    v = series.velocity_rad_s[:, j]
+    effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)
+    known = steady(v, MOVING_RAD_S, round(_SETTLED_S / series.period_s)) & ~(series.edge | series.saturated[:, j])
+    known &= np.isfinite(effort[:, 0])
+    needed: list[Columns] = [series.position_rad, series.acceleration_rad_s2]
+    torque: Columns | None = prepared.rigid_nm
+    if prepared.rigid_nm is not None and prepared.contact_nm is not None:
+        torque = OfTwo(np.add, prepared.rigid_nm, prepared.contact_nm)
+    for table in needed if torque is None else [*needed, torque]:
+        for block in blocks(known.size):
+            known[block] &= np.isfinite(table[block, j])
     rows = np.flatnonzero(known)
     if rows.size < _MIN_SAMPLES:
         return None
-    v, q, a = v[rows], q[rows], a[rows]
-    speed = np.abs(v)
-    *slow, fastest = np.quantile(speed, (*_SLOW, 0.999))
-    scales = [max(s, 1e-6) for s in (*slow, *(share * fastest for share in _OF_FASTEST))]
-    model = []
+    rate = None
     if torque is not None:
-        model = [torque[rows], np.nan_to_num(differentiate(torque, series.segments, series.period_s)[rows])]
-    columns = Columns(rows.size, partial(_columns, v, q, a, model, scales))
-    conditions = np.column_stack([speed, np.abs(a)])
-    step = _step(series.effort[rows, j])
-    return _Joint(series.joint_names[j], rows, columns, effort[rows], conditions, step, torque is not None)
+        rate = np.nan_to_num(differentiate(torque[:, j], series.segments, series.period_s)[rows])
+    *slow, fastest = np.quantile(np.abs(v[rows]), (*_SLOW, 0.999))
+    scales = [max(s, 1e-6) for s in (*slow, *(share * fastest for share in _OF_FASTEST))]
+    return _Joint(series, j, rows, effort[rows, 0], torque, rate, scales, _step(read(series.effort, rows, j)))
 
 
-def _columns(
-    velocity: FloatArray,
-    position: FloatArray,
-    acceleration: FloatArray,
-    model: Sequence[FloatArray],
-    scales: Sequence[float],
-    rows: slice | IntArray,
-) -> FloatArray:
-    """(m, c) what explains the effort: an offset, friction, inertia, gravity, the model's torque and its rate."""
-    v, q = velocity[rows], position[rows]
-    sign, speed = np.sign(v), np.abs(v)
-    columns = [np.ones(v.size), sign, v, acceleration[rows], np.cos(q), np.sin(q)]
-    columns += [sign * np.exp(-speed / scale) for scale in scales]
-    if model:
-        torque, rate = (x[rows] for x in model)
-        columns += [torque, rate, sign * np.abs(torque)]
-    return np.column_stack(columns)
-
-
-def _lasting(joint: _Joint, time_s: FloatArray) -> BoolArray:
-    return lasting_contact(joint.rows, joint.columns, joint.effort, time_s, joint.step)
+def _lasting(joint: _Joint) -> BoolArray:
+    return lasting_contact(joint.rows, joint.columns(), joint.effort, joint.series.time_s, joint.step)
 
 
 def _step(effort: FloatArray) -> float:
@@ -227,10 +251,11 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[st
         kept[:] = True
     use = np.flatnonzero(kept)
     use = use[:: max(1, use.size // _MAX_SAMPLES)]
-    found = robust_fit(joint.columns.at(use), joint.effort[use], _balanced(joint.conditions[use, 0]))
-    rest = joint.effort - joint.columns.times(found)
-    spread = local_spread(rest, kept, joint.conditions, max(_MIN_SAMPLES, round(_CELL_S / period)))
-    usual = robust_sd(joint.effort[use] - float(np.median(joint.effort[use])))
+    columns, effort, speed = joint.columns(), joint.effort, joint.speed()
+    found = robust_fit(columns.at(use), effort[use], _balanced(speed[use]))
+    usual = robust_sd(effort[use] - float(np.median(effort[use])))
+    rest = effort - columns.times(found)
+    spread = local_spread(rest, kept, (speed, joint.acceleration()), max(_MIN_SAMPLES, round(_CELL_S / period)))
     ratio = np.zeros(n)
     if robust_sd(rest[use]) > _UNEXPLAINED * usual:
         return joint.name, ratio, np.zeros(n, dtype=bool)

@@ -83,7 +83,8 @@ def lasting_step(columns: Columns, effort: FloatArray, time_s: FloatArray, least
         least: standard deviations of blocks below this, in the unit of the effort, are taken for this.
     """
     use = np.arange(0, effort.size, max(1, effort.size // _MAX_SAMPLES))
-    x, y = columns.at(use) / np.maximum(columns.sizes(), 1e-12), effort[use]
+    x, y = columns.at(use), effort[use]
+    x /= np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-12)  # all columns of one size, for the rank
     step_s = max(_BLOCK_S, float(time_s[use[-1]] - time_s[use[0]]) / _MOST_BLOCKS)
     block = np.floor((time_s[use] - time_s[use[0]]) / step_s).astype(np.int64)
     if np.unique(block).size < _LEAST_BLOCKS:

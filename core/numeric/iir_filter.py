@@ -15,6 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filter_design import settled_state
 from collaudit.core.numeric.linear_filter import linear_filter
 from collaudit.core.numeric.parallel import ordered_map, threads
+from collaudit.core.numeric.runs import run_bounds
 
 #: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
 _BLOCK = 65536
@@ -128,8 +129,11 @@ def _bridged(part: FloatArray) -> tuple[FloatArray, BoolArray | None]:
     if np.isfinite(part.sum()):
         return part, None
     missing: BoolArray = ~np.isfinite(part)
-    filled, k = part.copy(), np.arange(part.shape[0])
+    filled = part.copy()
     for column in np.flatnonzero(missing.any(axis=0)):
         hole = missing[:, column]
-        filled[hole, column] = 0.0 if hole.all() else np.interp(k[hole], k[~hole], part[~hole, column])
+        starts, stops = run_bounds(hole)
+        known = np.unique([starts - 1, stops])  # of the known samples the holes' neighbours are enough
+        known = known[(known >= 0) & (known < hole.size)]
+        filled[hole, column] = np.interp(np.flatnonzero(hole), known, part[known, column]) if known.size else 0.0
     return filled, missing

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -45,15 +45,6 @@ class Columns:
             out[block] = self.at(block) @ coefficients
         return out
 
-    def sizes(self) -> FloatArray:
-        """(c,) root mean squares; summed row after row, as NumPy sums (n, c) along n."""
-        total: FloatArray | None = None
-        for block in blocks(self.count):
-            squares = self.at(block) ** 2
-            total = np.add.reduce(squares if total is None else np.vstack([total, squares]), axis=0)
-        assert total is not None
-        return np.asarray(np.sqrt(total / self.count))
-
 
 def robust_fit(columns: FloatArray, target: FloatArray, share: FloatArray | None = None) -> FloatArray:
     """Coefficients (k,) by iterated reweighting: Huber's weights to come near, then bisquare to forget outliers.
@@ -89,7 +80,7 @@ def robust_fit(columns: FloatArray, target: FloatArray, share: FloatArray | None
     return np.asarray(estimate / scale)
 
 
-def local_spread(rest: FloatArray, kept: BoolArray, conditions: FloatArray, least: int) -> FloatArray:
+def local_spread(rest: FloatArray, kept: BoolArray, conditions: Sequence[FloatArray], least: int) -> FloatArray:
     """(n,) robust standard deviation of residuals, larger where motion like it leaves more.
 
     A model errs more in fast motion and under acceleration; one spread for all would take that for contact.
@@ -97,18 +88,21 @@ def local_spread(rest: FloatArray, kept: BoolArray, conditions: FloatArray, leas
     Args:
         rest: (n,) residuals.
         kept: (n,) which of them count.
-        conditions: (n, c) sizes that the spread may depend on.
+        conditions: sizes (n,) that the spread may depend on.
         least: samples that a cell of conditions needs to have a spread of its own.
     """
-    whole = robust_sd(rest[kept])
     cell = np.zeros(rest.size, dtype=np.uint8)
-    for column in conditions.T:
+    for column in conditions:
         edges = np.quantile(column[kept], _CELLS)
-        cell *= np.uint8(len(_CELLS) + 1)
-        for edge in edges:
-            cell += ~(column <= edge)  # what is not known lies beyond the last edge, as in a sorted search
-    spread = np.full((len(_CELLS) + 1) ** conditions.shape[1], whole)
+        for block in blocks(cell.size):
+            cell[block] *= np.uint8(len(_CELLS) + 1)
+            for edge in edges:
+                cell[block] += ~(column[block] <= edge)  # what is not known lies beyond the last edge
     cell_kept, rest_kept = cell[kept], rest[kept]
-    for number in np.flatnonzero(np.bincount(cell_kept, minlength=spread.size) >= max(1, least)):
-        spread[number] = max(whole, robust_sd(rest_kept[cell_kept == number]))
+    whole = robust_sd(rest_kept)
+    spread = np.full((len(_CELLS) + 1) ** len(conditions), whole)
+    count = np.bincount(cell_kept, minlength=spread.size)
+    by_cell = np.split(rest_kept[np.argsort(cell_kept, kind="stable")], np.cumsum(count)[:-1])
+    for number in np.flatnonzero(count >= max(1, least)):
+        spread[number] = max(whole, robust_sd(by_cell[number]))
     return np.asarray(spread[cell])

@@ -22,12 +22,12 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Identified
 from collaudit.core.data.joint_log import JointLog, LogSource
-from collaudit.core.friction.friction_variation import friction_variation
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.prepared import calibrated, prepare
+from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.robots.robot_registry import robot_named
 
@@ -67,7 +67,7 @@ def staged(log: JointLog, robot: RobotModel, config: Config) -> tuple[dict[str, 
     fits = timed("friction", lambda: fit_joints([seen], config))
     assert all(fit.model for fit in fits.values())
     timed("audit of channels", lambda: audit_channels(prepared, config))
-    timed("warm-up, ripple, load", lambda: friction_variation(seen, fits))
+    timed("warm-up, ripple, load", lambda: settled_motion([seen], fits))
     return took, found
 
 

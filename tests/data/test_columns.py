@@ -43,7 +43,8 @@ def test_every_part_is_that_of_the_table_in_memory(name: str) -> None:
             np.testing.assert_array_equal(table[start:stop], plain[start:stop])
     rows = np.array([3, 50, 3, 16, 0, N - 1])
     mask = RNG.random(N) < 0.5
-    for pick in (slice(None), slice(4, None, 3), slice(-9, -2), rows, mask, 17, -1, [5, 6]):
+    close, none = np.array([9, 41, 10, 12, 15, *range(16, 40)]), np.empty(0, dtype=np.int64)
+    for pick in (slice(None), slice(4, None, 3), slice(-9, -2), rows, close, none, -close, mask, 17, -1, [5, 6]):
         np.testing.assert_array_equal(table[pick], plain[pick])
         np.testing.assert_array_equal(table[pick, 1], plain[pick, 1])
         np.testing.assert_array_equal(table[pick, :][..., [2, 0]], plain[pick, :][..., [2, 0]])

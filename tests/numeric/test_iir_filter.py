@@ -53,3 +53,17 @@ def test_stretches_do_not_see_each_other_and_holes_are_told() -> None:
 def test_blank_is_nan_outside_the_stretches() -> None:
     out = blank(np.zeros((10, 2)), [Span(2, 4), Span(6, 6)])
     assert np.isnan(out[[0, 1, 4, 5, 6, 9]]).all()
+
+
+def test_holes_are_bridged_from_the_nearest_known_samples() -> None:
+    x = np.random.default_rng(4).normal(size=(200, 4))
+    x[:7, 0] = x[190:, 0] = x[50:80, 1] = x[82, 1] = np.nan
+    x[np.random.default_rng(5).random(200) < 0.5, 2] = np.inf
+    x[:, 3] = np.nan
+    filled, missing = iir_filter._bridged(x)
+    assert missing is not None and np.array_equal(missing, ~np.isfinite(x))
+    k = np.arange(200.0)
+    for column in range(3):
+        known = np.isfinite(x[:, column])
+        np.testing.assert_array_equal(filled[:, column], np.interp(k, k[known], x[known, column]))
+    assert not filled[:, 3].any()

@@ -13,17 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.data.friction_correction import FrictionCorrection, LoadFriction
-from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
-from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_variation import any_law, jackknifed
 from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.friction.gear.ripple_fit import ripple_waves
-from collaudit.core.friction.motion_points import Settled, settled_residual
+from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
-from collaudit.core.prepare.prepared import Prepared
 
 _STRETCH_S, _FOLDS = 4.0, 5
 _FEWEST_STRETCHES = 10
@@ -35,27 +31,6 @@ _WORTH = 0.005
 #: Speeds at which the load that the law has seen is kept.
 _SPEEDS = 8
 _LEAST_SPAN = 0.5  # of friction's mean: a smaller span of loads shows nothing
-
-
-def friction_corrections(
-    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit]
-) -> dict[str, FrictionCorrection]:
-    """Corrections of every joint that has any.
-
-    Args:
-        prepared: the logs that the friction was fitted on.
-        fits: friction of all of them together.
-    """
-
-    def of_joint(joint: str) -> FrictionCorrection | None:
-        law = FrictionModel.of(fits[joint])
-        if law is None or fits[joint].effort_unit == "raw":
-            return None
-        logs = [p for p in prepared if joint in p.judged and p.series.effort_unit == "Nm"]
-        parts = [found for p in logs if (found := settled_residual(p, joint, law)) is not None]
-        return joint_correction(parts) if parts else None
-
-    return {joint: found for joint, found in by_name(of_joint, fits).items() if found is not None}
 
 
 def joint_correction(parts: Sequence[Settled]) -> FrictionCorrection | None:

@@ -125,6 +125,18 @@ def without_thresholds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fitting, "corrections_that_help", lambda *_: ({}, nothing))
 
 
+def fit_without_folds(files: SimulatedFiles) -> FrictionFile:
+    """Friction of one simulated log with every correction that was found, and without thresholds.
+
+    Which corrections help is told by the laws without each fold in turn: half of a fit's time. Of the shared seeds and
+    robots every correction does.
+    """
+    nothing = FittedThresholds("direct", False, {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fitting, "corrections_that_help", lambda _, _f, _v, found, *_more: (dict(found), nothing))
+        return fit_simulated(files)
+
+
 def truth_path(files: SimulatedFiles) -> Path:
     """Where the truth of a simulated log is."""
     return files.truth

@@ -21,8 +21,10 @@ from mcap.writer import IndexType, Writer
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import describe, read_log
+from collaudit.core.logs.mcap import mcap_file
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_summary import overview_of
+from collaudit.core.numeric import parallel
 
 COUNT = 12
 MESSAGES = w.motion(COUNT)
@@ -135,3 +137,20 @@ def test_padded_records_and_unknown_ones(
         path = write(tmp_path / "log.mcap", compression, index, True, options)
         assert b"unknown" in path.read_bytes() or compression == "zstd"
         check(path, reference, options)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("window", [1, 700, 1500])
+def test_loose_messages_are_read_in_windows_by_several_threads(
+    window: int, threads: int, tmp_path: Path, reference: JointLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(tmp_path / "log.mcap", None, IndexType.ALL, True, dict.fromkeys(OPTIONS, True))
+    monkeypatch.setattr(mcap_file, "_WINDOW", window)
+    monkeypatch.setattr(parallel, "_threads", threads)
+    check(path, reference, window)
+    with path.open("r+b") as file:  # what is cut while it is read is said once, and what lies before is read
+        reader = McapFile(path)
+        file.truncate(reader.index.loose.at[-2] + 40)
+    assert sum(batch.start.shape[0] for batch in reader.batches()) < 2 * COUNT
+    assert [item.text for item in reader.damage if "while it was read" in item.text] == [reader.damage[0].text]
+    reader.close()

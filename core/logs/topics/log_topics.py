@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 Definitions = Mapping[str, Any]
 ENCODINGS = ("cdr", "ros1", "json", "protobuf")
-#: So many batches may wait for their columns to be written.
-_AHEAD = 8
+#: So many batches may wait for their columns to be written: while they are in the cache.
+_AHEAD = 1
 
 
 @dataclass(slots=True, eq=False)

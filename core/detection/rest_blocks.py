@@ -6,7 +6,7 @@ sliding extremes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +15,10 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import SAMPLES, blocks
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.sliding_extremes import centred_range, widened
+from collaudit.core.numeric.sliding_extremes import centred_range_at, range_exceeds, widened
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: Steps are looked for in means over this time, s.
@@ -78,22 +80,28 @@ class RestBlocks:
             usable = run.detected.state[:, k] <= State.FRICTION_INTERVAL
             if off is not None:
                 usable &= ~off
-            left, modelled = _beyond_model(prepared, columns[k])
-            left[~usable] = np.nan
-            torque[:, k], model[:, k] = _means(left, size, count), _means(modelled, size, count)
+            for rows, samples in _parts(count, size):
+                left, modelled = _beyond_model(prepared, columns[k], samples)
+                np.copyto(left, np.nan, where=~usable[samples])
+                torque[rows, k], model[rows, k] = _means(left, size), _means(modelled, size)
 
         for _ in ordered_map(fill_joint, range(len(columns))):
             pass
         stands = ~_moves(every, [Window.of(scale, period) for scale in SCALES])
-        time_s = _means(series.time_s, size, count)
+        time_s = _means(series.time_s[: count * size], size)
         return cls(time_s, period, every[:, columns], torque, model, steps, stands)
 
 
-def _means(x: FloatArray, size: int, count: int) -> FloatArray:
-    """(count,) means of ``size`` samples in a row each."""
-    total = x[: count * size : size].copy()
+def _parts(count: int, size: int) -> Iterator[tuple[slice, slice]]:
+    """So many means of so many samples each, in parts that stay in the cache: which means, and their samples."""
+    return ((rows, slice(rows.start * size, rows.stop * size)) for rows in blocks(count, max(1, SAMPLES // size)))
+
+
+def _means(x: FloatArray, size: int) -> FloatArray:
+    """(m,) means of ``size`` samples in a row each, of (m · size,)."""
+    total = x[::size].copy()
     for k in range(1, size):
-        total += x[k : count * size : size]
+        total += x[k::size]
     total /= size
     return total
 
@@ -103,20 +111,21 @@ def _position_means(series: UniformSeries, size: int, count: int) -> FloatArray:
     out = np.empty((count, series.position_rad.shape[1]), order="F")
 
     def fill_joint(j: int) -> None:
-        out[:, j] = _means(series.position_rad[:, j], size, count)
+        for rows, samples in _parts(count, size):
+            out[rows, j] = _means(series.position_rad[samples, j], size)
 
     for _ in ordered_map(fill_joint, range(out.shape[1])):
         pass
     return out
 
 
-def _beyond_model(prepared: Prepared, j: int) -> tuple[FloatArray, FloatArray]:
-    """Torque (n,) of one joint of the arm less the model's, and the model's, N·m."""
+def _beyond_model(prepared: Prepared, j: int, rows: slice) -> tuple[FloatArray, FloatArray]:
+    """Torque (w,) of one joint of the arm less the model's, and the model's, N·m."""
     assert prepared.rigid_nm is not None and prepared.series.effort is not None
-    modelled = prepared.rigid_nm[:, j]
+    modelled = prepared.rigid_nm[rows, j]
     if prepared.contact_nm is not None:
-        modelled = modelled + prepared.contact_nm[:, j]
-    return np.asarray(prepared.series.effort[:, j] - modelled), modelled
+        modelled = modelled + prepared.contact_nm[rows, j]
+    return np.asarray(prepared.series.effort[rows, j] - modelled), modelled
 
 
 def _moves(position: FloatArray, windows: Sequence[Window]) -> BoolArray:
@@ -124,7 +133,7 @@ def _moves(position: FloatArray, windows: Sequence[Window]) -> BoolArray:
 
     def of_joint(j: int) -> BoolArray:
         known = np.where(np.isfinite(position[:, j]), position[:, j], 0.0)
-        return np.stack([travel(known, w.before, w.after) > STILL for w in windows])
+        return np.stack([travels(known, w.before, w.after, STILL) for w in windows])
 
     return np.asarray(np.logical_or.reduce(list(ordered_map(of_joint, range(position.shape[1])))))
 
@@ -167,35 +176,44 @@ class RunningSums:
         unknown = ~np.isfinite(x)
         known, lost = np.zeros(x.size + 1), np.zeros(x.size + 1, dtype=np.int64)
         if not unknown.all():
-            np.cumsum(np.where(unknown, 0.0, x - np.nanmedian(x)), out=known[1:])
+            np.cumsum(np.where(unknown, 0.0, x - median_of(x[~unknown])), out=known[1:])
         np.cumsum(unknown, out=lost[1:])
         return cls(known, lost)
 
-    def step(self, width: int, rise: int) -> FloatArray:
-        """(m,) mean of ``width`` blocks after less that before each, ``rise`` blocks apart; NaN at unknown ones."""
-        sums, lost, count = self.known, self.lost, self.known.size - 1
-        mean = (sums[width:] - sums[:-width]) / width
-        mean[lost[width:] > lost[:-width]] = np.nan
-        out = np.full(count, np.nan)
-        first = width + rise // 2
-        if count >= 2 * width + rise:
-            span = mean[width + rise :] - mean[: -(width + rise)]
-            out[first : first + span.size] = span
-            crossed = lost[first : first + span.size] - lost[first - width : first - width + span.size]
-            out[first : first + span.size][crossed > 0] = np.nan
+    def step(self, width: int, rise: int, rows: IntArray) -> FloatArray:
+        """(k,) mean of ``width`` blocks after less that before, ``rise`` blocks apart, at some blocks.
+
+        NaN where one is unknown among them, just before the block, or beyond an end.
+        """
+        first, last = width + rise // 2, self.known.size - 1 - width - (rise - rise // 2)
+        out = np.full(rows.size, np.nan)
+        inside = (rows >= first) & (rows <= last)
+        at = rows[inside]
+        before, after = at - first, at - first + width + rise
+        sums, lost = self.known, self.lost
+        step = (sums[after + width] - sums[after]) / width - (sums[before + width] - sums[before]) / width
+        for start, stop in ((after, after + width), (before, before + width), (at - width, at)):
+            step[lost[stop] > lost[start]] = np.nan
+        out[inside] = step
         return out
 
 
-def travel(x: FloatArray, before: int, after: int) -> FloatArray:
-    """(m,) largest less smallest value of the blocks from k - before to k + after (not included); none is unknown.
+def travel(x: FloatArray, before: int, after: int, rows: IntArray) -> FloatArray:
+    """(k,) largest less smallest value of the blocks from k - before to k + after (not included), at some blocks k.
 
     Beyond the ends the values there are held.
+
+    Args:
+        x: (m,) none is unknown.
+        before, after: blocks.
+        rows: (k,) in order.
     """
     length = before + after
-    spread = centred_range(x, length)
-    shift, out = length // 2 - before, np.empty(x.size)
-    start = min(x.size, max(0, -shift))
-    inside = slice(start, max(start, min(x.size, x.size - shift)))
-    out[inside] = spread[inside.start + shift : inside.stop + shift]
-    out[: inside.start], out[inside.stop :] = spread[0], spread[-1]
-    return out
+    return centred_range_at(x, length, (rows + length // 2 - before).clip(0, x.size - 1))
+
+
+def travels(x: FloatArray, before: int, after: int, level: float) -> BoolArray:
+    """(m,) whether :func:`travel` exceeds a level, at all blocks."""
+    length = before + after
+    middle = np.arange(x.size) + (length // 2 - before)
+    return np.asarray(range_exceeds(x, length, level)[middle.clip(0, x.size - 1)])

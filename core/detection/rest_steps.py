@@ -19,6 +19,7 @@ from collaudit.core.detection.rest_blocks import SCALES, STAYS_S, STILL, RestBlo
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: Before a step a joint has stood if it moved by no more than this share of the step.
@@ -145,33 +146,44 @@ def _steps_of(blocks: RestBlocks, j: int, gamma_nm: float) -> list[_Steps]:
     known = np.where(np.isfinite(blocks.position_rad[:, j]), blocks.position_rad[:, j], 0.0)
     out = []
     for number, scale in enumerate(SCALES):
-        window = Window.of(scale, blocks.period_s)
-        rest = travel(known, window.before, -(window.rise // 2))
+        window, rows = Window.of(scale, blocks.period_s), np.flatnonzero(blocks.stands[number])
+        rest = travel(known, window.before, -(window.rise // 2), rows)
         limits = (gamma_nm, float(blocks.count_rad[j]))
-        step_q, step_x, changed = (sums.step(window.width, window.rise) for sums in (position, torque, model))
-        out.append(_steps(step_q, step_x, np.abs(changed), blocks.stands[number], rest, limits))
+        step_q, step_x, changed = (sums.step(window.width, window.rise, rows) for sums in (position, torque, model))
+        against, along = _steps(step_q, step_x, np.abs(changed), rest, limits)
+        there = against | along
+        out.append(
+            _Steps(
+                _marked(rows[against], known.size),
+                _marked(rows[along], known.size),
+                rows[there],
+                step_x[there],
+                step_q[there],
+            )
+        )
+    return out
+
+
+def _marked(rows: IntArray, count: int) -> BoolArray:
+    """(count,) set at these rows."""
+    out = np.zeros(count, dtype=np.bool_)
+    out[rows] = True
     return out
 
 
 def _steps(
-    step_q: FloatArray,
-    step_x: FloatArray,
-    changed: FloatArray,
-    stands: BoolArray,
-    rest: FloatArray,
-    limits: tuple[float, float],
-) -> _Steps:
-    """Steps at one scale: means after less means before, where the arm stands.
+    step_q: FloatArray, step_x: FloatArray, changed: FloatArray, rest: FloatArray, limits: tuple[float, float]
+) -> tuple[BoolArray, BoolArray]:
+    """Which steps at one scale, means after less means before, run against the drive, and which along it.
 
     Args:
-        step_q, step_x: (m,) of position and torque.
-        changed: (m,) size of the step of the model's torque.
-        stands: (m,) no joint of the arm moves.
-        rest: (m,) by how much the joint moved before.
+        step_q, step_x: (k,) of position and torque at the blocks at which the arm stands.
+        changed: (k,) size of the step of the model's torque.
+        rest: (k,) by how much the joint moved before.
         limits: its threshold, N·m, and the step of its encoder, rad.
     """
     with np.errstate(invalid="ignore"):
-        still = np.isfinite(step_x) & stands
+        still = np.isfinite(step_x)
         calm = still & (rest <= STILL * _STOOD_SHARE)
         large_x = np.abs(step_x) > _torque_limit(step_x, calm, limits[0]) + changed
         limit_q = _position_limit(step_q, calm, limits[1])
@@ -179,9 +191,7 @@ def _steps(
         both = still & large_x & large_q
         opposed = step_x * step_q < 0.0
         stood = rest <= np.maximum(limit_q, _STOOD_SHARE * np.abs(step_q))
-    against, along = both & opposed & stood, both & ~opposed
-    rows = np.flatnonzero(against | along)
-    return _Steps(against, along, rows, step_x[rows], step_q[rows])
+    return both & opposed & stood, both & ~opposed
 
 
 def _torque_limit(step: FloatArray, calm: BoolArray, gamma_nm: float) -> float:
@@ -195,7 +205,7 @@ def _position_limit(step: FloatArray, calm: BoolArray, count_rad: float) -> floa
 def _spread(x: FloatArray) -> float:
     """Standard deviation of steps at rest, from their most even fifth: an arm may be touched most of the time."""
     x = x[np.isfinite(x)]
-    return float(np.quantile(np.abs(x), _QUIET_SHARE)) / _QUIET_QUANTILE if x.size else np.inf
+    return quantile_of(np.abs(x), _QUIET_SHARE) / _QUIET_QUANTILE if x.size else np.inf
 
 
 def _closed(mask: BoolArray, gap: int) -> BoolArray:

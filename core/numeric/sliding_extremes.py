@@ -11,12 +11,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 _Number = TypeVar("_Number", bound=np.generic)
 
 #: Windows at a time, unless they are longer than that: what is worked on stays in the second-level cache.
 _BLOCK = 16_384
+#: So many values of a window, about, are looked at first.
+_COARSE = 12
 
 
 def window_minima(x: FloatArray, n: int) -> FloatArray:
@@ -43,6 +45,41 @@ def centred_extremes(x: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     before, after = n // 2, n - 1 - n // 2
     low = window_minima(np.pad(x, (before, after), constant_values=np.inf), n)
     return low, window_maxima(np.pad(x, (before, after), constant_values=-np.inf), n)
+
+
+def centred_range_at(x: FloatArray, n: int, rows: IntArray) -> FloatArray:
+    """(k,) :func:`centred_range` of ``x`` (m,) at some samples (k,), in order; others are looked at only near them."""
+    if 2 * rows.size > x.size:
+        return np.asarray(centred_range(x, n)[rows])
+    before, after = n // 2, n - 1 - n // 2
+    apart = np.diff(rows, prepend=rows[:1]) > n
+    edges = np.flatnonzero(apart)
+    starts = rows[np.append(0, edges)] - before if rows.size else rows
+    stops = rows[np.append(edges, rows.size) - 1] + after + 1 if rows.size else rows
+    count = stops - starts
+    left_out = starts - np.cumsum(count) + count  # before each stretch of samples that are looked at
+    near = np.repeat(left_out, count) + np.arange(count.sum())
+    spread = centred_range(x[near.clip(0, x.size - 1)], n)  # values held beyond an end change no extreme
+    return np.asarray(spread[rows - left_out[np.cumsum(apart)]])
+
+
+def range_exceeds(x: FloatArray, n: int, level: float) -> BoolArray:
+    """(m,) whether :func:`centred_range` of ``x`` (m,) exceeds a level.
+
+    A few values of each window tell it where they are far enough apart; elsewhere all are looked at.
+    """
+    step = n // _COARSE
+    if step < 2:
+        return np.asarray(centred_range(x, n) > level)
+    few = x[::step]
+    # Of those, the ones in the windows of all samples k·step to (k + 1)·step - 1, counted from number k.
+    before, after = (n // 2 - step + 1) // step, (n - 1 - n // 2) // step
+    low = window_minima(np.pad(few, (before, after), constant_values=np.inf), before + 1 + after)
+    high = window_maxima(np.pad(few, (before, after), constant_values=-np.inf), before + 1 + after)
+    out = np.repeat(high - low > level, step)[: x.size]
+    rest = np.flatnonzero(~out)
+    out[rest] = centred_range_at(x, n, rest) > level
+    return out
 
 
 def whole_window_minima(x: FloatArray, n: int) -> FloatArray:

@@ -14,7 +14,7 @@ from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.sliding_extremes import centred_range
+from collaudit.core.numeric.sliding_extremes import range_exceeds
 
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
@@ -82,9 +82,9 @@ def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
     """(n,) velocity of a joint, 0 where it only dithers about its place, as by a step of its encoder."""
     position = series.position_rad[:, j]
     width = max(3, round(_DITHER_S / series.period_s))
-    known = np.where(np.isfinite(position), position, 0.0)
-    way = centred_range(known, width)
-    return np.where(way <= _STANDING_RAD_S * _DITHER_S, 0.0, series.velocity_rad_s[:, j])
+    known = position if np.isfinite(position.sum()) else np.where(np.isfinite(position), position, 0.0)
+    travels = range_exceeds(known, width, _STANDING_RAD_S * _DITHER_S)
+    return np.where(travels, series.velocity_rad_s[:, j], 0.0)
 
 
 def moving_samples(velocity: FloatArray, state: NDArray[np.int8]) -> BoolArray:

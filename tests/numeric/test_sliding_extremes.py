@@ -10,6 +10,8 @@ from collaudit.core.numeric import sliding_extremes
 from collaudit.core.numeric.sliding_extremes import (
     centred_extremes,
     centred_range,
+    centred_range_at,
+    range_exceeds,
     whole_window_minima,
     widened,
     window_maxima,
@@ -45,6 +47,21 @@ def test_windows_that_are_cut_at_the_ends(x: np.ndarray[tuple[int], np.dtype[np.
     np.testing.assert_array_equal(centred_range(x, n), high - low)
 
 
+@pytest.mark.parametrize("n", [1, 5, 24, 31, 100, 999, 1500])
+@pytest.mark.parametrize("size", [1, 2, 50, 1000, 1013])
+def test_what_is_looked_at_in_part_is_that_of_all(n: int, size: int) -> None:
+    rng = np.random.default_rng(size + n)
+    x = np.cumsum(rng.standard_normal(size) * (rng.random(size) < 0.05))
+    whole = centred_range(x, n)
+    for share in (0.0, 0.02, 0.3, 1.0):
+        rows = np.flatnonzero(rng.random(size) < share)
+        np.testing.assert_array_equal(centred_range_at(x, n, rows), whole[rows])
+    repeated = np.sort(rng.integers(0, size, size // 3))
+    np.testing.assert_array_equal(centred_range_at(x, n, repeated), whole[repeated])
+    for level in (0.0, float(np.median(whole)), float(whole.max())):
+        np.testing.assert_array_equal(range_exceeds(x, n, level), whole > level)
+
+
 @pytest.mark.parametrize("margin", [0, 1, 5, 300])
 def test_a_mask_is_widened(margin: int) -> None:
     mask = np.random.default_rng(4).random(500) < 0.01
@@ -56,3 +73,5 @@ def test_too_few_samples() -> None:
     assert window_maxima(np.empty(0), 1).size == 0
     np.testing.assert_array_equal(whole_window_minima(np.ones(4), 5), np.zeros(4))
     assert centred_range(np.empty(0), 3).size == 0
+    assert range_exceeds(np.empty(0), 3, 1.0).size == range_exceeds(np.empty(0), 100, 1.0).size == 0
+    assert centred_range_at(np.ones(5), 3, np.empty(0, dtype=np.int64)).size == 0

@@ -9,6 +9,7 @@ import numpy as np
 from collaudit.core.data.audit_result import ResidualStats
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.stats import quantile_of
 
 _AROUND_EVENT_S = 0.5
 
@@ -34,13 +35,14 @@ def residual_stats(signals: Signals, joint: str, clean: BoolArray, period_s: flo
     k = signals.joint_names.index(joint)
     judged = signals.state[:, k] == State.JUDGED
     seconds = float(np.count_nonzero(judged)) * period_s
-    x = signals.residual_nm[judged, k]
+    residual = signals.residual_nm[:, k]
+    x = residual[judged]
     if x.size == 0:
         return ResidualStats(None, None, None, None, seconds)
     np.abs(x, out=x)
     mean, rms, most = float(np.mean(x)), float(np.sqrt(np.mean(x**2))), float(np.max(x))
-    p99 = float(np.quantile(x, 0.99, overwrite_input=True))  # x is sorted in parts: nothing may look at it after
-    x = signals.residual_nm[clean, k]
+    p99 = quantile_of(x, 0.99)
+    x = residual[clean]
     np.abs(x, out=x)
     return ResidualStats(
         mean_abs_nm=mean,

@@ -13,6 +13,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.residual.friction_level import LARGEST
@@ -105,20 +106,17 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     Faster than friction was measured, or between unjudged samples, the residual is no evidence, but no clean bill.
     """
     state = run.detected.state[:, j]
-    with np.errstate(invalid="ignore"):
-        above = np.abs(run.residual.torque_nm[:, j]) > run.threshold.of(j)
+    above = exceeds(run.residual.torque_nm[:, j], run.threshold.of(j))
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
     above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)
-    blind = np.isin(state, _BLIND)
+    blind = np.logical_or.reduce([state == code for code in _BLIND])
     starts, stops = run_bounds(above | blind)
-    length = np.concatenate(([0], np.cumsum(above)))
     out = []
     fired = [c.onset_s for c in run.detected.collisions if c.joint == joint]
     for a, b in zip(starts, stops, strict=True):
-        count = int(length[b] - length[a])
-        whole = count == b - a and evidence[a:b].all()
-        if count == 0 or whole or b - a < n:
+        count = int(np.count_nonzero(above[a:b])) if b - a >= n else 0
+        if count == 0 or (count == b - a and evidence[a:b].all()):
             continue
         first, last = float(series.time_s[a]), float(series.time_s[b - 1])
         if any(first - series.period_s <= t <= last for t in fired):
@@ -136,12 +134,12 @@ def _hidden_at_rest(
     series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, j: int, joint: str
 ) -> list[Finding]:
     """How long and how much a joint at rest or presliding hid."""
-    inside = np.asarray(run.detected.state[:, j] == State.FRICTION_INTERVAL)
+    inside = np.flatnonzero(run.detected.state[:, j] == State.FRICTION_INTERVAL)
     hidden = run.residual.hidden_nm
-    if joint not in inputs.laws or hidden is None or not inside.any():
+    if joint not in inputs.laws or hidden is None or inside.size == 0:
         return []
-    seconds = float(np.count_nonzero(inside)) * series.period_s
-    most = float((run.threshold.of(j)[inside] + hidden[j].where(inside)).max())
+    seconds = float(inside.size) * series.period_s
+    most = float((run.threshold.of(j, inside) + hidden[j].at(inside)).max())
     text = (
         f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
         f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. This time counts as "

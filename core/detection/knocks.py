@@ -15,7 +15,7 @@ from collaudit.core.detection.rule import Event, Level
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import SD_PER_MAD
+from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 
 #: A kernel leaves nearly all of a short knock within this many of its settling times.
 _SETTLING_TIMES = 1.4
@@ -51,7 +51,7 @@ def knocks(
     known = ratio[ratio > 0.0]
     if known.size == 0:
         return []
-    starts, stops = run_bounds(ratio >= max(share, _SDS * SD_PER_MAD * float(np.median(known))))
+    starts, stops = run_bounds(ratio >= max(share, _SDS * SD_PER_MAD * median_of(known)))
     out: list[tuple[Event, float]] = []
     for a, b in zip(starts, stops, strict=True):
         best = int(a) + int(np.argmax(ratio[a:b]))

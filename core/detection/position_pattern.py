@@ -18,6 +18,7 @@ from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stats import median_of, quantile_of
 
 _BINS = 16
 _VISIT_S = 1.0
@@ -67,11 +68,11 @@ def position_pattern(
         way = direction == sign
         there = rest[way]
         if there.size:
-            there -= np.median(there)
+            there -= median_of(there.copy())
             rest[way] = there
         del there
     del direction
-    low, high = np.quantile(position, [0.005, 0.995])
+    low, high = _ends(position)
     if not high - low > _LEAST_RANGE_RAD:
         return None
     middle = _median_of_rising(visit)
@@ -101,13 +102,23 @@ def position_pattern(
     )
 
 
+def _ends(position: FloatArray) -> tuple[float, float]:
+    """The positions below and above which 0.5 % of them lie each."""
+    some = position.copy()
+    return quantile_of(some, 0.005), quantile_of(some, 0.995)
+
+
 def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
     """The numbers that occur in ``key`` (n,), rising, and the mean of the values (n,) of each."""
     least = int(key.min())
     if int(key.max()) - least > 4 * key.size:  # a clock that jumped: most numbers do not occur
         there, label = np.unique(key, return_inverse=True)
         return there, np.bincount(label, weights=values) / np.bincount(label)
-    count, total = np.bincount(key - least), np.bincount(key - least, weights=values)
+    key = key - least
+    changes = np.flatnonzero(key[1:] != key[:-1]) + 1  # a joint stays at a place for many samples
+    runs = np.diff(changes, prepend=0, append=key.size)
+    count = np.bincount(key[np.append(0, changes)], weights=runs)
+    total = np.bincount(key, weights=values)
     there = np.flatnonzero(count)
     return there + least, total[there] / count[there]
 

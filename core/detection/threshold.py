@@ -17,7 +17,7 @@ from collaudit.core.config.schema_detect import DynamicConfig
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
@@ -47,12 +47,12 @@ class Threshold:
     config: DetectConfig
     _kept: dict[int, FloatArray] = field(default_factory=dict)
 
-    def of(self, j: int, part: slice = slice(None)) -> FloatArray:
+    def of(self, j: int, part: slice | IntArray = slice(None)) -> FloatArray:
         """(n,) N·m of one joint, or of a part of its samples; NaN without one."""
         joint = self.series.joint_names[j]
         law = self.config.dynamic.get(joint) if self.config.gamma_nm == "dynamic" else None
         level = self.rule.gamma_nm.get(joint, np.nan) if law is None else self._dynamic(j, law)[part]
-        return np.asarray(self.residual.uncertainty_nm[part, j] + level)
+        return np.asarray(self.residual.uncertainty_nm[:, j][part] + level)
 
     def _dynamic(self, j: int, law: DynamicConfig) -> FloatArray:
         if j not in self._kept:

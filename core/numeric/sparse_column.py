@@ -37,11 +37,7 @@ class SparseColumn:
         """Values at any samples, of any shape."""
         if self.rows.size == 0:
             return np.zeros(samples.shape)
+        if np.array_equal(samples, self.rows):
+            return self.values
         place = np.minimum(np.searchsorted(self.rows, samples), self.rows.size - 1)
         return np.asarray(np.where(self.rows[place] == samples, self.values[place], 0.0))
-
-    def where(self, mask: BoolArray) -> FloatArray:
-        """Values at the marked samples (n,), one after the other."""
-        out = np.zeros(mask.size)
-        out[self.rows] = self.values
-        return out[mask]

@@ -13,7 +13,7 @@ from collaudit.core.data.recommendation_result import ArmRate, TailFacts
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
@@ -160,7 +160,7 @@ def _rule(
         alternatives=others,
         missing=missing,
         tail=_facts(tail),
-        noticed_nm=gamma + float(np.quantile(quiet, 0.95)),
+        noticed_nm=gamma + quantile_of(quiet, 0.95),
         loose=looseness(tail, gamma),
     )
 

@@ -52,14 +52,15 @@ class FrictionBounds:
         return self.bounds()[1]
 
     def bounds(self, rows: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bound, everywhere or at the given samples."""
+        """Lower and upper bound, everywhere or at the given samples, which rise."""
         low = self.sliding_nm.copy() if rows is None else self.sliding_nm[rows]
         high = low.copy()
         if rows is None:
             low[self.loose], high[self.loose] = self.loose_nm
         else:
             at = np.flatnonzero(~self.steady[rows])
-            low[at], high[at] = self.loose_nm[:, np.searchsorted(self.loose, rows[at])]
+            every = at.size == self.loose.size
+            low[at], high[at] = self.loose_nm if every else self.loose_nm[:, np.searchsorted(self.loose, rows[at])]
         return low, high
 
 
@@ -151,11 +152,12 @@ class Travel:
             forward, backward = v > 0, v < 0
             anew[0] = True
             anew[1:] = (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
-            np.subtract(position[1:], position[:-1], out=way[1:])
-            np.abs(way, out=way)
-            if not np.isfinite(way.sum()):
-                way[~np.isfinite(way)] = 0.0
-            way[...] = np.cumsum(way)
+            for block in blocks(way.size - 1):
+                step = np.abs(position[1:][block] - position[:-1][block])
+                if not np.isfinite(step.sum()):
+                    step[~np.isfinite(step)] = 0.0
+                step[0] += way[block.start]
+                np.cumsum(step, out=way[1:][block])
         return cls(turned, travel)
 
     def settled(

@@ -194,29 +194,35 @@ def _fill_joint(
     beyond = exceeds(velocity, BEYOND_RANGE * law.speed_range[1])
     friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
-    ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
-    total -= ripple
+    ripple: FloatArray | float = 0.0
+    ripple_doubt_nm = 0.0
+    if law.ripple:
+        ripple, ripple_doubt_nm = known_ripple(series, j, velocity, law, balance.kernel, total - friction, usable)
+        total -= ripple
     sd = float(np.hypot(config.friction_level_sd, band.level_sd))
     if config.friction_level == "fixed":
         level = fixed_level(total.size, sd)
     else:
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
     _take_off(total, friction, level, columns)
-    columns.uncertainty_nm[undecided] = 0.0
+    rows = np.flatnonzero(undecided)
+    columns.uncertainty_nm[rows] = 0.0
     least, most = _span(total, band, level, around, undecided)
     # An external torque as large as the width can leave the distance zero: friction at one end, the torque against it.
-    columns.torque_nm[undecided] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
-    columns.state[undecided] = State.FRICTION_INTERVAL
-    doubt = extrapolation_doubt(law, velocity)
-    columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
+    columns.torque_nm[rows] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
+    columns.state[rows] = State.FRICTION_INTERVAL
+    doubt: FloatArray | None = None
+    if exceeds(velocity, law.speed_range[1]).any():
+        doubt = extrapolation_doubt(law, velocity)
+        columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
     if law.load is not None and load_nm is not None:
-        doubt += load_doubt(law.load, load_nm, velocity)
-    if doubt.any():
+        carried = load_doubt(law.load, load_nm, velocity)
+        doubt = carried if doubt is None else doubt + carried
+    if doubt is not None and doubt.any():
         smoothed = balance.kernel.apply(np.nan_to_num(doubt)[:, None], series.segments, series.period_s)
         np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
     if ripple_doubt_nm > 0:
         np.add(columns.uncertainty_nm, ripple_doubt_nm, out=columns.uncertainty_nm)
-    rows = np.flatnonzero(undecided)
     span = (SparseColumn(rows, least), SparseColumn(rows, most))
     return _Filled(level, ripple_doubt_nm if isinstance(ripple, float) else 0.0, span)
 
@@ -245,7 +251,7 @@ def _span(
     slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
     low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
     picked = undecided[rows]
-    unexplained = total[rows][picked]
+    unexplained = total[rows[picked]]
     return np.asarray(unexplained - high[picked]), np.asarray(unexplained - low[picked])
 
 
@@ -283,19 +289,28 @@ class _Around:
 
 def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
     """Put the reasons that hold for any joint on top of the others (the larger code wins)."""
-    recorded = np.zeros(state.shape[0], dtype=bool)
+    lost = np.ones(state.shape[0], dtype=bool)
     for segment in series.segments:
-        recorded[segment.slice] = True
-
-    def raise_to(where: BoolArray, code: State) -> None:
-        np.maximum(state, where.view(np.int8) * np.int8(code), out=state)
-
-    raise_to((series.edge | balance.unsettled)[:, None], State.EDGE)
-    if balance.total_nm is not None:
-        has_law = state < State.NO_FRICTION
-        raise_to(~np.isfinite(torque) & has_law, State.NOT_A_NUMBER)
-    raise_to(balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s), State.SATURATED)
+        lost[segment.slice] = False
+    edge = series.edge | balance.unsettled
+    saturated = balance.kernel.reach(np.asarray(series.saturated), series.segments, series.period_s)
+    idle = None
     if series.not_driven is not None:
-        reached = balance.kernel.reach(series.not_driven[:, None], series.segments, series.period_s)
-        raise_to(np.asarray(reached), State.NOT_DRIVEN)
-    state[~recorded] = State.GAP
+        idle = balance.kernel.reach(series.not_driven[:, None], series.segments, series.period_s)[:, 0]
+
+    def mark_joint(j: int) -> None:
+        column = state[:, j]
+
+        def raise_to(where: BoolArray, code: State) -> None:
+            np.maximum(column, where.view(np.int8) * np.int8(code), out=column)
+
+        raise_to(edge, State.EDGE)
+        if balance.total_nm is not None:
+            raise_to(~np.isfinite(torque[:, j]) & (column < State.NO_FRICTION), State.NOT_A_NUMBER)
+        raise_to(saturated[:, j], State.SATURATED)
+        if idle is not None:
+            raise_to(idle, State.NOT_DRIVEN)
+        column[lost] = State.GAP
+
+    for _ in ordered_map(mark_joint, range(state.shape[1])):
+        pass

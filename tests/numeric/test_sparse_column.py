@@ -11,10 +11,10 @@ def test_a_column_of_some_samples_answers_as_the_whole_one(share: float) -> None
     rng = np.random.default_rng(3)
     mask = rng.random(200) < share
     whole = np.where(mask, rng.normal(size=200), 0.0)
-    samples, some = rng.integers(0, 200, (4, 30)), rng.random(200) < 0.5
+    samples = rng.integers(0, 200, (4, 30))
     for column in (SparseColumn.of(whole), SparseColumn(np.flatnonzero(mask), whole[mask])):
         np.testing.assert_array_equal(column.at(samples), whole[samples])
-        np.testing.assert_array_equal(column.where(some), whole[some])
+        np.testing.assert_array_equal(column.at(column.rows), whole[column.rows])
 
 
 def test_one_value_stands_at_every_marked_sample() -> None:

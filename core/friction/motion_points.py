@@ -15,6 +15,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.gear_torque import gear_torque, sensed
 from collaudit.core.prepare.prepared import Prepared
 
@@ -40,7 +41,7 @@ class MotionSamples:
         speed: rad/s (m/s if prismatic).
         direction: of the motion, 1 or -1.
         friction: effort less the torque that reaches the link, along the motion, N·m.
-        stretch: number of the second that a sample lies in, rising.
+        stretch: number of the second that a sample lies in, of those with samples, from 0.
     """
 
     rows: IntArray
@@ -86,8 +87,8 @@ def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
         rows, direction, friction = rows[finite], direction[finite], friction[finite]
     if rows.size == 0:
         return None
-    stretch = np.asarray(np.floor(series.time_s[rows] / _STRETCH_S), dtype=np.int64)
-    return MotionSamples(rows, np.abs(v[rows]), direction, friction, stretch)
+    second = np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64)
+    return MotionSamples(rows, np.abs(v[rows]), direction, friction, _numbered(second))
 
 
 def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None) -> tuple[FrictionPoint, ...]:
@@ -97,23 +98,35 @@ def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None)
         samples: of one joint.
         left_out: (m,) samples that do not count; None: all count.
     """
-    speed = samples.speed if left_out is None else samples.speed[~left_out]
+    speed = samples.speed.copy() if left_out is None else samples.speed[~left_out]
     if speed.size == 0:
         return ()
-    edges = np.geomspace(max(MOVING_RAD_S, float(np.quantile(speed, 0.02))), float(speed.max()) * 1.0001, _BINS + 1)
+    fastest = float(speed.max()) * 1.0001
+    edges = np.geomspace(max(MOVING_RAD_S, quantile_of(speed, 0.02)), fastest, _BINS + 1)
     bins = _bins(samples, edges)
     if left_out is not None:
         bins[left_out] = 2 * _BINS
-    order = np.argsort(bins, kind="stable")  # within a bin samples stay in the order of time
-    ends = np.cumsum(np.bincount(bins, minlength=2 * _BINS + 1))
+    count, total = _by_stretch(samples, bins)
     points = []
     for number in range(2 * _BINS):
-        inside = order[ends[number - 1] if number else 0 : ends[number]]
-        sign = 1 if number < _BINS else -1
-        point = _point(samples.speed[inside], samples.friction[inside], samples.stretch[inside], sign)
-        if point is not None:
-            points.append(point)
+        there = count[number] > 0
+        if np.count_nonzero(there) >= _MIN_STRETCHES:
+            inside, sign = np.flatnonzero(bins == number), 1 if number < _BINS else -1
+            speed, friction = samples.speed[inside], samples.friction[inside]
+            points.append(_point(speed, friction, count[number][there], total[number][there], sign))
     return tuple(points)
+
+
+def _by_stretch(samples: MotionSamples, bins: NDArray[np.uint8]) -> tuple[IntArray, FloatArray]:
+    """(bins, stretches) number of samples, and sum of their friction; the last bin is that of what does not count."""
+    stretches, size = int(samples.stretch[-1]) + 1, 2 * _BINS + 1
+    key = np.empty(bins.size, dtype=np.int64)
+    for block in blocks(key.size):
+        np.multiply(bins[block], stretches, out=key[block], dtype=np.int64)
+        key[block] += samples.stretch[block]
+    count = np.bincount(key, minlength=size * stretches).reshape(size, stretches)
+    total = np.bincount(key, samples.friction, minlength=size * stretches).reshape(size, stretches)
+    return np.asarray(count, dtype=np.int64), np.asarray(total, dtype=np.float64)
 
 
 def _bins(samples: MotionSamples, edges: FloatArray) -> NDArray[np.uint8]:
@@ -209,39 +222,30 @@ def _settled(v: FloatArray, margin: int) -> BoolArray:
     return out
 
 
-def clustered_mean(values: FloatArray, cluster: IntArray) -> tuple[float, float]:
-    """Mean, and its standard error where errors within a cluster are alike (cluster-robust, G/(G - 1) clusters).
+def clustered_error(mean: float, count: IntArray, total: FloatArray) -> float:
+    """Standard error of a mean whose errors within a cluster are alike (cluster-robust, G/(G - 1) clusters).
 
     Args:
-        values: (n,) samples.
-        cluster: (n,) number of the cluster that a sample belongs to; two clusters at least.
+        mean: of all values.
+        count, total: (g,) number and sum of the values of each cluster; two clusters at least.
     """
-    label = _label(cluster)
-    count = np.bincount(label)
-    total = np.bincount(label, weights=values)
-    mean = float(values.mean())
     score = total - mean * count  # ratio estimator of a mean over clusters of unequal size
-    return mean, float(np.sqrt(count.size / (count.size - 1) * np.sum(score**2))) / values.size
+    return float(np.sqrt(count.size / (count.size - 1) * np.sum(score**2))) / int(count.sum())
 
 
-def _label(cluster: IntArray) -> IntArray:
-    """(n,) clusters numbered from 0, in the order of their numbers."""
-    change: IntArray = np.diff(cluster)
-    if int(change.min(initial=0)) >= 0:  # in the order of time there is nothing to sort
-        edges = np.concatenate([[0], np.flatnonzero(change) + 1, [cluster.size]])
-        return np.repeat(np.arange(edges.size - 1), np.diff(edges))
-    return np.unique(cluster, return_inverse=True)[1]
+def _numbered(rising: IntArray) -> IntArray:
+    """(n,) numbers that do not fall, counted from 0 without a gap."""
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(rising)) + 1, [rising.size]])
+    return np.repeat(np.arange(edges.size - 1), np.diff(edges))
 
 
-def _point(speed: FloatArray, friction: FloatArray, stretch: IntArray, sign: int) -> FrictionPoint | None:
-    if 1 + np.count_nonzero(np.diff(stretch)) < _MIN_STRETCHES:
-        return None
-    mean, se = clustered_mean(friction, stretch)
+def _point(speed: FloatArray, friction: FloatArray, count: IntArray, total: FloatArray, sign: int) -> FrictionPoint:
+    mean = float(friction.mean())
     return FrictionPoint(
         speed_rad_s=float(speed.mean()),
         friction_nm=mean,
         sd_nm=float(np.std(friction, ddof=1)),
-        se_nm=se,
+        se_nm=clustered_error(mean, count, total),
         source="model",
         direction=sign,
         others_moving=True,

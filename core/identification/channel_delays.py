@@ -11,7 +11,9 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.prepare.channel_shift import (
+    all_known,
     basis_of,
     effort_shift,
     left_over,
@@ -86,19 +88,21 @@ def wrench_delay(prepared: Prepared, config: Config) -> Found:
         return None
     gravity = prepared.robot.gravity_in(series.position_rad, frame)
     force = series.wrench[:, :3]
-    known = np.isfinite(gravity).all(axis=1) & np.isfinite(force).all(axis=1) & ~series.edge
-    acceleration = np.asarray(series.acceleration_rad_s2)
-    known &= np.isfinite(acceleration).all(axis=1)
+    told = all_known([force])
+    known = all_known([gravity, series.acceleration_rad_s2]) & told & ~series.edge
     if not known.any() or float(np.std(gravity[known], axis=0).max()) < 1.0:
         return None
-    moving = known & (np.abs(series.velocity_rad_s) > MOVING_RAD_S).any(axis=1)
-    rows = thinned(np.flatnonzero(moving), series, force)
+    moving = np.zeros(known.size, dtype=np.bool_)
+    for j in range(len(series.joint_names)):
+        moving |= exceeds(series.velocity_rad_s[:, j], MOVING_RAD_S)
+    rows = thinned(np.flatnonzero(known & moving), series, told)
+    # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
+    motion = np.column_stack(
+        [gravity[rows], np.ones(rows.size), series.acceleration_rad_s2[rows], series.velocity_rad_s[rows] ** 2]
+    )
 
     def costs(pick: IntArray) -> Callable[[int], FloatArray]:
-        # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
-        at = rows[pick]
-        motion = (acceleration[at], series.velocity_rad_s[at] ** 2)
-        basis = basis_of(np.column_stack([gravity[at], np.ones(at.size), *motion]))
+        at, basis = rows[pick], basis_of(motion[pick])
         return lambda shift: np.array([left_over(basis, force[at + shift, k]) for k in range(3)])
 
     return best_shift(rows.size, costs, series.period_s)

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.blocks import exceeds
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_delay import gains_at
 from collaudit.core.prepare.effort_gain import EffortGain
@@ -21,6 +23,8 @@ _MOST = 0.6  # of the load, borne by joints with like gains
 _COARSE = 0.5
 #: Standard deviation of Gaussian noise over the median of |successive differences|: 1.4826 / sqrt(2).
 _SD_PER_MEDIAN_DIFFERENCE = 1.05
+#: An effort of more different values has no step; so many samples are looked at first.
+_MOST_VALUES, _FIRST = 200, 4096
 _HEARD = 1e-3  # a joint with less of the load than this does not speak of signs
 
 
@@ -111,29 +115,36 @@ def _steps(prepared: Prepared) -> list[Finding]:
     series = prepared.series
     if series.effort is None:
         return []
-    findings = []
-    for joint in prepared.judged:
-        j = series.column(joint)
-        moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
-        effort = series.effort[moving & np.isfinite(series.effort[:, j]), j]
-        step = _step(effort)
-        if step is None:
-            continue
-        noise = float(np.median(np.abs(np.diff(effort)))) * _SD_PER_MEDIAN_DIFFERENCE
-        if step > _COARSE * float(np.std(effort)) or (step > 2.0 * noise and np.ptp(effort) < 60 * step):
-            count = np.ptp(effort) / step
-            text = (
-                f"The effort of joint '{joint}' comes in steps of {step:.3g}, {count:.0f} steps from its "
-                "smallest to its largest: thresholds of less than a few steps are not reliable."
-            )
-            findings.append(Finding("effort-quantised", "warning", text, joint=joint))
-    return findings
+    found = by_name(lambda joint: _coarse(series, joint), prepared.judged)
+    return [finding for finding in found.values() if finding is not None]
+
+
+def _coarse(series: UniformSeries, joint: str) -> Finding | None:
+    """What is to say of a joint whose effort comes in steps."""
+    assert series.effort is not None
+    j = series.column(joint)
+    moving = exceeds(series.velocity_rad_s[:, j], MOVING_RAD_S)
+    effort = series.effort[:, j][moving & np.isfinite(series.effort[:, j])]
+    step = _step(effort)
+    if step is None:
+        return None
+    noise = float(np.median(np.abs(np.diff(effort)))) * _SD_PER_MEDIAN_DIFFERENCE
+    if not (step > _COARSE * float(np.std(effort)) or (step > 2.0 * noise and np.ptp(effort) < 60 * step)):
+        return None
+    text = (
+        f"The effort of joint '{joint}' comes in steps of {step:.3g}, {np.ptp(effort) / step:.0f} steps from its "
+        "smallest to its largest: thresholds of less than a few steps are not reliable."
+    )
+    return Finding("effort-quantised", "warning", text, joint=joint)
 
 
 def _step(effort: FloatArray) -> float | None:
     """The step of an effort that takes few different values, else None."""
+    most = min(_MOST_VALUES, effort.size // 5)
+    if np.unique(np.round(effort[:_FIRST], 9)).size > most:  # a fine one shows it at once
+        return None
     values = np.unique(np.round(effort, 9))
-    if values.size < 3 or values.size > min(200, effort.size // 5):
+    if not 3 <= values.size <= most:
         return None
     gaps = np.diff(values)
     step = float(np.median(gaps))

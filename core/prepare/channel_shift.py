@@ -7,15 +7,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from collaudit.core.conditioning.velocity_lag import SAMPLES
+from collaudit.core.data.columns import Columns, Slope
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.delay_estimate import Delay, Undetermined, best_shift, reach
 from collaudit.core.robot.robot_model import RobotModel
 
 _STEADY_S = 0.1
 _MAX_ROWS = 12_000
+_PART = 1 << 17  # samples that a thread looks at
 
 
 def effort_shift(
@@ -36,18 +40,21 @@ def effort_shift(
     if series.effort is None or not joints:
         return None
     effort, loaded = series.effort, [series.column(j) for j in joints]
-    loaded = [j for j in loaded if np.nanstd(effort[:, j]) > 0]
+    varies = ordered_map(lambda j: bool(np.nanstd(effort[:, j]) > 0), loaded)
+    loaded = [j for j, does in zip(loaded, varies, strict=True) if does]
     if not loaded:
         return None
-    v, a = position_motion(series)
-    known = np.isfinite(series.position_rad + v + a).all(axis=1) & ~series.edge
-    if contact is not None:
-        known &= np.isfinite(contact).all(axis=1)
-    slides = {j: steady(v[:, j], MOVING_RAD_S, round(_STEADY_S / series.period_s)) for j in loaded}
-    rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, effort[:, loaded])
+    v = position_velocity(series)
+    acceleration = Slope(v, series.segments, series.period_s)
+    known = all_known([series.position_rad, v, acceleration, *([] if contact is None else [contact])])
+    known &= ~series.edge
+    margin = round(_STEADY_S / series.period_s)
+    slides = dict(zip(loaded, ordered_map(lambda j: steady(v[:, j], MOVING_RAD_S, margin), loaded), strict=True))
+    told = all_known([effort], loaded)
+    rows = thinned(np.flatnonzero(known & np.any([slides[j] for j in loaded], axis=0)), series, told)
     if rows.size == 0:
         return None
-    rigid = robot.inverse_dynamics(*(np.ascontiguousarray(x[rows]) for x in (series.position_rad, v, a)))
+    rigid = robot.inverse_dynamics(*(np.ascontiguousarray(x[rows]) for x in (series.position_rad, v, acceleration)))
     if contact is not None:
         rigid = rigid + contact[rows]
 
@@ -63,11 +70,17 @@ def effort_shift(
     return best_shift(rows.size, costs, series.period_s)
 
 
-def position_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
-    """(n, j) velocity and acceleration from the positions alone, filtered as the logged ones are."""
-    raw = differentiate(series.position_rad, series.segments, series.period_s)
-    v = low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)
-    return v, differentiate(v, series.segments, series.period_s)
+def position_velocity(series: UniformSeries) -> FloatArray:
+    """(n, j) velocity from the positions alone, filtered as the logged one is; its slope is the acceleration."""
+    q, v = series.position_rad, np.empty(series.position_rad.shape, order="F")
+
+    def fill_joint(j: int) -> None:
+        raw = differentiate(q[:, j : j + 1], series.segments, series.period_s)
+        low_pass(raw, series.segments, series.period_s, series.bandwidth_hz, v[:, j : j + 1])
+
+    for _ in ordered_map(fill_joint, range(q.shape[1])):
+        pass
+    return v
 
 
 def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
@@ -78,14 +91,29 @@ def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
     late = series.velocity_lag_s
     if late is None or late < SAMPLES * series.period_s:
         return series.velocity_rad_s, np.asarray(series.acceleration_rad_s2)
-    return position_motion(series)
+    v = position_velocity(series)
+    return v, differentiate(v, series.segments, series.period_s)
 
 
-def thinned(rows: IntArray, series: UniformSeries, channel: FloatArray) -> IntArray:
-    """At most ``_MAX_ROWS`` of the rows, none without the channel (n, k) within reach of the shifts."""
+def all_known(tables: Sequence[Columns], columns: Sequence[int] | None = None) -> BoolArray:
+    """(n,) whether all values of a sample are finite: of all columns of the tables, or of some."""
+    out = np.ones(tables[0].shape[0], dtype=np.bool_)
+
+    def look(part: slice) -> None:
+        for table in tables:
+            for j in range(table.shape[1]) if columns is None else columns:
+                out[part] &= np.isfinite(table[part, j])
+
+    for _ in ordered_map(look, blocks(out.size, _PART)):
+        pass
+    return out
+
+
+def thinned(rows: IntArray, series: UniformSeries, told: BoolArray) -> IntArray:
+    """At most ``_MAX_ROWS`` of the rows, none without the channel, (n,) told, within reach of the shifts."""
     back, ahead = reach(series.period_s)
-    holes = np.concatenate([[0], np.cumsum(~np.isfinite(channel).all(axis=1))])
-    rows = rows[(rows + back >= 0) & (rows + ahead < channel.shape[0])]
+    holes = np.concatenate([[0], np.cumsum(~told)])
+    rows = rows[(rows + back >= 0) & (rows + ahead < told.size)]
     rows = rows[holes[rows + ahead + 1] == holes[rows + back]]
     return np.asarray(rows[:: max(1, rows.size // _MAX_ROWS)], dtype=np.int64)
 

@@ -21,7 +21,7 @@ from mcap.writer import IndexType, Writer
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import describe, read_log
-from collaudit.core.logs.mcap import mcap_file
+from collaudit.core.logs.mcap import mcap_chunk, mcap_file
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_summary import overview_of
 from collaudit.core.numeric import parallel
@@ -154,3 +154,25 @@ def test_loose_messages_are_read_in_windows_by_several_threads(
     assert sum(batch.start.shape[0] for batch in reader.batches()) < 2 * COUNT
     assert [item.text for item in reader.damage if "while it was read" in item.text] == [reader.damage[0].text]
     reader.close()
+
+
+@pytest.mark.parametrize("channel", [
+    [], [3], [3, 3, 3], [1, 2, 1, 2, 1], [2, 1, 2, 1, 1], [7, 5, 6] * 9, [1, 2, 3], [2, 1, 1] * 4, [*range(20)] * 2,
+    [*range(16)] * 2, [1, 2] * 20 + [2, 1] * 20,
+])  # fmt: skip
+def test_messages_of_a_channel_are_found_whether_topics_take_turns_or_not(channel: list[int]) -> None:
+    numbers = np.array(channel, dtype=np.int64)
+    found = mcap_file._by_channel(numbers)
+    assert [number for number, _ in found] == sorted(set(channel))
+    for number, places in found:
+        np.testing.assert_array_equal(np.arange(len(channel))[places], np.flatnonzero(numbers == number))
+
+
+@pytest.mark.parametrize(("offsets", "ends", "gaps"), [
+    ([0, 40], [40, 90], [(90, 100)]), ([0, 50], [50, 100], []), ([9, 60], [50, 100], [(0, 9), (50, 60)]),
+    ([0, 40, 60], [41, 60, 90], None), ([0, 40], [40, 101], None), ([5], [50], [(0, 5), (50, 100)]),
+])  # fmt: skip
+def test_what_lies_between_messages_is_found(
+    offsets: list[int], ends: list[int], gaps: list[tuple[int, int]] | None
+) -> None:
+    assert mcap_chunk._gaps(np.array(offsets), np.array(ends), 100) == gaps

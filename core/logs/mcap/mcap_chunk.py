@@ -57,9 +57,11 @@ def locate(data: bytes, index_offsets: IntArray) -> Located:
     offsets = ascending(index_offsets)
     if offsets.shape[0] and _plausible(view, offsets):
         heads = heads_of(view, offsets)
-        ends = offsets + 9 + heads["length"].astype(np.int64)
-        if (heads["op"] == MESSAGE).all() and _apart(heads, offsets, ends, len(data)):
-            return _with_gaps(data, view, offsets, ends, heads)
+        sizes = heads["length"].astype(np.int64)
+        if (heads["op"] == MESSAGE).all() and int(sizes.min()) >= 22 and int(sizes.max()) <= len(data):
+            gaps = _gaps(offsets, offsets + (9 + sizes), len(data))
+            if gaps is not None:
+                return _walked(data, view, gaps, offsets, heads)
     return _walked(data, view, [(0, len(data))], np.empty(0, np.int64), None)
 
 
@@ -73,18 +75,15 @@ def heads_of(view: ByteArray, offsets: IntArray) -> Heads:
     return rows
 
 
-def _apart(heads: Heads, offsets: IntArray, ends: IntArray, size: int) -> bool:
-    """Whether the messages are long enough, lie inside the chunk and do not overlap."""
-    sane = bool((heads["length"] >= 22).all() and (heads["length"] <= size).all())
-    return sane and bool(ends[-1] <= size and (ends[:-1] <= offsets[1:]).all())
-
-
-def _with_gaps(data: bytes, view: ByteArray, offsets: IntArray, ends: IntArray, heads: Heads) -> Located:
-    starts = np.concatenate([[0], ends])
-    stops = np.concatenate([offsets, [len(data)]])
-    open_ = np.flatnonzero(starts < stops)
-    gaps = list(zip(starts[open_].tolist(), stops[open_].tolist(), strict=True))
-    return _walked(data, view, gaps, offsets, heads)
+def _gaps(offsets: IntArray, ends: IntArray, size: int) -> list[tuple[int, int]] | None:
+    """The stretches of a chunk between messages, mostly none; None where messages overlap or reach beyond the chunk."""
+    bounds = [(0, int(offsets[0])), (int(ends[-1]), size)]
+    if not (ends[:-1] == offsets[1:]).all():
+        apart = np.flatnonzero(ends[:-1] != offsets[1:])
+        bounds[1:1] = zip(ends[apart].tolist(), offsets[apart + 1].tolist(), strict=True)
+    if any(start > stop for start, stop in bounds):
+        return None
+    return [(start, stop) for start, stop in bounds if start < stop]
 
 
 def _walked(data: bytes, view: ByteArray, gaps: list[tuple[int, int]], known: IntArray, heads: Heads | None) -> Located:

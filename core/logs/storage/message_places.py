@@ -12,8 +12,8 @@ def ascending(offsets: IntArray) -> IntArray:
     """Offsets in order, each once."""
     if not (offsets[1:] > offsets[:-1]).all():
         offsets = np.sort(offsets, kind="stable")  # a few sorted runs, one a channel, are merged
-        fresh = np.concatenate([[True], offsets[1:] != offsets[:-1]])
-        offsets = offsets if fresh.all() else offsets[fresh]
+        if (offsets[1:] == offsets[:-1]).any():
+            offsets = np.unique(offsets)
     return offsets
 
 

@@ -140,8 +140,7 @@ class McapFile(NotedFile):
 
     def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
         """Messages outside chunks, read in windows of bounded size."""
-        loose = self.index.loose
-        at, size = np.frombuffer(loose.at, np.int64), np.frombuffer(loose.size, np.int64)
+        at, size = self.index.loose.at, self.index.loose.size
 
         def load(part: slice) -> tuple[int, ByteArray, Located | None]:
             """Where a window's messages begin, its bytes, and where they lie in it; runs in a thread."""

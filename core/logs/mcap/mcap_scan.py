@@ -7,13 +7,13 @@ without a summary, with a wrong one or cut short are read the same way.
 from __future__ import annotations
 
 import struct
-from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_run import MESSAGE, message_run
+from collaudit.core.logs.messages.growing_columns import Growing
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
@@ -55,17 +55,26 @@ class ChunkRef:
     extent: int = 0
 
 
-@dataclass(slots=True)
 class Loose:
-    """Messages outside chunks: offset of the record and length of its body."""
+    """Messages outside chunks: offset of the record and length of its body, (n,) each, in the order of the file."""
 
-    at: array[int] = field(default_factory=lambda: array("q"))
-    size: array[int] = field(default_factory=lambda: array("q"))
+    def __init__(self) -> None:
+        self._at, self._size = Growing(0), Growing(0)
 
     def add(self, at: IntArray, size: IntArray) -> None:
         """Take in some messages, in the order of the file."""
-        self.at.frombytes(at.tobytes())
-        self.size.frombytes(size.tobytes())
+        for column, values in ((self._at, at), (self._size, size)):
+            column.room(values.shape[0], 0.0, lambda: None)[:] = values
+
+    @property
+    def at(self) -> IntArray:
+        """Offsets of the records."""
+        return np.asarray(self._at.so_far(), dtype=np.int64)
+
+    @property
+    def size(self) -> IntArray:
+        """Lengths of their bodies."""
+        return np.asarray(self._size.so_far(), dtype=np.int64)
 
 
 @dataclass(slots=True)

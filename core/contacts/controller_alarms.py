@@ -66,7 +66,9 @@ def alarm_possible(run: DetectorRun, inputs: DetectionInputs, names: Sequence[st
         names: of the joints, in column order.
     """
     watched = [k for k, joint in enumerate(names) if inputs.watch[joint].watched]
-    judged = np.count_nonzero(run.detected.state[:, watched] <= State.FRICTION_INTERVAL, axis=1)
+    judged = np.zeros(run.detected.state.shape[0], dtype=np.int16)
+    for k in watched:
+        judged += run.detected.state[:, k] <= State.FRICTION_INTERVAL
     return np.asarray(judged >= max(1.0, 0.5 * len(watched)))
 
 

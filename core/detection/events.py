@@ -54,8 +54,7 @@ def detect_events(
         phases: (n,) labels.
         config: near misses and merging.
     """
-    state = _with_unwatched(residual.state, series.joint_names, watch, phases)
-    _mark_too_brief(state, rule.n)
+    state = _with_unwatched(residual.state, series.joint_names, watch, phases, rule.n)
     merge = round(config.detect.merge_ms / 1e3 / series.period_s)
     watched = [j for j, name in enumerate(series.joint_names) if watch[name].watched and name in rule.gamma_nm]
     columns = residual.isolation.judged_columns(watched, rule.gamma_nm)
@@ -108,25 +107,31 @@ def _events(
 
 
 def _with_unwatched(
-    state: NDArray[np.int8], joints: tuple[str, ...], watch: Mapping[str, Watch], phases: NDArray[np.int8]
+    state: NDArray[np.int8], joints: tuple[str, ...], watch: Mapping[str, Watch], phases: NDArray[np.int8], n: int
 ) -> NDArray[np.int8]:
-    out = state.copy()
+    """States (n, j) with what is not watched, and stretches of evidence that are too brief for ``n`` samples."""
+    out = np.empty_like(state)
     contact = contact_mask(phases)
-    for j, joint in enumerate(joints):
-        if not watch[joint].watched:
-            out[:, j] = np.maximum(out[:, j], State.NOT_WATCHED)
-        elif not watch[joint].in_contact:
-            out[contact, j] = np.maximum(out[contact, j], State.NOT_WATCHED)
+
+    def fill_joint(j: int) -> None:
+        column, its = out[:, j], watch[joints[j]]
+        column[...] = state[:, j]
+        if not its.watched:
+            np.maximum(column, State.NOT_WATCHED, out=column)
+        elif not its.in_contact:
+            column[contact] = np.maximum(column[contact], State.NOT_WATCHED)
+        _mark_too_brief(column, n)
+
+    for _ in ordered_map(fill_joint, range(len(joints))):
+        pass
     return out
 
 
 def _mark_too_brief(state: NDArray[np.int8], n: int) -> None:
     """Stretches of evidence shorter than n cannot fire: they were not judged, whatever their residual."""
-    for j in range(state.shape[1]):
-        starts, stops = run_bounds(np.asarray(state[:, j] <= State.FRICTION_INTERVAL))
-        for a, b in zip(starts, stops, strict=True):
-            if b - a < n:
-                state[a:b, j] = State.TOO_BRIEF
+    starts, stops = run_bounds(np.asarray(state <= State.FRICTION_INTERVAL))
+    for k in np.flatnonzero(stops - starts < n):
+        state[starts[k] : stops[k]] = State.TOO_BRIEF
 
 
 def _phase(phases: NDArray[np.int8], sample: int) -> Phase:

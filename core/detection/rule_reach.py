@@ -100,5 +100,6 @@ def _largest(series: UniformSeries) -> Mapping[str, float]:
     effort: FloatArray | None = series.effort
     if effort is None:
         return {}
-    size = np.nan_to_num(np.fmax.reduce(np.abs(effort), axis=0)).tolist()
+    ends = np.stack([np.fmax.reduce(effort, axis=0), -np.fmin.reduce(effort, axis=0)])
+    size = np.abs(np.nan_to_num(np.maximum(*ends))).tolist()
     return dict(zip(series.joint_names, size, strict=True))

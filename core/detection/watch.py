@@ -12,6 +12,7 @@ from collaudit.core.data.detection_result import ControlMode, Mode
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES
 
@@ -85,21 +86,24 @@ def control_modes(
     series: UniformSeries, phases: NDArray[np.int8], config: DetectConfig
 ) -> dict[str, dict[str, ControlMode]]:
     """How each joint was controlled in each phase that occurs: by position, by force, or standing."""
-    out: dict[str, dict[str, ControlMode]] = {}
-    for j, joint in enumerate(series.joint_names):
-        out[joint] = {}
-        for code, phase in enumerate(PHASES):
-            mask = np.asarray(phases == code)
+    masks = {phase: np.asarray(phases == code) for code, phase in enumerate(PHASES)}
+
+    def of_joint(joint: str) -> dict[str, ControlMode]:
+        out: dict[str, ControlMode] = {}
+        j = series.column(joint)
+        q, v = series.position_rad[:, j], series.velocity_rad_s[:, j]
+        for phase, mask in masks.items():
             if not mask.any():
                 continue
-            q, v = series.position_rad[:, j], series.velocity_rad_s[:, j]
             rate, stroke = _reversals(q, v, mask, series.period_s)
             known = q[mask & np.isfinite(q)]
             travel = float(np.ptp(known)) if known.size else 0.0
             forced = rate > config.reversals_per_s and stroke < config.reversal_amplitude_rad
             mode: Mode = "standing" if travel < _STANDING_TRAVEL else "force" if forced else "position"
-            out[joint][phase] = ControlMode(mode, float(rate), stroke)
-    return out
+            out[phase] = ControlMode(mode, float(rate), stroke)
+        return out
+
+    return by_name(of_joint, series.joint_names)
 
 
 def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
@@ -125,8 +129,8 @@ def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float
     count, strokes, seconds = 0, [], 0.0
     starts, stops = run_bounds(contact & np.isfinite(q) & np.isfinite(v))
     for a, b in zip(starts, stops, strict=True):
-        direction = np.sign(v[a:b])
-        turns = np.flatnonzero(direction[1:] * direction[:-1] < 0) + a
+        forward, backward = v[a:b] > 0, v[a:b] < 0
+        turns = np.flatnonzero(forward[1:] & backward[:-1] | backward[1:] & forward[:-1]) + a
         stroke = np.abs(np.diff(q[turns]))
         stroke = stroke[stroke > _NOISE_STROKE]
         count += stroke.size

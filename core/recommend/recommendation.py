@@ -10,7 +10,9 @@ import numpy as np
 
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import window_minima
 from collaudit.core.recommend.clean_tail import BLOCK_S
 
@@ -35,11 +37,30 @@ class CleanResidual:
     period_s: float
     left_out_s: float = 0.0
     _level: list[FloatArray] = field(default_factory=list, init=False, repr=False)  # not taken over by replace()
+    _runs: list[tuple[IntArray, IntArray]] = field(default_factory=list, init=False, repr=False)
+
+    def windows_by_block(self, n: int, length: int) -> IntArray:
+        """(b,) how many windows of n samples that all count begin in each block of so many samples."""
+        starts, stops = self._clean_runs()
+        last = stops - (n - 1)  # the sample after the last that begins one
+        starts, last = starts[last > starts], last[last > starts]
+        edges = length * np.arange(-(-(self.clean.size - n + 1) // length) + 1)
+        count = np.append(0, np.cumsum(last - starts))
+        run = np.searchsorted(starts, edges, side="right")  # so many begin before an edge; the last may go on behind it
+        return np.asarray(np.diff(count[run] - np.maximum(np.append(0, last)[run] - edges, 0)))
+
+    def _clean_runs(self) -> tuple[IntArray, IntArray]:
+        if not self._runs:
+            self._runs.append(run_bounds(self.clean & ~np.isnan(self.residual_nm)))
+        return self._runs[0]
 
     def level_nm(self) -> FloatArray:
         """(n,) |residual|, -inf where a sample does not count; formed once for all persistences."""
         if not self._level:
-            self._level.append(np.where(self.clean, np.abs(self.residual_nm), -np.inf))
+            level = np.empty(self.residual_nm.size)
+            for part in blocks(level.size):
+                level[part] = np.where(self.clean[part], np.abs(self.residual_nm[part]), -np.inf)
+            self._level.append(level)
         return self._level[0]
 
 

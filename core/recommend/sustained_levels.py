@@ -110,18 +110,18 @@ def peaks_of_log(data: CleanResidual, n: int) -> LogPeaks:
     length = max(1, round(BLOCK_S / data.period_s))
     if level.size == 0:
         return LogPeaks(np.empty(0), np.empty(0), np.empty(0, np.int64), np.empty(0))
-    padded = np.full(-(-level.size // length) * length, -np.inf)
-    padded[: level.size] = level
-    blocks = padded.reshape(-1, length)
-    at = np.argmax(blocks, axis=1)
-    peak: FloatArray = blocks[np.arange(at.size), at]
-    place = at + length * np.arange(at.size)
+    starts = np.arange(0, level.size, length)
+    whole = level[: level.size // length * length].reshape(-1, length)
+    at = np.argmax(whole, axis=1)
+    if whole.shape[0] < starts.size:  # the last block is shorter
+        at = np.append(at, np.argmax(level[starts[-1] :]))
+    place = at + starts
+    peak: FloatArray = level[place]
     near = np.diff(place) < max(1, length // 2)
     lower = np.zeros(at.size, dtype=np.bool_)
     lower[:-1] |= near & (peak[:-1] < peak[1:])
     lower[1:] |= near & (peak[1:] <= peak[:-1])
-    unused = np.bincount(np.flatnonzero(~np.isfinite(padded)) // length, minlength=at.size)
-    per_block = (length - unused) * data.period_s / 3600.0
+    per_block = data.windows_by_block(n, length) * data.period_s / 3600.0
     # A minute is a minute of clean time, so that a sparse log does not count as many windows.
     minute = np.floor((np.cumsum(per_block) - 0.5 * per_block) / (WINDOW_S / 3600.0)).astype(np.int64)
     hours: FloatArray = np.bincount(minute, weights=per_block).astype(np.float64)

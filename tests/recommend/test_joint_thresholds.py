@@ -218,6 +218,19 @@ def test_sustained_levels_are_the_rules() -> None:
         assert level[start] == expected
 
 
+@pytest.mark.parametrize("n", [1, 5, 40, 400, 401])
+@pytest.mark.parametrize("length", [1, 7, 100, 1000])
+def test_windows_that_count_are_told_from_the_runs_of_clean_samples(n: int, length: int) -> None:
+    rng = np.random.default_rng(n)
+    x, clean = rng.standard_normal(400), rng.random(400) > 0.02
+    x[rng.integers(0, 400, 3)] = np.nan
+    for marked in (clean, np.zeros(400, dtype=bool), np.arange(400) % 130 != 100):
+        data = CleanResidual(x, marked, 0.002)
+        known = np.isfinite(sustained_level(data, n))
+        expected = [np.count_nonzero(known[a : a + length]) for a in range(0, known.size, length)]
+        assert data.windows_by_block(n, length).tolist() == expected
+
+
 def test_peaks_are_apart() -> None:
     x = np.zeros(5000)
     x[990:1020] = 3.0  # across the border of two seconds' blocks: one peak

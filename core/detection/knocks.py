@@ -65,29 +65,43 @@ def _impulse_ratio(residual: FloatArray, evidence: BoolArray, gamma: Level, n: i
     count = residual.size - width - 2 * n + 1
     if count <= 0:
         return out
-    usable = evidence & np.isfinite(residual)
-    total, lost = np.zeros(residual.size + 1), np.zeros(residual.size + 1, dtype=np.int64)
-    np.cumsum(np.where(usable, residual, 0.0), out=total[1:])
-    np.cumsum(~usable, out=lost[1:])
+    usable, reach = evidence & np.isfinite(residual), width + 2 * n
+    total = np.zeros(residual.size + 1)
+    np.cumsum(residual if usable.all() else np.where(usable, residual, 0.0), out=total[1:])
     for block in blocks(count):
         level = gamma if isinstance(gamma, float) else gamma[n + block.start : n + block.stop]
-        whole = lost[block.start + width + 2 * n : block.stop + width + 2 * n] == lost[block]
-        impulse = _impulse(total[block.start : block.stop + width + 2 * n], n, width)
-        with np.errstate(invalid="ignore"):
-            here = np.where(whole & (level > 0), np.maximum(impulse, 0.0) / (n * level), 0.0)
-        out[n + block.start : n + block.stop] = here
+        counts, near = np.greater(level, 0.0), usable[block.start : block.stop + reach - 1]
+        if not near.all():
+            lost = np.cumsum(np.append(False, ~near), dtype=np.int32)
+            counts = counts & (lost[reach:] == lost[:-reach])
+        here = out[n + block.start : n + block.stop]
+        impulse = _impulse(total[block.start : block.stop + reach], n, width)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            np.divide(np.maximum(impulse, 0.0, out=impulse), n * level, out=here)
+        if not counts.all():
+            here[~np.broadcast_to(counts, here.shape)] = 0.0
     return out
 
 
 def _impulse(total: FloatArray, n: int, width: int) -> FloatArray:
     """(m,) impulse of ``width`` samples above those beside, from running sums (m + width + 2 n,)."""
     count = total.size - width - 2 * n
-    inside = total[n + width : n + width + count] - total[n : n + count]
-    before = (total[n : n + count] - total[:count]) / n
-    after = (total[width + 2 * n :] - total[n + width : n + width + count]) / n
-    sign, size = np.sign(inside), np.abs(inside)
-    mean, higher = 0.5 * sign * (before + after), np.maximum(sign * before, sign * after)
-    return np.asarray(np.minimum(size - width * np.maximum(mean, 0.0), 2.0 * (size - width * np.maximum(higher, 0.0))))
+    start, stop = total[n : n + count], total[n + width : n + width + count]
+    inside, before, after = stop - start, start - total[:count], total[width + 2 * n :] - stop
+    sign = np.copysign(1.0, inside)
+    for mean in (before, after):
+        mean /= n
+    middle = before + after
+    middle *= 0.5
+    for x in (inside, before, after, middle):
+        x *= sign  # a push downwards is turned up
+    higher = np.maximum(before, after, out=before)
+    for beside in (middle, higher):
+        np.maximum(beside, 0.0, out=beside)
+        beside *= -width
+        beside += inside
+    higher *= 2.0
+    return np.minimum(middle, higher, out=middle)
 
 
 def _event(residual: FloatArray, start: int, width: int, gamma: Level) -> Event:

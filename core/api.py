@@ -201,7 +201,7 @@ def fit(
     from collaudit.core.provenance import make_provenance
 
     unread = sum(not isinstance(log, Prepared) for log in logs)
-    reading = 0.4 if unread else 0.0
+    reading = 0.25 if unread else 0.0
     prepared: list[Prepared] = []
     for log in logs:
         part = stage(progress, reading * len(prepared) / len(logs), reading * (len(prepared) + 1) / len(logs))

@@ -51,11 +51,12 @@ def fit_logs(
     Raises:
         NotJudgedError: the logs are mostly contact. LogError, ConfigError: known contacts cannot be understood.
     """
-    step = stage(progress, 0.0, 1.0)
-    audited = [audit_channels(log, config) for log in prepared]
-    step(1, 10)
+    audited = []
+    for log in prepared:
+        audited.append(audit_channels(log, config))
+        stage(progress, 0.0, 0.07)(len(audited), len(prepared))
     times = known_contact_times(prepared, config, truth)
-    clean = cleaned(prepared, config, times, stage(progress, 0.1, 0.4))
+    clean = cleaned(prepared, config, times, stage(progress, 0.07, 0.37))
     refuse_if_nothing_is_left(clean)
     channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
     sensor = Calibration.of_sensor(channels, config)
@@ -68,11 +69,9 @@ def fit_logs(
     coupled, about_axes = fit_coupled(known, config, "inertials" in wanted(config))
     if coupled:
         known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
-    step(5, 10)
-    fits = fit_joints(known, config)
-    step(6, 10)
-    settled = settled_motion(known, fits)
-    part = stage(progress, 0.75, 0.95)
+    fits = fit_joints(known, config, stage(progress, 0.4, 0.57))
+    settled = settled_motion(known, fits, stage(progress, 0.57, 0.7))
+    part = stage(progress, 0.7, 1.0)
     corrections, thresholds = corrections_that_help(known, fits, settled.variation, settled.corrections, config, part)
     findings = [
         f

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
@@ -16,8 +17,8 @@ from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.motion_points import motion_samples, points_of_samples
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
-from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 
 #: A law that lacks more than this of the speeds of the whole fit would judge beyond what it was fitted on.
@@ -27,7 +28,7 @@ _BLOCKS_A_FOLD = 3
 _LONGEST_BLOCK_S = 10.0
 
 
-def fold_of_sample(series: UniformSeries, folds: int) -> IntArray:
+def fold_of_sample(series: UniformSeries, folds: int) -> NDArray[np.int16]:
     """(n,) fold of each sample: blocks of time dealt out in turn, so that each fold has a part of every kind of motion.
 
     Args:
@@ -36,11 +37,11 @@ def fold_of_sample(series: UniformSeries, folds: int) -> IntArray:
     """
     duration_s = float(series.time_s[-1] - series.time_s[0]) + series.period_s
     block_s = min(_LONGEST_BLOCK_S, duration_s / (folds * _BLOCKS_A_FOLD))
-    return np.asarray(np.floor((series.time_s - series.time_s[0]) / block_s).astype(np.int64) % folds)
+    return np.asarray(np.floor((series.time_s - series.time_s[0]) / block_s).astype(np.int64) % folds, dtype=np.int16)
 
 
 def held_out_laws(
-    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config
+    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config, progress: Progress | None = None
 ) -> list[dict[str, FrictionModel]]:
     """For each fold the laws of all joints fitted without it; a joint is left out where the rest cannot carry it.
 
@@ -50,6 +51,7 @@ def held_out_laws(
         prepared: the logs, effort in N·m.
         fits: friction of the whole logs.
         config: how friction is fitted, and the number of folds, ``[fit] blocks``.
+        progress: called with joints done and in all.
     """
     fitted = {joint: fit for joint, fit in fits.items() if fit.model is not None and fit.effort_unit != "raw"}
     logs = [_FoldedLog.of(log, fitted.values(), config) for log in prepared]
@@ -64,7 +66,7 @@ def held_out_laws(
             for k in range(config.fit.blocks)
         ]
 
-    laws = {joint: laws_of(joint, parts) for joint, parts in by_name(points_of, fitted).items()}
+    laws = {joint: laws_of(joint, parts) for joint, parts in by_name(points_of, fitted, progress).items()}
     return [{joint: law for joint in fitted if (law := laws[joint][k]) is not None} for k in range(config.fit.blocks)]
 
 
@@ -73,7 +75,7 @@ class _FoldedLog:
     """A log with the fold of each sample (n,), and the sections of all of it where a fit is made of sections."""
 
     prepared: Prepared
-    fold: IntArray
+    fold: NDArray[np.int16]
     sections: SectionSet
 
     @classmethod

@@ -20,6 +20,7 @@ from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.effort_gain import EffortGain
 from collaudit.core.prepare.gear_torque import sensed
 from collaudit.core.prepare.prepared import Prepared
@@ -28,8 +29,15 @@ from collaudit.core.prepare.prepared import Prepared
 _UNSTATED = "the friction file has no law for it and does not say why"
 
 
-def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, FrictionFit]:
+def fit_joints(
+    prepared: Sequence[Prepared], config: Config, progress: Progress | None = None
+) -> dict[str, FrictionFit]:
     """Sections, points and fit of each judged joint, the points of all logs together.
+
+    Args:
+        prepared: the logs.
+        config: how friction is fitted.
+        progress: called with steps done and in all.
 
     Raises:
         ConfigError: the logs' efforts have different units.
@@ -41,8 +49,9 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
     counts: Counter[str] = Counter()
     rejected: dict[str, Counter[str]] = {}
     sums: dict[str, list[tuple[PairSum, ...]]] = {}
-    for log in prepared:
-        found = find_sections(log.series, config.sections)
+    for number, log in enumerate(prepared):
+        part = stage(progress, 0.45 * number / len(prepared), 0.45 * (number + 1) / len(prepared))
+        found = find_sections(log.series, config.sections, stage(part, 0.0, 0.75))
         for joint in log.judged:
             counts[joint] += len(found.of(joint))
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
@@ -51,7 +60,8 @@ def fit_joints(prepared: Sequence[Prepared], config: Config) -> dict[str, Fricti
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
     # Threads for the passes over all samples only: fits are many small steps, in which threads wait for each other.
-    loose = by_name(partial(_loose_points, prepared=prepared, config=config), points)
+    with_all = partial(_loose_points, prepared=prepared, config=config)
+    loose = by_name(with_all, points, stage(progress, 0.45, 0.75))
     fits = {
         joint: _fit_joint(joint, found, loose[joint], prepared, config, counts, rejected)
         for joint, found in points.items()

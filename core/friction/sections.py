@@ -16,6 +16,7 @@ from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
+from collaudit.core.numeric.stage_progress import Progress
 
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0
@@ -73,13 +74,13 @@ class SectionSet:
         return dict(Counter(r.reason for r in self.rejected if r.joint == joint).most_common())
 
 
-def find_sections(series: UniformSeries, config: SectionsConfig) -> SectionSet:
+def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progress | None = None) -> SectionSet:
     """Segment every joint's motion into constant-velocity sections.
 
     A section is a gap-free stretch of one direction in which the speed stays within
     max(``speed_tolerance`` · speed, ``speed_tolerance_rad_s``) of its median for at least
     ``min_duration_s`` after settling is taken off both ends, where effort is known: an eighth of the stretch,
-    ``settle_s`` at most and half of it at least.
+    ``settle_s`` at most and half of it at least. ``progress`` is called with joints done and in all.
 
     Returns:
         Sections, and every stretch of motion that is none with the reason.
@@ -97,7 +98,7 @@ def find_sections(series: UniformSeries, config: SectionsConfig) -> SectionSet:
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
         return sections, rejected
 
-    made = by_name(of_joint, series.joint_names).values()
+    made = by_name(of_joint, series.joint_names, progress).values()
     return SectionSet(tuple(s for found, _ in made for s in found), tuple(r for _, lost in made for r in lost))
 
 

@@ -27,6 +27,7 @@ from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.robust_regression import Columns as RegressionColumns
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
 from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
@@ -119,12 +120,15 @@ class _Joint:
         return out.T
 
 
-def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArray, LeftOut]:
+def find_contact(
+    prepared: Prepared, stated_free: bool = False, progress: Progress | None = None
+) -> tuple[BoolArray, LeftOut]:
     """Look for contact in one log.
 
     Args:
         prepared: the log.
         stated_free: the log is stated to be free of contact: what looks like it is reported and nothing left out.
+        progress: called with steps done and in all.
 
     Returns:
         (n,) samples to leave out, and what there is to say about them.
@@ -144,7 +148,11 @@ def find_contact(prepared: Prepared, stated_free: bool = False) -> tuple[BoolArr
     rounds, settled = 0, False
     while rounds < _ROUNDS and not settled and joints:
         rounds += 1
-        seen = list(ordered_map(partial(_stretches, out=out, n=n, period=period), joints))
+        part = stage(progress, 1.0 - 0.8 * 0.5 ** (rounds - 1), 1.0 - 0.8 * 0.5**rounds)  # two rounds are usual
+        seen = []
+        for found in ordered_map(partial(_stretches, out=out, n=n, period=period), joints):
+            seen.append(found)
+            part(len(seen), len(joints))
         fresh: BoolArray = np.any([lasting, *(core for _, _, core in seen)], axis=0)
         if rounds > _ROUNDS // 2:  # a stretch that comes and goes is left out
             fresh = fresh | out

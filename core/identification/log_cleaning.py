@@ -50,25 +50,26 @@ def cleaned(
         known: for each log the start and end of what is known to be contact, s; None where nothing is known.
         progress: called with steps done and in all.
     """
-    step = stage(progress, 0.0, 1.0)
     logs: list[Prepared] = []
     left_out: dict[str, LeftOut] = {}
     findings: list[Finding] = []
     times = [*known, *[None] * (len(prepared) - len(known))]
-    for whole, marked in zip(prepared, times, strict=True):
+    for number, (whole, marked) in enumerate(zip(prepared, times, strict=True)):
+        part = stage(progress, number / len(prepared), (number + 1) / len(prepared))
+        seeking = stage(part, 0.15, 0.85)
         name = whole.series.source.name
         log, guided = fitted_without_guiding(whole, config)
-        step(3 * len(logs) + 1, 3 * len(prepared))
+        part(15, 100)
         findings += [replace(finding, where=name) for finding in guided]
         if marked is None:
-            mask, facts = find_contact(log, stated_free=config.fit.contact == "none")
+            mask, facts = find_contact(log, stated_free=config.fit.contact == "none", progress=seeking)
             suspected: tuple[LeftOutSpan, ...] = facts.spans if facts.by == "stated" else ()
         else:
             mask, facts = labelled_contact(log, marked)
-            suspected = find_contact(without_effort(log, mask, config), stated_free=True)[1].spans
+            suspected = find_contact(without_effort(log, mask, config), True, seeking)[1].spans
         if facts.refused:
             mask = np.ones_like(mask)
-        step(3 * len(logs) + 2, 3 * len(prepared))
+        part(85, 100)
         logs.append(without_effort(log, mask, config))
         left_out[name] = facts
         findings += _findings(name, facts, suspected)

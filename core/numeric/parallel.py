@@ -62,10 +62,19 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | Non
         _give_up(asked)
 
 
-def by_name(function: Callable[[str], R], names: Iterable[str]) -> dict[str, R]:
-    """What ``function`` gives for each name, in their order; made in several threads as of :func:`ordered_map`."""
-    listed = list(names)
-    return dict(zip(listed, ordered_map(function, listed), strict=True))
+def by_name(
+    function: Callable[[str], R], names: Iterable[str], progress: Callable[[int, int], None] | None = None
+) -> dict[str, R]:
+    """What ``function`` gives for each name, in their order; made in several threads as of :func:`ordered_map`.
+
+    ``progress`` is called, by the caller's thread, with how many are done and how many there are.
+    """
+    listed, out = list(names), {}
+    for name, found in zip(listed, ordered_map(function, listed), strict=True):
+        out[name] = found
+        if progress is not None:
+            progress(len(out), len(listed))
+    return out
 
 
 class Beside:

@@ -49,6 +49,7 @@ def fitted_thresholds(
     corrections: Mapping[str, FrictionCorrection],
     config: Config,
     folds: Folds | None = None,
+    progress: Progress | None = None,
 ) -> FittedThresholds:
     """Thresholds of every judged joint.
 
@@ -58,13 +59,15 @@ def fitted_thresholds(
         variation, corrections: what friction goes with besides speed.
         config: detector, persistence, folds.
         folds: laws without each fold in turn, where they are at hand.
+        progress: called with steps done and in all.
     """
-    residuals = held_out_residuals(prepared, fits, variation, corrections, config, folds)
+    part = stage(progress, 0.0, 0.6)
+    residuals = held_out_residuals(prepared, fits, variation, corrections, config, folds, part)
 
     def of_joint(joint: str) -> JointThreshold:
         return replace(_joint(joint, fits[joint], residuals, config), rated_nm=_rated(prepared, joint))
 
-    joints = by_name(of_joint, fits)
+    joints = by_name(of_joint, fits, stage(progress, 0.6, 1.0))
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
 
@@ -87,16 +90,13 @@ def corrections_that_help(
         prepared, fits, variation, corrections, config: as of :func:`fitted_thresholds`.
         progress: called with steps done and in all.
     """
-    step = stage(progress, 0.0, 1.0)
-    step(0, 3)
-    folds = folds_of(prepared, fits, config)
-    step(1, 3)
-    plain = fitted_thresholds(prepared, fits, variation, {}, config, folds)
+    folds = folds_of(prepared, fits, config, stage(progress, 0.0, 0.35))
+    part = stage(progress, 0.35, 0.7 if corrections else 1.0)
+    plain = fitted_thresholds(prepared, fits, variation, {}, config, folds, part)
     if not corrections:
         return {}, plain
-    step(2, 3)
     among = {j: fit for j, fit in fits.items() if j in corrections} if joint_by_joint(config) else fits
-    corrected = fitted_thresholds(prepared, among, variation, corrections, config, folds)
+    corrected = fitted_thresholds(prepared, among, variation, corrections, config, folds, stage(progress, 0.7, 1.0))
     kept = {j: c for j, c in corrections.items() if _helps(corrected.joints[j], plain.joints[j])}
     return kept, plain
 

@@ -10,20 +10,24 @@ log.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
+from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.extrapolation import extrapolation_doubt
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import exceeds
+from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.friction_bounds import Travel, loose_bounds, rest_below
@@ -56,9 +60,10 @@ def fold_residual(
     prepared: Prepared,
     balance: Balance,
     laws: Sequence[Sequence[FrictionModel | None]],
-    fold: IntArray,
+    fold: NDArray[np.int16],
     barred: frozenset[str],
     config: DetectConfig,
+    progress: Progress | None = None,
 ) -> FoldResidual:
     """Residual of every judged joint.
 
@@ -69,20 +74,21 @@ def fold_residual(
         fold: (n,) number of the fold that a sample is in.
         barred: joints that a finding forbids judging.
         config: as for the residual of one law.
+        progress: called with joints done and in all.
     """
     series = prepared.judged_series
     shape = series.position_rad.shape
     torque = np.full(shape, np.nan, order="F")
     evidence, judged = (np.zeros(shape, dtype=np.bool_, order="F") for _ in range(2))
     state = np.zeros(shape, dtype=np.int8, order="F")
-    assert balance.total_nm is not None
-    mark_reasons(state, np.asarray(balance.total_nm), series, balance)
+    mark_reasons(state, torque, series, replace(balance, total_nm=None))  # where that is no number the residual is none
+    parts = [_Part.of(fold == k, series, balance) for k in range(len(laws[0]) if laws else 0)]
 
     def fill_joint(j: int) -> None:
         found = [law for law in laws[j] if law is not None]
         if not found:
             return
-        column = _Column.of(prepared, balance, j, fold, config, found)
+        column = _Column.of(prepared, balance, j, fold, parts, config, found)
         for k, law in enumerate(found):
             column.fill(k, law)
         torque[:, j] = column.torque_nm
@@ -90,9 +96,23 @@ def fold_residual(
         usable &= ~series.saturated[:, j] & (series.joint_names[j] not in barred)
         evidence[:, j], judged[:, j] = usable, usable & ~column.loose
 
-    for _ in ordered_map(fill_joint, range(shape[1])):
-        pass
+    for done, _ in enumerate(ordered_map(fill_joint, range(shape[1])), start=1):
+        if progress is not None:
+            progress(done, shape[1])
     return FoldResidual(torque, evidence, judged)
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """The blocks of one fold: its own samples, and with those around them that its kernel remembers."""
+
+    own: Sequence[Span]
+    wide: Sequence[Span]
+
+    @classmethod
+    def of(cls, mask: BoolArray, series: UniformSeries, balance: Balance) -> _Part:
+        margin = _margin(balance.kernel, series.period_s)
+        return cls(_spans(mask, series.segments, 0), _spans(mask, series.segments, margin))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +125,8 @@ class _Column:
     prepared: Prepared
     balance: Balance
     j: int
-    fold: IntArray
+    fold: NDArray[np.int16]
+    parts: Sequence[_Part]
     config: DetectConfig
     velocity: FloatArray
     total: FloatArray
@@ -124,7 +145,8 @@ class _Column:
         prepared: Prepared,
         balance: Balance,
         j: int,
-        fold: IntArray,
+        fold: NDArray[np.int16],
+        parts: Sequence[_Part],
         config: DetectConfig,
         laws: Sequence[FrictionModel],
     ) -> _Column:
@@ -140,15 +162,13 @@ class _Column:
         marks = (np.zeros(velocity.size, dtype=np.bool_) for _ in range(2))
         torque = np.full(velocity.size, np.nan)
         travel = Travel.of(series, j, velocity)
-        return cls(
-            prepared, balance, j, fold, config, velocity, total, travel, load, share, doubt, whole, torque, *marks
-        )
+        known = (velocity, total, travel, load, share, doubt)
+        return cls(prepared, balance, j, fold, parts, config, *known, whole, torque, *marks)
 
     def fill(self, k: int, law: FrictionModel) -> None:
         """Fill the samples of one fold."""
         series, kernel = self.prepared.judged_series, self.balance.kernel
-        own = _spans(self.fold == k, series.segments, 0)
-        pieces = series.segments if self.whole else _spans(self.fold == k, series.segments, self._margin())
+        pieces = series.segments if self.whole else self.parts[k].wide
         sliding = np.full(self.velocity.size, np.nan) if self.whole else np.empty(self.velocity.size)
         for piece in pieces:
             sliding[piece.slice] = self._shared(self._sliding(law, piece.slice), piece.slice)
@@ -159,17 +179,13 @@ class _Column:
         around = _Around.of(self, steady, k)
         smooth = kernel.apply(sliding[:, None], pieces, series.period_s)[:, 0]
         total, level = self._level(law, smooth, around)
-        for span in own:
+        for span in self.parts[k].own:
             s = span.slice
             self.torque_nm[s] = total[s] - (1.0 + level.deviation[s]) * smooth[s]
             fast = span.start + np.flatnonzero(exceeds(self.velocity[s], BEYOND_RANGE * law.speed_range[1]))
             doubt = extrapolation_doubt(law, self.velocity[fast])
             self.too_fast[fast] = ~(doubt <= self.config.beyond_range * np.abs(sliding[fast]))
         self._fill_loose(law, around, travel, slowest, total, level)
-
-    def _margin(self) -> int:
-        """Samples after which the kernel has forgotten where it began; ``settle_s`` is three time constants or more."""
-        return max(16, ceil(_FORGOTTEN / 3.0 * self.balance.kernel.settle_s / self.prepared.series.period_s))
 
     def _sliding(self, law: FrictionModel, at: slice | IntArray) -> FloatArray:
         """Steady friction at samples, before the share of their temperature."""
@@ -254,7 +270,7 @@ class _Around:
         series, kernel = column.prepared.judged_series, column.balance.kernel
         rows, stretches = kernel.near(~steady, series.segments, series.period_s)
         marked, own = ~steady[rows], column.fold[rows] == k
-        spans = stretches if column.whole else _spans(own, stretches, column._margin())
+        spans = stretches if column.whole else _spans(own, stretches, _margin(kernel, series.period_s))
         undecided = kernel.reach(marked[:, None], spans, series.period_s)[:, 0]
         return cls(rows, marked, own, spans, undecided, column)
 
@@ -262,6 +278,11 @@ class _Around:
         """(k,) values at the spans through the kernel."""
         period_s = self.column.prepared.series.period_s
         return self.column.balance.kernel.apply(x[:, None], self.spans, period_s)[:, 0]
+
+
+def _margin(kernel: Kernel, period_s: float) -> int:
+    """Samples after which the kernel has forgotten where it began; ``settle_s`` is three time constants or more."""
+    return max(16, ceil(_FORGOTTEN / 3.0 * kernel.settle_s / period_s))
 
 
 def _spans(mask: BoolArray, segments: Sequence[Span], margin: int) -> list[Span]:

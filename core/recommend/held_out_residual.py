@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_correction import FrictionCorrection
@@ -18,7 +19,8 @@ from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.held_out_laws import fold_of_sample, held_out_laws
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fold_residual import FoldResidual, fold_residual
 from collaudit.core.residual.balance import Balance
@@ -85,6 +87,7 @@ def held_out_residuals(
     corrections: Mapping[str, FrictionCorrection],
     config: Config,
     folds: Folds | None = None,
+    progress: Progress | None = None,
 ) -> list[HeldOutResidual]:
     """Residuals of logs whose effort is in N·m and whose robot has inertials; the others have none.
 
@@ -94,26 +97,31 @@ def held_out_residuals(
         variation, corrections: what friction goes with besides speed, as an audit would use it.
         config: detector and rule.
         folds: of :func:`folds_of`, where they are at hand.
+        progress: called with steps done and in all.
     """
     known = folds_of(prepared, fits, config) if folds is None else folds
-    return [
-        _of_log(log, _laws(log, fits, variation, corrections, known), balance, config)
-        for log, balance in zip(_usable(prepared), known.balances, strict=True)
-    ]
+    out: list[HeldOutResidual] = []
+    usable = _usable(prepared)
+    for log, balance in zip(usable, known.balances, strict=True):
+        part = stage(progress, len(out) / len(usable), (len(out) + 1) / len(usable))
+        out.append(_of_log(log, _laws(log, fits, variation, corrections, known), balance, config, part))
+    return out
 
 
-def folds_of(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config) -> Folds:
+def folds_of(
+    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], config: Config, progress: Progress | None = None
+) -> Folds:
     """Laws without each fold in turn, of the logs that have residuals, and their balances; none where no log has.
 
     Args:
-        prepared, fits, config: as of :func:`held_out_residuals`.
+        prepared, fits, config, progress: as of :func:`held_out_residuals`.
     """
     usable = _usable(prepared)
     if not usable:
         return Folds((), ())
     make = detector_named(config.detect.detector).balance
     balances = [None if make is None else make(log, config.detect) for log in usable]
-    return Folds(held_out_laws(usable, fits, config), balances)
+    return Folds(held_out_laws(usable, fits, config, progress), balances)
 
 
 def joint_by_joint(config: Config) -> bool:
@@ -149,7 +157,9 @@ def _laws(
     return _Laws(by_fold, [found.keys() for found in folds.laws])
 
 
-def _of_log(log: Prepared, laws: _Laws, balance: Balance | None, config: Config) -> HeldOutResidual:
+def _of_log(
+    log: Prepared, laws: _Laws, balance: Balance | None, config: Config, progress: Progress | None = None
+) -> HeldOutResidual:
     series = log.judged_series
     fold = fold_of_sample(series, len(laws.by_fold))
     barred = joints_not_judged(log.findings, log.judged)
@@ -157,7 +167,7 @@ def _of_log(log: Prepared, laws: _Laws, balance: Balance | None, config: Config)
         found = _fold_by_fold(log, laws, fold, barred, config)
     else:
         each = [[found.get(joint) for found in laws.by_fold] for joint in series.joint_names]
-        found = fold_residual(log, balance.whole(), each, fold, barred, config.detect)
+        found = fold_residual(log, balance, each, fold, barred, config.detect, progress)
     held = np.array([[joint in known for joint in series.joint_names] for known in laws.held_out])
     return HeldOutResidual(
         series.source.name,
@@ -175,7 +185,9 @@ def _of_log(log: Prepared, laws: _Laws, balance: Balance | None, config: Config)
     )
 
 
-def _fold_by_fold(log: Prepared, laws: _Laws, fold: IntArray, barred: frozenset[str], config: Config) -> FoldResidual:
+def _fold_by_fold(
+    log: Prepared, laws: _Laws, fold: NDArray[np.int16], barred: frozenset[str], config: Config
+) -> FoldResidual:
     """As :func:`fold_residual`, of any detector: the whole residual once for every fold."""
     series = log.judged_series
     torque = np.full(series.position_rad.shape, np.nan)

@@ -18,6 +18,7 @@ from collaudit.core.friction.friction_variation import joint_variation, merged
 from collaudit.core.friction.gear.correction_fit import joint_correction
 from collaudit.core.friction.motion_points import settled_residual
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 
 
@@ -45,12 +46,15 @@ class _Joint:
     patterns: dict[int, list[Finding]]
 
 
-def settled_motion(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit]) -> SettledMotion:
+def settled_motion(
+    prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit], progress: Progress | None = None
+) -> SettledMotion:
     """What is left beside each joint's law while it moves steadily.
 
     Args:
         prepared: the logs that the friction was fitted on.
         fits: friction of all of them together.
+        progress: called with joints done and in all.
     """
 
     def of_joint(joint: str) -> _Joint:
@@ -66,7 +70,7 @@ def settled_motion(prepared: Sequence[Prepared], fits: Mapping[str, FrictionFit]
             {k: settled_pattern_findings(joint, part) for k, part in parts.items()},
         )
 
-    joints = by_name(of_joint, fits)
+    joints = by_name(of_joint, fits, progress)
     numbers = range(len(prepared))
     return SettledMotion(
         {joint: found.correction for joint, found in joints.items() if found.correction is not None},

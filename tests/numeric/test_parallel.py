@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from collaudit.core.numeric.parallel import Beside, ordered_map, threads, use_threads
+from collaudit.core.numeric.parallel import Beside, by_name, ordered_map, threads, use_threads
 
 
 @pytest.fixture(autouse=True, params=[2, 4])
@@ -114,6 +114,14 @@ def test_an_error_of_work_beside_is_raised_and_leaves_nothing_at_work() -> None:
     count = len(late)
     time.sleep(0.05)
     assert len(late) == count
+
+
+def test_progress_is_told_by_the_caller_for_each_name() -> None:
+    told: list[tuple[int, int, int]] = []
+    names = ["c", "a", "b"]
+    found = by_name(str.upper, names, lambda done, total: told.append((done, total, threading.get_ident())))
+    assert list(found.items()) == [("c", "C"), ("a", "A"), ("b", "B")]
+    assert told == [(k, 3, threading.get_ident()) for k in (1, 2, 3)]
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")

@@ -121,17 +121,26 @@ def assert_equal(log: JointLog, table: Table) -> None:
         assert values.tobytes() == np.ascontiguousarray(table[name]).tobytes(), name
 
 
-def bare_decompression(path: Path) -> float:
-    """Time to decompress all chunks of a zstd MCAP and do nothing else, in one thread."""
+def compressed_parts(path: Path) -> list[bytes]:
+    """The compressed records of all chunks of a zstd MCAP."""
     with path.open("rb") as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     raw = path.read_bytes()
-    parts = []
-    for chunk in summary.chunk_indexes:
-        at = chunk.chunk_start_offset + 9 + 40 + len(chunk.compression)
-        parts.append(raw[at : at + chunk.compressed_size])
-    return timed(lambda: [zstandard.ZstdDecompressor().decompress(part) for part in parts])[0]
+    starts = [chunk.chunk_start_offset + 9 + 40 + len(chunk.compression) for chunk in summary.chunk_indexes]
+    return [raw[at : at + c.compressed_size] for at, c in zip(starts, summary.chunk_indexes, strict=True)]
+
+
+def decompress(parts: list[bytes]) -> None:
+    """Decompress them and do nothing else, in one thread."""
+    for part in parts:
+        zstandard.ZstdDecompressor().decompress(part)
+
+
+def bare_decompression(path: Path) -> float:
+    """Time to decompress all chunks of a zstd MCAP and do nothing else, in one thread."""
+    parts = compressed_parts(path)
+    return timed(lambda: decompress(parts))[0]
 
 
 def say(name: str, **numbers: float) -> None:
@@ -158,6 +167,41 @@ def test_mcap_zstd() -> None:
     ours_s = compare("MCAP zstd", path, by_mcap_loop, 60)
     bare_s = bare_decompression(path)
     say("  bare decompression", bare_s=bare_s, ours_over_bare=ours_s / bare_s, bar=2.5)
+    assert ours_s <= 2.5 * bare_s
+
+
+COLD = """
+import sys, time
+from pathlib import Path
+from collaudit.core.numeric.allocator import keep_freed_memory
+keep_freed_memory()  # as the command does at its start
+sys.path.insert(0, sys.argv[1])
+import test_logs_bench as bench
+path = Path(sys.argv[2])
+parts = bench.compressed_parts(path) if sys.argv[3] == "bare" else []
+start = time.perf_counter()
+bench.ours(path) if sys.argv[3] == "ours" else bench.decompress(parts)
+print(time.perf_counter() - start)
+"""
+
+
+def test_mcap_zstd_in_a_cold_process() -> None:
+    """The first reading in a process, and the first decompression in another, in turns; the file is in the page cache.
+
+    Imports that reading asks for itself count; those of this module do not.
+    """
+    path = data.mcap_log(MINUTES, CompressionType.ZSTD)
+    loop_s, _ = timed(lambda: by_mcap_loop(path), 1)
+    rounds: dict[str, list[float]] = {"ours": [], "bare": []}
+    for _ in range(5):
+        for kind, seconds in rounds.items():
+            command = [sys.executable, "-c", COLD, str(Path(__file__).parent), str(path), kind]
+            seconds.append(float(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
+    ours_s, bare_s = min(rounds["ours"]), min(rounds["bare"])
+    say(
+        "MCAP zstd, cold", loop_s=loop_s, ours_s=ours_s, times_faster=loop_s / ours_s, bare_s=bare_s,
+        ours_over_bare=ours_s / bare_s, bar=2.5,
+    )  # fmt: skip
     assert ours_s <= 2.5 * bare_s
 
 

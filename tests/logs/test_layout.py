@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
+from collaudit.core.logs.messages.decoded_columns import Decoded, Group, GroupKey
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
@@ -316,3 +316,15 @@ def test_a_column_of_which_one_number_is_known_holds_something(at: int | None, e
     room["effort"][:] = values
     (group,) = out.groups.values()
     assert (group.holds("effort"), group.holds("velocity")) == (expected, False)
+
+
+@pytest.mark.parametrize(("placed", "one_run"), [
+    ([np.arange(4), range(4, 9)], True), ([np.arange(2), np.arange(2, 5)], True), ([range(3), np.array([5, 6])], False),
+    ([np.array([0, 2]), np.array([3])], False), ([np.array([1, 3, 4])], False), ([range(2), range(4, 6)], False),
+])  # fmt: skip
+def test_places_of_rows_that_follow_each_other_are_one_run(placed: list[Any], one_run: bool) -> None:
+    group = Group(GroupKey((), (), True))
+    for rows in placed:
+        group.place(rows)
+    assert group.is_one_run is one_run
+    np.testing.assert_array_equal(group.order(), np.concatenate([np.asarray(rows) for rows in placed]))

@@ -51,7 +51,9 @@ class Group:
     places: list[range | IntArray] = field(default_factory=list)
 
     def place(self, rows: range | IntArray) -> None:
-        """Note which of the topic's messages the next rows are; of rows that follow each other their ends are kept."""
+        """Note which of the topic's messages, in ascending order, the next rows are; of a run its ends are kept."""
+        if not isinstance(rows, range) and rows.shape[0] and int(rows[-1]) - int(rows[0]) + 1 == rows.shape[0]:
+            rows = range(int(rows[0]), int(rows[-1]) + 1)
         last = self.places[-1] if self.places else None
         if isinstance(rows, range) and isinstance(last, range) and last.stop == rows.start:
             self.places[-1] = range(last.start, rows.stop)

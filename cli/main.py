@@ -141,7 +141,8 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
         note(error.render())
         return error.exit_code
     if isinstance(error, MemoryError):
-        note("not enough memory for this log: nothing was judged")
+        found = f"\n  found:    {error}" if str(error) else ""
+        note(f"not enough memory for this log: nothing was judged{found}")
         return EXIT_NOT_JUDGED
     if isinstance(error, ImportError) and _WITHOUT_MEMORY in str(error):
         note(f"not enough memory to load the program: nothing was judged\n  found:    {error}")

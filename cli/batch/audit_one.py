@@ -55,8 +55,8 @@ def audit_one(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
         return _judged(job, out, progress)
     except CollauditError as error:
         reason = error
-    except MemoryError:
-        reason = NotJudgedError("not enough memory for this log", where=name)
+    except MemoryError as error:
+        reason = NotJudgedError("not enough memory for this log", where=name, found=str(error) or None)
     except Exception as error:  # noqa: BLE001 - one log's bug is that log's, said as such
         reason = _bug(error, job.files, name)
         remove_run(run)

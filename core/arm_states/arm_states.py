@@ -13,6 +13,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.tables import copied
 
 _LISTED = 20
 
@@ -52,7 +53,7 @@ def without_states(series: UniformSeries, states: ArmStates) -> UniformSeries:
     """The series with what was not driven marked; its effort counts as missing there, for fitting as for judging."""
     if series.effort is None or not states.not_driven.any():
         return series
-    effort = np.array(series.effort, order="F")
+    effort = copied(series.effort)
     effort[states.not_driven] = np.nan
     return replace(series, effort=frozen(effort), not_driven=states.not_driven)
 

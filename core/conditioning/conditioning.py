@@ -24,6 +24,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.filters import default_bandwidth_hz
+from collaudit.core.numeric.tables import table
 
 #: A wrench with this share of its stamps from the joint states was stamped with them.
 _SHARED = 0.9
@@ -128,7 +129,8 @@ def _to_grid(values: FloatArray, base: Timebase, smooth: bool = False) -> FloatA
         whole = picked_rows(base.order)
         if isinstance(whole, slice) and whole == slice(0, count):
             return values
-    out = np.full((base.n, values.shape[1]), np.nan, order="F")
+    out = table(base.n, values.shape[1])
+    out[...] = np.nan
     times = base.time_s
     for raw, grid, snap in zip(base.raw, base.grid, base.snap, strict=True):
         rows = values[picked_rows(base.order[raw.slice])]

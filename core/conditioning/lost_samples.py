@@ -6,6 +6,7 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.tables import table
 
 #: The longest step over several lost samples, and over a single one, in periods of the filter's band.
 SEVERAL, _SINGLE = 0.25, 0.4
@@ -36,7 +37,7 @@ def filled(rows: FloatArray, places: IntArray, count: int, smooth: bool) -> Floa
         count: number of places.
         smooth: positions, of which second derivatives are taken.
     """
-    out = np.empty((count, rows.shape[1]), order="F")
+    out = table(count, rows.shape[1])
     at = np.arange(count, dtype=np.float64)
     out[places] = rows
     missing = np.ones(count, dtype=bool)

@@ -14,6 +14,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.tables import copied
 
 #: A value that repeats for less than this, or for fewer samples, is no stuck sensor.
 _LEAST_S, _LEAST = 0.05, 8
@@ -206,7 +207,7 @@ def _jumps(q: FloatArray, a: int, b: int, period: float) -> bool:
 
 
 def _blanked(values: FloatArray, held: Iterable[_Held]) -> FloatArray:
-    out = np.array(values, order="F")
+    out = copied(values)
     for one in held:
         for start, stop in one.spans:
             out[start:stop, one.joint] = np.nan

@@ -16,6 +16,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.tables import copied, table
 
 _DISAGREES = 0.3  # RMS difference as a share of the RMS speed
 #: A velocity that is wrong in this share of the motion at most is mended there, and derived whole otherwise.
@@ -77,7 +78,7 @@ def choose_velocity(
             hint='name its columns or topic under [log], or set [conditioning] velocity = "auto"',
         )
     rows = lag_rows(segments, period_s, bandwidth_hz)
-    velocity = np.empty(position.shape, order="F")
+    velocity = table(*position.shape)
     changed: dict[int, FloatArray] = {}
     findings: list[Finding] = []
 
@@ -121,7 +122,7 @@ def choose_velocity(
         findings = [Finding("log-velocity-derived", "info", text)]
     raw = logged
     if raw is None or changed:  # a departure from the log
-        raw = np.empty_like(position) if raw is None else raw.copy()
+        raw = table(*position.shape) if raw is None else copied(raw)
         for j, column in changed.items():
             raw[:, j] = column
     return Motion(raw, velocity, pooled_s(lags), tuple(findings))

@@ -12,6 +12,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import copied
 
 _TURN_RAD = 2.0 * np.pi
 #: A smaller step is no jump, rad (m of a prismatic joint).
@@ -76,7 +77,7 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
         found = _jumps(log, j, order, joint not in prismatic)
         wraps, cuts = found.rows[found.turns != 0], found.rows[found.turns == 0]
         if wraps.size:
-            out = np.array(position, order="F") if out is position else out
+            out = copied(position) if out is position else out
             turned = np.zeros(log.time_s.size)
             turned[wraps] = found.turns[found.turns != 0]
             out[order, j] -= _TURN_RAD * np.cumsum(turned[order])

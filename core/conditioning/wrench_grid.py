@@ -9,6 +9,7 @@ from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import table
 
 
 def wrench_on_grid(
@@ -25,7 +26,7 @@ def wrench_on_grid(
         (n, 6), NaN where it is not known, and what is to be said about that.
     """
     stamps, rows = _ascending(wrench)
-    out = np.empty((time_s.size, 6), order="F")
+    out = table(time_s.size, 6)
     picked = _within(stamps, time_s, recorded, bandwidth_hz)
     whole = isinstance(picked, slice) and picked == slice(0, time_s.size)
 

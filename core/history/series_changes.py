@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from collaudit.core.history.change_point import FEWEST, SeriesChange, find_change
 from collaudit.core.history.joint_series import NightSeries, Quantity
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.change_point import FEWEST, SeriesChange, find_change
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
 #: Chance of any false change in all series of a store, over all nights on which somebody looked.

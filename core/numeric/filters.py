@@ -12,6 +12,7 @@ from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filter_design import butterworth_low_pass
 from collaudit.core.numeric.iir_filter import blank, filtered
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import table
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
@@ -63,10 +64,10 @@ def differentiate(
 ) -> FloatArray:
     """Central differences inside each stretch, one-sided at its ends, NaN outside; into ``out`` if that is given."""
     if x.ndim == 2 and x.shape[1] > 1 and x.size > _FOR_THREADS:
-        table = np.empty(x.shape, order="F") if out is None else out
-        for _ in ordered_map(lambda j: differentiate(x[:, j], segments, period_s, table[:, j]), range(x.shape[1])):
+        slopes = table(*x.shape) if out is None else out
+        for _ in ordered_map(lambda j: differentiate(x[:, j], segments, period_s, slopes[:, j]), range(x.shape[1])):
             pass
-        return table
+        return slopes
     out = blank(x, segments, out)
     for span in segments:
         if len(span) < 2:

@@ -16,6 +16,7 @@ from collaudit.core.numeric.filter_design import settled_state
 from collaudit.core.numeric.linear_filter import linear_filter
 from collaudit.core.numeric.parallel import ordered_map, threads
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.tables import table
 
 #: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
 _BLOCK = 65536
@@ -64,7 +65,8 @@ def filtered(
 
 def blank(like: FloatArray, segments: Sequence[Span], out: FloatArray | None = None) -> FloatArray:
     """An array of the same shape, NaN outside the stretches and not yet written inside them."""
-    out = np.empty(like.shape, order="F") if out is None else out
+    if out is None:
+        out = table(*like.shape) if like.ndim > 1 else np.empty(like.shape)
     before = 0
     for span in segments:
         out[before : span.start] = np.nan

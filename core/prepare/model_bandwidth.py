@@ -17,6 +17,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import copied
 
 #: Upper ends of the bands that may be left out, as shares of the filters' bandwidth; below the last all is kept.
 _LADDER = (1.0, 0.7, 0.5, 0.35, 0.25)
@@ -67,7 +68,7 @@ def quiet_model(
     found = [b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None]
     if not found:
         return rigid_nm, ()
-    out = np.array(rigid_nm, order="F")
+    out = copied(rigid_nm)
     for b in found:
         j = series.column(b.joint)
         out[:, j] = low_pass(np.ascontiguousarray(rigid_nm[:, j]), series.segments, series.period_s, b.bandwidth_hz)

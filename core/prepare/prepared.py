@@ -20,6 +20,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.tables import copied, picked
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -201,7 +202,7 @@ def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> P
     effort = prepared.start.series.effort
     if effort is None or not left_out.any():
         return prepared
-    known = effort.copy(order="F")
+    known = copied(effort)
     known[left_out] = np.nan
     start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
     return _modelled(start, prepared.calibration, config, prepared)
@@ -310,12 +311,12 @@ def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
         return log
 
     def take(array: FloatArray | None) -> FloatArray | None:
-        return None if array is None else np.asfortranarray(array[:, pick])
+        return None if array is None else picked(array, pick)
 
     return replace(
         log,
         joint_names=robot.joint_names,
-        position_rad=np.asfortranarray(log.position_rad[:, pick]),
+        position_rad=picked(log.position_rad, pick),
         velocity_rad_s=take(log.velocity_rad_s),
         effort=take(log.effort),
         temperature_c=take(log.temperature_c),
@@ -346,7 +347,7 @@ def _of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
     columns = [series.column(joint) for joint in joints]
 
     def take(array: FloatArray) -> FloatArray:
-        return np.asfortranarray(array[:, columns])
+        return picked(array, columns)
 
     velocity = take(series.velocity_rad_s)
     return replace(

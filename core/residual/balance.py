@@ -23,6 +23,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import picked, table
 from collaudit.core.prepare.prepared import Prepared
 
 
@@ -121,8 +122,8 @@ def _balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Bal
     if torques is not None:
         total = causal_form(prepared, torques, kernel) if kernel.causal else _Offline(series, torques, kernel, columns)
     if len(columns) < len(series.joint_names):
-        velocity = np.asfortranarray(velocity[:, columns])
-        total = np.asfortranarray(total[:, columns]) if isinstance(total, np.ndarray) else total
+        velocity = picked(velocity, columns)
+        total = picked(total, columns) if isinstance(total, np.ndarray) else total
     return Balance(kernel, total, velocity, start_mask(series, kernel))
 
 
@@ -149,7 +150,7 @@ class _Offline(ComputedColumns):
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         """The whole table."""
-        total = np.empty(self.shape, order="F")
+        total = table(*self.shape)
 
         def fill_joint(j: int) -> None:
             total[:, j] = self._column(slice(None), j)
@@ -173,7 +174,7 @@ def _causal_momentum(prepared: Prepared, torques: KnownTorques, kernel: Kernel) 
     series = prepared.series
     segments, period = series.segments, series.period_s
     momentum, rest = prepared.robot.momentum(series.position_rad, friction_velocity(series, kernel))
-    total = np.empty(torques.effort_nm.shape, order="F")
+    total = table(*torques.effort_nm.shape)
 
     def fill_joint(j: int) -> None:
         known = rest[:, j]

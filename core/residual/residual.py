@@ -20,6 +20,7 @@ from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.sparse_column import SparseColumn
+from collaudit.core.numeric.tables import table
 from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
@@ -117,7 +118,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     known = [j for j, joint in enumerate(names) if usable and joint in inputs.laws]
     missing = [j for j in range(count) if j not in known]
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
-    torque, uncertainty = np.empty((n, count), order="F"), np.empty((n, count), order="F")
+    torque, uncertainty = table(n, count), table(n, count)
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
 
     def fill_joint(j: int) -> _Filled:

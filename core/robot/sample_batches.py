@@ -11,6 +11,7 @@ import numpy as np
 from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import table
 
 #: Samples at a time: long enough that calling NumPy costs little, short enough that a program's buffers stay in cache.
 _BLOCK = 16384
@@ -89,7 +90,7 @@ def evaluate(program: Batched, signals: Sequence[Signal], parts: Sequence[Part] 
     """
     count = signals[0].values.shape[0]
     parts = parts or (Part(program.outputs),)
-    out = [np.empty((count, p.rows if p.back is None else p.back.shape[1]), order="F") for p in parts]
+    out = [table(count, p.rows if p.back is None else p.back.shape[1]) for p in parts]
     idle: list[Run] = []
 
     def one(block: slice) -> None:

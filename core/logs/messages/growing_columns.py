@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.tables import table
 
 #: Rows of room that a column grows by at least.
 _LEAST_ROWS = 4096
@@ -55,7 +56,7 @@ def _with_room(rows: Column, least: int, share: float) -> Column:
     foreseen = int(least * min(_MARGIN / share, _MOST_FORESEEN)) if share > 0 else 0
     for capacity in (max(wanted, foreseen), wanted):
         try:
-            out = np.empty((capacity, *rows.shape[1:]), dtype=rows.dtype, order="F")
+            out = np.empty_like(rows, shape=capacity) if rows.ndim == 1 else table(capacity, rows.shape[1])
             break
         except MemoryError:
             if capacity == wanted:

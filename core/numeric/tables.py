@@ -1,0 +1,108 @@
+"""Tables of a log, a column for each joint: in memory, or in temporary files where memory could not hold them all.
+
+The columns lie one after the other. A table in a file is an array like any other, and results are the same: the system
+writes to disk what has not been used for long. Columns that are worked on, a few for each thread, stay in memory.
+"""
+
+from __future__ import annotations
+
+import math
+import mmap
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+#: So many tables of a log's size must fit in memory, or all are put into files: an audit keeps eight, and the columns
+#: that are worked on at the same time take as much as six.
+_AT_ONCE = 14
+#: Where limits of a group of processes stand: of the second kind and of the first, whose "no limit" is a huge number.
+_GROUP_LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+
+_ON_DISK = Path("/var/tmp")
+
+
+def table(rows: int, columns: int, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+    """(rows, columns) of a log, not written yet.
+
+    Raises:
+        MemoryError: memory does not hold the log's tables, and neither does the disk.
+    """
+    bytes_ = rows * columns * np.dtype(dtype).itemsize
+    if bytes_ * _AT_ONCE <= memory_bytes():
+        return np.empty((rows, columns), dtype=dtype, order="F")
+    return np.frombuffer(_in_a_file(bytes_), dtype=dtype).reshape((rows, columns), order="F")
+
+
+def memory_bytes() -> float:
+    """Memory that this process may take: the machine's, or less where a limit is set; infinite where nobody tells."""
+    return min(_machine_bytes(), _own_limit_bytes())
+
+
+@cache
+def _machine_bytes() -> float:
+    try:
+        whole = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return math.inf
+    return min([whole, *(limit for name in _GROUP_LIMITS if (limit := _stated_bytes(Path(name))) is not None)])
+
+
+def _stated_bytes(path: Path) -> float | None:
+    try:
+        return float(path.read_text())
+    except (OSError, ValueError):  # no such file, or "max"
+        return None
+
+
+def _own_limit_bytes() -> float:
+    """The limit of this process's data, as ``audit --memory-limit`` sets it for its workers."""
+    if sys.platform == "win32":
+        return math.inf
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_DATA)[0]
+    return math.inf if limit == resource.RLIM_INFINITY else float(limit)
+
+
+def folder_of_tables() -> str:
+    """Where tables are put: ``TMPDIR``, or ``/var/tmp``, which is on disk where ``/tmp`` may be memory."""
+    return os.environ.get("TMPDIR") or (str(_ON_DISK) if _ON_DISK.is_dir() else tempfile.gettempdir())
+
+
+def _in_a_file(bytes_: int) -> mmap.mmap:
+    """Memory that is a file without a name: it is gone when nobody holds it any more, however the process ends."""
+    folder = folder_of_tables()
+    try:
+        with tempfile.TemporaryFile(prefix="collaudit-", dir=folder) as file:
+            if hasattr(os, "posix_fallocate"):  # a disk that is full later would end the process
+                os.posix_fallocate(file.fileno(), 0, bytes_)
+            else:
+                file.truncate(bytes_)
+            return mmap.mmap(file.fileno(), bytes_)
+    except OSError as error:
+        raise MemoryError(
+            f"{error.strerror or error} in {folder} for a table of {bytes_ / 1e9:.3g} GB, one of up to {_AT_ONCE}, "
+            "which memory cannot hold: let TMPDIR name a folder on a disk with room, or split the log"
+        ) from error
+
+
+def copied(x: NDArray[Any]) -> NDArray[Any]:
+    """A table of the same values; errors as of :func:`table`."""
+    out = table(x.shape[0], x.shape[1], x.dtype)
+    out[...] = x
+    return out
+
+
+def picked(x: NDArray[Any], columns: Sequence[int]) -> NDArray[Any]:
+    """A table of some columns; errors as of :func:`table`."""
+    out = table(x.shape[0], len(columns), x.dtype)
+    for place, column in enumerate(columns):
+        out[:, place] = x[:, column]
+    return out

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from collaudit.core.data.identification_result import Bounds, FrictionVariation, RippleFacts, Trend, TrendFit
 from collaudit.core.findings import Finding
-from collaudit.core.friction.motion_points import Settled
+from collaudit.core.friction.motion_points import Settled, numbered
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile
 
@@ -122,11 +122,11 @@ def load_slope(
     """N·m of friction per N·m of load on the gear, sample by sample, errors alike over two seconds (t interval).
 
     Args:
-        time_s, residual, friction: as for :func:`friction_slope`.
+        time_s, residual, friction: as for :func:`friction_slope`, in the order of time.
         load: (n,) size of the torque that the gear carries, N·m.
     """
-    ids, label = np.unique(np.floor(time_s / _BLOCK_S), return_inverse=True)
-    if ids.size < _MIN_BLOCKS:
+    label = numbered(np.floor(time_s / _BLOCK_S).astype(np.int64))
+    if label[-1] + 1 < _MIN_BLOCKS:
         return None
     along = residual * np.sign(friction)
     at = load - load.mean()

@@ -17,7 +17,7 @@ from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.motion_points import motion_samples, points_of_samples
 from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
-from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.parallel import by_name, ordered_map
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 
@@ -95,7 +95,7 @@ class _FoldedLog:
             if samples is None:
                 return [() for _ in folds]
             fold = self.fold[samples.rows]
-            return [points_of_samples(samples, fold == k) for k in folds]
+            return list(ordered_map(lambda k: points_of_samples(samples, fold == k), folds))
         sections = self.sections.of(joint)
         rest = [[s for s in sections if not np.any(self.fold[s.span.slice] == k)] for k in folds]
         return [friction_points(log.series, kept, log.rigid_nm, config.friction) for kept in rest]

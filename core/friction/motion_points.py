@@ -88,7 +88,7 @@ def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
     if rows.size == 0:
         return None
     second = np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64)
-    return MotionSamples(rows, np.abs(v[rows]), direction, friction, _numbered(second))
+    return MotionSamples(rows, np.abs(v[rows]), direction, friction, numbered(second))
 
 
 def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None) -> tuple[FrictionPoint, ...]:
@@ -233,7 +233,7 @@ def clustered_error(mean: float, count: IntArray, total: FloatArray) -> float:
     return float(np.sqrt(count.size / (count.size - 1) * np.sum(score**2))) / int(count.sum())
 
 
-def _numbered(rising: IntArray) -> IntArray:
+def numbered(rising: IntArray) -> IntArray:
     """(n,) numbers that do not fall, counted from 0 without a gap."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(rising)) + 1, [rising.size]])
     return np.repeat(np.arange(edges.size - 1), np.diff(edges))

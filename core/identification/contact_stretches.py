@@ -161,8 +161,9 @@ def find_contact(
     if not lasting.any() and not any(ratio.max(initial=0.0, where=out) >= _CLEAR for _, ratio, _ in seen):
         out, seen = np.zeros(n, dtype=bool), []
     beside = np.zeros(n, dtype=bool)
-    for joint, (_, _, core) in zip(joints, seen, strict=False):
-        beside |= untold_beside(joint.rows, joint.speed(), core, period, 0.5 * _UNTOLD_S)
+    cores = [(joint, core) for joint, (_, _, core) in zip(joints, seen, strict=False)]
+    for untold in ordered_map(_untold, cores):
+        beside |= untold
     wide = widened(out | beside, ceil(_MARGIN_S / period))
     spans = _spans(wide, [(name, ratio) for name, ratio, _ in seen], series.time_s)
     facts = _facts("stated" if stated_free else "found", wide, out, moving, period, spans, rounds, settled)
@@ -242,6 +243,11 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
 
 def _lasting(joint: _Joint) -> BoolArray:
     return lasting_contact(joint.rows, joint.columns(), joint.effort, joint.series.time_s, joint.step)
+
+
+def _untold(found: tuple[_Joint, BoolArray]) -> BoolArray:
+    joint, core = found
+    return untold_beside(joint.rows, joint.speed(), core, joint.series.period_s, 0.5 * _UNTOLD_S)
 
 
 def _step(effort: FloatArray) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds, spread_over_unknown
 
 #: Speeds in such neighbouring bands are alike: a ratio.
@@ -33,10 +34,14 @@ def untold_beside(rows: IntArray, speed: FloatArray, far: BoolArray, period_s: f
     off = far[rows]
     if not off.any():
         return out
-    band = np.floor(np.log(np.maximum(speed, 1e-9)) / np.log(_ALIKE)).astype(np.int64)
+    band = np.empty(speed.size, dtype=np.int64)
+    for block in blocks(band.size):
+        band[block] = np.floor(np.log(np.maximum(speed[block], 1e-9)) / np.log(_ALIKE))
     band -= band.min()
-    told = np.zeros((int(stroke[-1]) + 1, int(band.max()) + 3))
-    np.add.at(told, (stroke[~off], band[~off] + 1), period_s)
+    bands = int(band.max()) + 3
+    place = (stroke * bands + band + 1)[~off]
+    size = (int(stroke[-1]) + 1) * bands
+    told = np.bincount(place, np.full(place.size, period_s), size).reshape(-1, bands)
     told = told[:, :-2] + told[:, 1:-1] + told[:, 2:]
     elsewhere = told.sum(axis=0)[band] - told[stroke, band]
     lone = ~off & (elsewhere < _TOLD_S) & _going_on(stroke, speed, off)

@@ -16,9 +16,9 @@ from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.parallel import by_name, ordered_map
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.clean_tail import BLOCK_S, FEWEST_BLOCKS, clean_tail
 from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
@@ -130,17 +130,16 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
     asked = config.detect.persistence_ms
     persistences = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
     levels: dict[int, ThresholdLevel] = {}
-    for persistence in persistences:
-        level = threshold_level(data, persistence / 1e3)
+    for level in ordered_map(lambda persistence: threshold_level(data, persistence / 1e3), persistences):
         if level is not None:
             levels.setdefault(level.n, level)
     return JointThreshold(
         levels=_falling(list(levels.values())),
-        noise_nm=robust_sd(x - np.median(x)),
+        noise_nm=robust_sd(x - median_of(x.copy())),
         rms_nm=float(np.sqrt(np.mean(x**2))),
         hours=sum(float(np.count_nonzero(d.clean)) * d.period_s for d in data) / 3600.0,
         held_out=float(np.mean(held)),
-        fastest_rad_s=float(np.quantile(speed, 0.99)),
+        fastest_rad_s=quantile_of(speed, 0.99),
         reason=None if levels else _too_little(seconds),
         isolated=isolated,
         evidence=_range(columns),

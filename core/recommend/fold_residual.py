@@ -89,8 +89,8 @@ def fold_residual(
         if not found:
             return
         column = _Column.of(prepared, balance, j, fold, parts, config, found)
-        for k, law in enumerate(found):
-            column.fill(k, law)
+        for _ in ordered_map(lambda k: column.fill(k, found[k]), range(len(found))):  # each its own samples
+            pass
         torque[:, j] = column.torque_nm
         usable = np.isfinite(column.torque_nm) & (state[:, j] == State.JUDGED) & ~column.too_fast
         usable &= ~series.saturated[:, j] & (series.joint_names[j] not in barred)

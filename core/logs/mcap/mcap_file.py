@@ -22,9 +22,9 @@ from collaudit.core.numeric.parallel import ordered_map
 _WINDOW = 1 << 20
 #: Messages after which a turn of topics is looked for to begin again.
 _LONGEST_TURN = 16
-#: Chunks are unpacked ahead of who reads them, as many as fit a core's second-level cache and not more than so many:
-#: what had to come from memory again took a tenth of the time of reading.
-_AHEAD_BYTES, _AHEAD = 1 << 21, 8
+#: Chunks are unpacked ahead of who reads them, as many as fit the second-level caches of two cores and not more than so
+#: many: what had to come from memory again took a tenth of the time of reading.
+_AHEAD_BYTES, _AHEAD = 1 << 22, 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -89,7 +89,8 @@ class RestBlocks:
             pass
         stands = ~_moves(every, [Window.of(scale, period) for scale in SCALES])
         time_s = _means(series.time_s[: count * size], size)
-        return cls(time_s, period, every[:, columns], torque, model, steps, stands)
+        own = every if columns == [*range(every.shape[1])] else every[:, columns]
+        return cls(time_s, period, own, torque, model, steps, stands)
 
 
 def _parts(count: int, size: int) -> Iterator[tuple[slice, slice]]:
@@ -135,7 +136,10 @@ def _moves(position: FloatArray, windows: Sequence[Window]) -> BoolArray:
         known = np.where(np.isfinite(position[:, j]), position[:, j], 0.0)
         return np.stack([travels(known, w.before, w.after, STILL) for w in windows])
 
-    return np.asarray(np.logical_or.reduce(list(ordered_map(of_joint, range(position.shape[1])))))
+    moves = np.zeros((len(windows), position.shape[0]), dtype=np.bool_)
+    for one in ordered_map(of_joint, range(position.shape[1])):
+        moves |= one
+    return moves
 
 
 @dataclass(frozen=True, slots=True)

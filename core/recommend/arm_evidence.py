@@ -11,8 +11,10 @@ import numpy as np
 from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMiss, PhaseSpan, RuleFacts
 from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
+from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.recommend.recommendation import CleanResidual
+from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]
@@ -98,10 +100,19 @@ class ArmEvidence:
     logs: tuple[LogEvidence, ...]
     joints: tuple[str, ...]
     _hours: dict[str, float] = field(default_factory=dict)
+    _peaks: dict[tuple[str, float], SustainedPeaks] = field(default_factory=dict)
 
     def of_joint(self, joint: str) -> list[CleanResidual]:
         """Clean residuals of one joint, one entry for each log that watches it."""
         return [log.of_joint(joint) for log in self.logs if joint in log.watched]
+
+    def peaks(self, joint: str, persistence_s: float) -> SustainedPeaks:
+        """Declustered peaks of one joint over its logs, found once for a persistence."""
+        if (joint, persistence_s) not in self._peaks:
+            data = self.of_joint(joint)
+            counts = [persistence_samples(persistence_s, d.period_s) for d in data]
+            self._peaks[joint, persistence_s] = declustered_peaks(data, counts)
+        return self._peaks[joint, persistence_s]
 
     def hours(self, joint: str) -> float:
         """Hours of one joint that count."""

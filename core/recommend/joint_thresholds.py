@@ -96,7 +96,8 @@ def recommend_joints(
 
     def of_joint(joint: str) -> tuple[RecommendedRule, JointEvidence]:
         data = evidence.of_joint(joint)
-        found = joint_evidence(data, persistence_s)
+        n = max((persistence_samples(persistence_s, d.period_s) for d in data), default=1)
+        found = tail_evidence(evidence.peaks(joint, persistence_s), n)
         factors = _OTHERS if others and found.tail is not None else ()
         tried = [joint_evidence(data, factor * persistence_s, tested=False) for factor in factors]
         return _rule(found, data, asked, _falling([found, *tried], asked)), found

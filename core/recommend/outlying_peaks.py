@@ -15,12 +15,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.special_functions import fisher_tail
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
-from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks, declustered_peaks
+from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks
 
 #: Chance that any peak of a clean joint is called an outlier.
 _CHANCE = 1e-3
@@ -53,8 +52,7 @@ def outlying_stretches(evidence: ArmEvidence, persistence_s: float) -> tuple[Lef
     together: list[dict[int, dict[str, float]]] = [{} for _ in evidence.logs]
 
     def peaks_of(joint: str) -> SustainedPeaks:
-        data = evidence.of_joint(joint)
-        return declustered_peaks(data, [persistence_samples(persistence_s, d.period_s) for d in data])
+        return evidence.peaks(joint, persistence_s)
 
     for joint, peaks in by_name(peaks_of, evidence.joints).items():
         logs = [k for k, log in enumerate(evidence.logs) if joint in log.watched]
@@ -98,6 +96,8 @@ def _together(logs: Sequence[Mapping[int, Mapping[str, float]]]) -> list[tuple[i
 
 def without_outliers(evidence: ArmEvidence, stretches: Sequence[LeftOutStretch]) -> ArmEvidence:
     """The evidence without suspicious stretches, in logs of which nobody said what was contact."""
+    if not stretches:
+        return evidence
     logs = tuple(
         log if log.contact_known else log.without([s for s in stretches if s.log == log.name]) for log in evidence.logs
     )

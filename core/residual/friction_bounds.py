@@ -84,11 +84,11 @@ def friction_bounds(
         travel_rad: travel after which friction is steady.
         load_nm: (n,) size of the torque on the gear, for a law that goes with it; None to leave that out.
     """
+    slowest = rest_below(law, slow)
+    steady, travel = Travel.of(series, j, velocity).settled(series, velocity, slowest, travel_rad)
     sliding = law.torque(velocity)
     if load_nm is not None and law.load is not None:
         sliding = sliding + load_torque(law.load, load_nm, velocity)
-    slowest = rest_below(law, slow)
-    steady, travel = Travel.of(series, j, velocity).settled(series, velocity, slowest, travel_rad)
     if not np.isfinite(sliding.sum()):
         steady &= np.isfinite(sliding)
     k = np.flatnonzero(~steady)
@@ -173,8 +173,12 @@ class Travel:
                 continue
             s = segment.slice
             resting, cumulated = _resting(velocity[s], slowest), self.way[s]
-            starts = np.flatnonzero(resting | self.turned[s])
-            np.subtract(cumulated, np.repeat(cumulated[starts], np.diff(starts, append=cumulated.size)), out=travel[s])
+            starts = np.flatnonzero(resting | self.turned[s])  # the first sample is one
+            for block in blocks(cumulated.size):
+                first, last = np.searchsorted(starts, (block.start, block.stop))
+                since = starts[max(first - 1, 0) : last]
+                count = np.diff(np.maximum(since, block.start), append=block.stop)
+                np.subtract(cumulated[block], np.repeat(cumulated[since], count), out=travel[s][block])
             np.greater_equal(travel[s], travel_rad, out=steady[s])
             steady[s] &= ~resting
         return steady, travel

@@ -2,7 +2,7 @@
 
 A pure force F on the robot at the origin of the isolated link's frame gives residuals tau_e = -J_v(q)^T F (tau_e of
 eq. (5) is what the drives bring up against it). With k joints up to that link this is k equations for three
-unknowns. Directions whose singular value is small are not seen by any joint, and are named instead of guessed.
+unknowns (:mod:`force_fit`). Directions that no joint sees are named instead of guessed.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.contacts.force_fit import Directions, ForceFit
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
@@ -19,11 +20,9 @@ from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, robust_sd
+from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
-#: Lever arms below this (m) see a force too faintly to say anything.
-_BLIND_M = 0.03
 #: A contact is somewhere on its link, not at its origin (m, standard deviation of its lever arm about an axis): the
 #: torque that this adds is no misfit.
 _OFF_ORIGIN_M = 0.05
@@ -118,37 +117,31 @@ def estimate_force(
     state, judged = run.detected.state[sample], at.judged
     usable = [j for j, joint in enumerate(judged) if state[j] == State.JUDGED or joint in names]
     torque = known.torque_nm(sample)
-    solutions = []
-    for k in range(outer, len(robot.joint_names)):
+    fits: list[ForceFit] = []
+    for k, link in enumerate(at.links[outer:], outer):
         used = [j for j in usable if at.columns[j] <= k]
-        solution = _at_link(at, at.links[k], used, torque[used], known.noise_nm[used], sample)
-        if solution is not None:
-            solutions.append(solution)
-    if not solutions or solutions[0][0].frame != frame:
+        fit = None if link is None else _at_link(at, link, used, torque[used], known.noise_nm[used], sample)
+        if fit is not None:
+            fits.append(fit)
+    if not fits or fits[0].frame != frame:
         return None
-    own, misfit = solutions[0]
-    fitting = [force for force, worse in solutions[1:] if worse <= misfit + _CHI2]
+    near = [fit for fit in fits[1:] if fit.misfit <= fits[0].misfit + _CHI2]
+    own, *fitting = [fit.described(at.rotation(fit.frame, sample)) for fit in (fits[0], *near)]
     intervals = [own.size_ci95_n, *(force.size_ci95_n for force in fitting)]
     span = (min(i[0] for i in intervals), max(i[1] for i in intervals))
     return replace(own, size_ci95_n=span, may_be_at=tuple(force.frame for force in fitting))
 
 
 def _at_link(
-    at: LookedAt, frame: str | None, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
-) -> tuple[ContactForce, float] | None:
-    """The force as if it acted at a link's frame, and the weighted squared misfit over the judged joints that count."""
-    if frame is None:
-        return None
+    at: LookedAt, frame: str, used: Sequence[int], torque: FloatArray, noise: FloatArray, sample: int
+) -> ForceFit | None:
+    """As if the force acted on a link near its frame; None where no judged joint that counts sees any."""
     arm = np.ascontiguousarray(at.lever_arms(frame, sample)[:, [at.columns[j] for j in used]].T)
-    directions = _Directions.of(arm)
+    directions = Directions.of(arm)
     if directions is None:
         return None
-    rotation = at.rotation(frame, sample)
-    force = _solve(arm, directions, torque, noise, rotation, frame)
-    noise = np.hypot(noise, _OFF_ORIGIN_M * force.size_n)
-    force = _solve(arm, directions, torque, noise, rotation, frame)
-    left = torque + arm @ (rotation.T @ np.array(force.force_n))
-    return force, float(np.sum((left / np.maximum(noise, 1e-3)) ** 2))
+    size_n = ForceFit.of(frame, arm, directions, torque, noise).size_n
+    return ForceFit.of(frame, arm, directions, torque, np.hypot(noise, _OFF_ORIGIN_M * size_n))
 
 
 def _window(prepared: Prepared, sample: int) -> slice:
@@ -168,55 +161,3 @@ def _noise(run: DetectorRun, j: int, residual: Callable[[slice], FloatArray]) ->
         first += here.size
     unknown = np.isnan(x)
     return robust_sd(x[~unknown] if unknown.any() else x)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Directions:
-    """Directions of a force in a frame's axes: (k, 3) those that some joint sees, and (3 - k, 3) the others."""
-
-    seen: FloatArray
-    blind: FloatArray
-
-    @classmethod
-    def of(cls, arm: FloatArray) -> _Directions | None:
-        """Of lever arms (joints, 3); None where nothing is seen."""
-        if arm.size == 0:
-            return None
-        _, lengths, directions = np.linalg.svd(arm)
-        if lengths[0] < _BLIND_M:
-            return None
-        size = np.concatenate([lengths, np.zeros(3 - lengths.size)])
-        return cls(directions[size >= _BLIND_M], directions[size < _BLIND_M])
-
-
-def _solve(
-    arm: FloatArray, directions: _Directions, torque: FloatArray, noise: FloatArray, rotation: FloatArray, frame: str
-) -> ContactForce:
-    """Weighted least squares over the directions that are seen."""
-    weight, seen = 1.0 / np.maximum(noise, 1e-3), directions.seen
-    reduced = (arm @ seen.T) * weight[:, None]
-    inverse = np.linalg.pinv(reduced)
-    # tau_e is what the drives bring up: the force on the robot is its negative.
-    amount = -(inverse @ (torque * weight))
-    force = seen.T @ amount
-    misfit = torque + arm @ force
-    spare = torque.size - seen.shape[0]
-    inflate = max(1.0, float(np.sqrt(np.sum((misfit * weight) ** 2) / spare))) if spare > 0 else 1.0
-    covariance = inflate**2 * (inverse @ inverse.T)
-    in_base = rotation @ force
-    spread = rotation @ seen.T @ covariance @ seen @ rotation.T
-    blind = [rotation @ d for d in directions.blind]
-    total = float(np.linalg.norm(force))
-    along = amount / total if total > 0 else np.ones_like(amount) / np.sqrt(amount.size)
-    width = STANDARD_ERRORS_95 * float(np.sqrt(along @ covariance @ along))
-    hidden = [any(abs(b[axis]) > 0.5 for b in blind) for axis in range(3)]
-    half = [None if hidden[i] else STANDARD_ERRORS_95 * float(np.sqrt(spread[i, i])) for i in range(3)]
-    return ContactForce(
-        frame=frame,
-        force_n=(float(in_base[0]), float(in_base[1]), float(in_base[2])),
-        ci95_n=(half[0], half[1], half[2]),
-        size_n=total,
-        size_ci95_n=(max(0.0, total - width), total + width),
-        blind=tuple((float(b[0]), float(b[1]), float(b[2])) for b in blind),
-        misfit_nm=float(np.sqrt(np.mean(misfit**2))),
-    )

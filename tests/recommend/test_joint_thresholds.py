@@ -231,6 +231,15 @@ def test_windows_that_count_are_told_from_the_runs_of_clean_samples(n: int, leng
         assert data.windows_by_block(n, length).tolist() == expected
 
 
+def test_peaks_are_found_once_for_a_persistence() -> None:
+    evidence = gather_evidence([audit_of(coloured(3, 20.0))])
+    peaks = evidence.peaks("joint1", 0.026)
+    assert evidence.peaks("joint1", 0.026) is peaks
+    for persistence_s, n in ((0.026, 13), (0.052, 26)):
+        expected = declustered_peaks(evidence.of_joint("joint1"), [n])
+        np.testing.assert_array_equal(evidence.peaks("joint1", persistence_s).level_nm, expected.level_nm)
+
+
 def test_peaks_are_apart() -> None:
     x = np.zeros(5000)
     x[990:1020] = 3.0  # across the border of two seconds' blocks: one peak

@@ -13,19 +13,32 @@ from collaudit.core.numeric.stats import robust_sd
 _PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
 
 
-def _comb_error(stamps: FloatArray, places: IntArray, period: float) -> FloatArray:
-    """Deviation of stamps from the best comb of this period, s."""
+def comb_error(stamps: FloatArray, places: IntArray, period: float) -> FloatArray:
+    """(m,) deviation of stamps from the best comb of this period, s."""
     off = stamps - period * places
-    return np.asarray(off - np.median(off))
+    off -= np.median(off)
+    return off
 
 
-def snaps(stamps: FloatArray, places: IntArray, position: FloatArray, order: IntArray, period: float) -> bool:
+def _farthest(off: FloatArray) -> float:
+    return float(max(off.max(), -off.min()))
+
+
+def snaps(
+    off: FloatArray, stamps: FloatArray, places: IntArray, position: FloatArray, order: IntArray, period: float
+) -> bool:
     """Whether samples were taken evenly, whatever their stamps say.
 
     Judged by which time axis predicts each position better from its four neighbours (a cubic through
     them): an arm has inertia, so the true axis is the one on which it moves smoothly.
+
+    Args:
+        off: (m,) of the stamps, as of :func:`comb_error`.
+        stamps: (m,) s; places: (m,) of each in its stretch.
+        position: (n, j); order: (m,) rows of it.
+        period: s.
     """
-    error = float(np.max(np.abs(_comb_error(stamps, places, period))))
+    error = _farthest(off)
     if error < _PERIODIC_SHARE * period:
         return True
     if error > 0.5 * period:
@@ -54,18 +67,17 @@ def _roughness(t: FloatArray, position: FloatArray) -> float:
 
 
 def jitter_finding(
-    stamps: FloatArray, places: IntArray, raw: Sequence[Span], snap: tuple[bool, ...], period: float, weak: str
+    errors: Sequence[FloatArray], raw: Sequence[Span], snap: tuple[bool, ...], period: float, weak: str
 ) -> list[Finding]:
     """How far stamps scatter about the period, and how the even time base was made.
 
     Args:
-        stamps: (m,) s; places: (m,) of each in its stretch.
+        errors: of each stretch's stamps, as of :func:`comb_error`.
         raw: the stretches; snap: which of them count as evenly sampled.
         period: s.
         weak: why the motion does not show a steady clock, where that was looked for.
     """
-    errors = [_comb_error(stamps[s.slice], places[s.slice], period) for s in raw]
-    worst = max(float(np.max(np.abs(error))) for error in errors)
+    worst = max(_farthest(error) for error in errors)
     if worst < 0.02 * period:
         return []
     # of neighbours: a clock that drifts against another for minutes does not jitter

@@ -132,6 +132,8 @@ def _stuck(x: FloatArray, judged: BoolArray, moving: BoolArray, period: float) -
     np.equal(x[1:], x[:-1], out=same[1:])
     starts, stops = run_bounds(same)
     least = max(_LEAST, ceil(_LEAST_S / period))
+    if not (stops - starts >= least).any():
+        return []
     counted = np.concatenate(([0], np.cumsum(same & judged)))
     length = counted[stops] - counted[starts]
     if not (length >= least).any():

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.conditioning.lost_samples import bridged_findings, bridged_steps
-from collaudit.core.conditioning.stamp_jitter import jitter_finding, snaps
+from collaudit.core.conditioning.stamp_jitter import comb_error, jitter_finding, snaps
 from collaudit.core.conditioning.stamp_order import clocked
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
@@ -112,13 +112,17 @@ def make_timebase(
     counts = np.where(bridged, np.maximum(np.round(steps / period), 2.0), 1.0).astype(np.int64)
     places = _places(counts, raw, order.size)
     period = _pooled_period(stamps, places, raw, period)
-    snap = tuple(snaps(stamps[s.slice], places[s.slice], position, order[s.slice], period) for s in raw)
+    errors = [comb_error(stamps[s.slice], places[s.slice], period) for s in raw]
+    snap = tuple(
+        snaps(off, stamps[s.slice], places[s.slice], position, order[s.slice], period)
+        for off, s in zip(errors, raw, strict=True)
+    )
     grid, skipped = _grid_spans(stamps, places, raw, snap, period)
     filled = _bridged(stamps, places, bridged, raw, grid, snap, period)
     inside = np.flatnonzero(bridged & (np.diff(places) > 0))
     longest = float(steps[inside].max(initial=0.0))
     findings += bridged_findings(int(counts[inside].sum()) - inside.size, inside.size, grid[-1].stop, longest)
-    findings += jitter_finding(stamps, places, raw, snap, period, weak)
+    findings += jitter_finding(errors, raw, snap, period, weak)
     return Timebase(
         order, stamps, period, grid[-1].stop, tuple(raw), tuple(grid), snap, places, filled, skipped, tuple(findings)
     )
@@ -161,6 +165,8 @@ def _bridged(
 
 def _gap_limit(steps: FloatArray, period: float, gap_factor: float) -> float:
     """A step longer than this is a gap; wider where stamps scatter, up to three periods."""
+    if steps.max() <= gap_factor * period:  # no gap, whatever the scatter
+        return gap_factor * period
     scatter = robust_sd(steps - period)
     return min(max(gap_factor * period, period + 8.0 * scatter), max(3.0, gap_factor) * period)
 

@@ -170,9 +170,11 @@ def _choose(
     zero = moving & (logged == 0.0)
     if np.count_nonzero(zero) == np.count_nonzero(moving):
         return derive(f"The logged velocity of joint '{joint}' is zero while it moves")
-    said, meant = compare[moving], smooth[moving]
-    speed = float(np.sqrt(np.mean(meant**2)))
-    error = float(np.sqrt(np.mean((said - meant) ** 2)))
+    meant = smooth[moving]
+    apart = compare[moving]
+    apart -= meant
+    error = float(np.sqrt(np.mean(np.square(apart, out=apart))))
+    speed = float(np.sqrt(np.mean(np.square(meant, out=meant))))
     if error > _DISAGREES * speed:
         wrong = _wrong(logged, compare, smooth, derived, moving, period_s)
         if np.count_nonzero(wrong & moving) <= _FEW * np.count_nonzero(moving):
@@ -182,7 +184,8 @@ def _choose(
             )
             mixed = np.where(wrong, derived, logged)
             return mixed, [Finding("log-velocity-disagrees", "warning", text, joint=joint)]
-        gain, off = _typical(said, meant)
+        meant = smooth[moving]
+        gain, off = _typical(compare[moving], meant)
         degrees = abs(gain / 57.29578 - 1.0) < 0.1
         guess = " (degrees per second?)" if degrees else ""
         return derive(

@@ -72,7 +72,10 @@ def friction_signs(
     effort, velocity = series.effort, series.velocity_rad_s
 
     def one(j: int) -> FrictionSign | None:
-        known = model_torque[:, j] if contact_nm is None else model_torque[:, j] + np.nan_to_num(contact_nm[:, j])
+        known = model_torque[:, j].copy()
+        if contact_nm is not None:
+            for block in blocks(known.size):
+                known[block] += np.nan_to_num(contact_nm[block, j])
         rate, told = np.empty(known.size), ~series.edge
         for block in blocks(known.size):
             rate[block] = slope_between(known, series.segments, series.period_s, block.start, block.stop)

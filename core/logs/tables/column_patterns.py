@@ -32,6 +32,7 @@ class Found:
     unit: str = ""
 
 
+@lru_cache(maxsize=4096)
 def bare(name: str) -> str:
     """A column name without a list mark in front and a unit behind."""
     text = name.strip()
@@ -40,6 +41,7 @@ def bare(name: str) -> str:
     return _UNIT.sub("", text)
 
 
+@lru_cache(maxsize=4096)
 def unit_of(name: str) -> str | None:
     """The unit in a column name such as ``q1 [deg]``, or None."""
     match = _UNIT.search(name.strip())
@@ -111,6 +113,7 @@ def column_index(names: Sequence[str], key: str | int) -> int | None:
     return None
 
 
+@lru_cache(maxsize=4096)
 def without_unit(name: str) -> str:
     """A column name without a list mark in front and a unit behind, with its path and a number in brackets."""
     text = name.strip()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 Role = Literal[
@@ -131,6 +132,7 @@ def words_of(text: str) -> list[str]:
     return words[1:] if words[:2] == ["x", "joint"] else words
 
 
+@lru_cache(maxsize=4096)
 def meaning_of(stem: str) -> Meaning | None:
     """What the columns of a stem are; None where a word is unknown.
 

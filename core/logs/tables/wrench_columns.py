@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 _AXES = "xyz"
 _FORCE = frozenset({"f", "force", "forces", "kraft"})
@@ -47,6 +48,7 @@ def _by_axes(names: Sequence[str]) -> Iterator[WrenchColumns]:
             yield WrenchColumns(tuple(name for name in six if name is not None), bool(_ESTIMATED.search(rest)))
 
 
+@lru_cache(maxsize=4096)
 def _kind_and_axis(name: str) -> tuple[str, str, str] | None:
     """What remains of a name without its kind and axis, the kind, the axis."""
     words = re.findall(r"[a-z]+|\d+", re.sub(r"[\[(].*$", "", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)).lower())

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import CodeType, SimpleNamespace
 from typing import Any
 
 import log_writers as w
@@ -12,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
+from rosbags.serde import cdr, ros1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.core.logs.messages.decoded_columns import Decoded, Group, GroupKey
@@ -29,6 +32,22 @@ NUMBERS = {
 BASES = (*NUMBERS, "string")
 FIELD = st.tuples(st.sampled_from(BASES), st.sampled_from(["", "", "[]", "[3]", "[0]", "[<=4]"]))
 LENIENT = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled_once() -> Iterator[None]:
+    """rosbags writes twelve functions a type and compiles them: half of the time here, unless equal ones are shared."""
+    compiled: Callable[[str], CodeType] = lru_cache(2000)(lambda text: compile(text, "rosbags", "exec"))
+
+    def compile_lines(lines: list[str]) -> Any:
+        names: dict[str, Any] = {}
+        exec(compiled("\n".join(lines)), names)
+        return SimpleNamespace(**names)
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (cdr, ros1):
+            patch.setattr(module, "compile_lines", compile_lines)
+        yield
 
 
 @dataclass(frozen=True)

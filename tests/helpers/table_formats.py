@@ -80,7 +80,7 @@ FORMATS: dict[str, Callable[[Path, Columns], None]] = {
     "semicolon.csv": lambda path, columns: text(path, columns, ";", ","),
     "blanks.csv": lambda path, columns: text(path, columns, " "),
     "run.csv.gz": packed(gzip.compress),
-    "run.csv.bz2": packed(bz2.compress),
+    "run.csv.bz2": packed(lambda data: bz2.compress(data, 1)),
     "run.csv.xz": packed(lambda data: lzma.compress(data, preset=0)),
     "run.csv.zst": packed(lambda data: pa.Codec("zstd").compress(data, asbytes=True)),
     "run.zip": zipped,

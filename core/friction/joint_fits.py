@@ -17,7 +17,7 @@ from collaudit.core.friction.friction_points import points_and_sums
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
 from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
 from collaudit.core.friction.parameter_units import FrictionUnits
-from collaudit.core.friction.sections import find_sections
+from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -52,11 +52,10 @@ def fit_joints(
     for number, log in enumerate(prepared):
         part = stage(progress, 0.45 * number / len(prepared), 0.45 * (number + 1) / len(prepared))
         found = find_sections(log.series, config.sections, stage(part, 0.0, 0.75))
-        for joint in log.judged:
+        at_constant_speed = by_name(partial(_of_sections, log=log, found=found, config=config), log.judged)
+        for joint, (seen, both) in at_constant_speed.items():
             counts[joint] += len(found.of(joint))
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
-            torque = _model_in_effort_unit(log, joint)
-            seen, both = points_and_sums(log.series, found.of(joint), torque, config.friction)
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
     # Threads for the passes over all samples only: fits are many small steps, in which threads wait for each other.
@@ -98,6 +97,13 @@ def _fit_joint(
         needed = tuple(f"{text} on joint '{joint}'" for text in known.motion_needed)
         fit = replace(fit, identifiability=replace(known, motion_needed=needed))
     return replace(fit, section_count=counts[joint], rejected=lost, rmse_share=share)
+
+
+def _of_sections(
+    joint: str, log: Prepared, found: SectionSet, config: Config
+) -> tuple[tuple[FrictionPoint, ...], tuple[PairSum, ...]]:
+    """Points of a joint's constant speeds, and what pairs of them leave of the model's torque."""
+    return points_and_sums(log.series, found.of(joint), _model_in_effort_unit(log, joint), config.friction)
 
 
 def _loose_points(joint: str, prepared: Sequence[Prepared], config: Config) -> list[FrictionPoint]:

@@ -78,17 +78,14 @@ def motion_samples(prepared: Prepared, joint: str) -> MotionSamples | None:
     if sensed(prepared, joint):  # as noisy as the effort
         known = low_pass(known[:, None], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
     effort = low_pass(series.effort[:, j : j + 1], series.segments, series.period_s, series.bandwidth_hz)[:, 0]
-    v = series.velocity_rad_s[:, j]
-    rows = _settled_rows(series, j)
-    direction = np.sign(v[rows])
-    friction = direction * (effort[rows] - known[rows])
-    if not np.isfinite(friction.sum()):
-        finite = np.isfinite(friction)
-        rows, direction, friction = rows[finite], direction[finite], friction[finite]
+    unexplained = np.subtract(effort, known, out=effort)
+    rows = _settled_rows(series, j, unexplained)
     if rows.size == 0:
         return None
+    velocity = series.velocity_rad_s[:, j][rows]
+    direction = np.sign(velocity)
     second = np.floor(series.time_s[rows] / _STRETCH_S).astype(np.int64)
-    return MotionSamples(rows, np.abs(v[rows]), direction, friction, numbered(second))
+    return MotionSamples(rows, np.abs(velocity), direction, direction * unexplained[rows], numbered(second))
 
 
 def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None) -> tuple[FrictionPoint, ...]:
@@ -178,23 +175,21 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
     heat = None if series.temperature_c is None else series.temperature_c[:, j]
     if heat is not None and not np.isfinite(heat).any():
         heat = None
-    rows = _settled_rows(series, j)
     known = prepared.rigid_nm[:, j]
     if prepared.contact_nm is not None:
         known = known + prepared.contact_nm[:, j]
-    friction, torque = law.torque(v[rows]), known[rows]
-    left = series.effort[rows, j] - torque - friction
-    there = np.isfinite(left) if heat is None else np.isfinite(left) & np.isfinite(heat[rows])
-    if not there.all():
-        rows, friction, torque, left = rows[there], friction[there], torque[there], left[there]
-    if rows.size == 0:
+    rows = _settled_rows(series, j, series.effort[:, j], known, *([] if heat is None else [heat]))
+    velocity, torque = v[rows], known[rows]
+    friction = law.torque(velocity)
+    left = series.effort[:, j][rows] - torque - friction
+    if rows.size == 0 or not np.isfinite(left.sum()):
         return None
     return Settled(
         time_s=series.time_s[rows],
-        position=series.position_rad[rows, j],
+        position=series.position_rad[:, j][rows],
         residual=left,
         friction=friction,
-        speed=np.abs(v[rows]),
+        speed=np.abs(velocity),
         torque_rate=np.nan_to_num(differentiate(known, series.segments, series.period_s)[rows]),
         load=np.abs(torque),
         temperature=None if heat is None else heat[rows],
@@ -202,10 +197,19 @@ def settled_residual(prepared: Prepared, joint: str, law: FrictionModel) -> Sett
     )
 
 
-def _settled_rows(series: UniformSeries, j: int) -> IntArray:
-    """Samples at which a joint has moved one way for a while and will for a while longer, with an effort to go by."""
+def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArray:
+    """Samples at which a joint has moved one way for a while, and will, and all that is needed is known.
+
+    Args:
+        series: the log.
+        j: the joint's column.
+        needed: (n,) each.
+    """
     settled = _settled(series.velocity_rad_s[:, j], round(_SETTLED_S / series.period_s))
     settled &= ~(series.edge | series.saturated[:, j])
+    for block in blocks(settled.size):
+        for column in needed:
+            settled[block] &= np.isfinite(column[block])
     return np.flatnonzero(settled)
 
 

@@ -162,7 +162,7 @@ def test_loose_messages_are_read_in_windows_by_several_threads(
 ])  # fmt: skip
 def test_messages_of_a_channel_are_found_whether_topics_take_turns_or_not(channel: list[int]) -> None:
     numbers = np.array(channel, dtype=np.int64)
-    found = mcap_file._by_channel(numbers)
+    found = mcap_chunk._places(numbers)
     assert [number for number, _ in found] == sorted(set(channel))
     for number, places in found:
         np.testing.assert_array_equal(np.arange(len(channel))[places], np.flatnonzero(numbers == number))

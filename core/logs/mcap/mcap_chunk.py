@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.logs.mcap.mcap_run import MESSAGE
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MESSAGE_HEAD, SCHEMA, chunk_records
 from collaudit.core.logs.storage.message_places import ascending, gather
-from collaudit.core.logs.storage.records import ByteArray
+from collaudit.core.logs.storage.records import Batch, ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
@@ -17,6 +17,9 @@ _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "
 #: What chunks hold (mcap.dev/spec). So many other records are passed over, and so many schemas and channels taken.
 _OF_CHUNKS = (SCHEMA, CHANNEL, MESSAGE)
 _MOST_FOREIGN, _MOST_OTHERS = 10_000, 1 << 18
+
+#: Messages after which a turn of topics is looked for to begin again.
+_LONGEST_TURN = 16
 
 Heads = np.ndarray[tuple[int], np.dtype[np.void]]
 
@@ -41,6 +44,19 @@ class Located:
     publish_ns: IntArray
     others: tuple[tuple[int, int, int], ...]
     rest: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sorted:
+    """Messages by their channels.
+
+    Attributes:
+        counts: channel to how many of its messages were found, in order of their numbers.
+        batches: the messages of the channels that are wanted.
+    """
+
+    counts: dict[int, int]
+    batches: list[Batch]
 
 
 def locate(data: bytes, index_offsets: IntArray) -> Located:
@@ -125,3 +141,34 @@ def located_of(
         others=others,
         rest=rest,
     )
+
+
+def by_channel(data: ByteArray, located: Located, wanted: frozenset[int]) -> Sorted:
+    """Sort messages by channel.
+
+    Args:
+        data: the bytes they lie in.
+        located: where.
+        wanted: channels whose messages are handed on; those of others are counted.
+    """
+    out = Sorted({}, [])
+    for number, mine in _places(located.channel):
+        start = located.start[mine]
+        out.counts[number] = start.shape[0]
+        if number in wanted:
+            times = located.log_ns[mine], located.publish_ns[mine]
+            out.batches.append(Batch(number, data, start, located.length[mine], *times))
+    return out
+
+
+def _places(channel: IntArray) -> list[tuple[int, slice | IntArray]]:
+    """Each channel met, in order of their numbers, with the places of its messages.
+
+    Recorders mostly write the same topics in turn: their messages are then a slice each.
+    """
+    head = channel[: _LONGEST_TURN + 1].tolist()
+    turn = head.index(head[0], 1) if head and head[0] in head[1:] else len(head)
+    if len(set(head[:turn])) == turn and (channel[turn:] == channel[:-turn]).all():
+        return [(head[place], slice(place, None, turn)) for place in sorted(range(turn), key=lambda place: head[place])]
+    numbers = np.flatnonzero(np.bincount(channel)).tolist()
+    return [(number, np.flatnonzero(channel == number)) for number in numbers]

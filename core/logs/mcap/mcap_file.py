@@ -5,23 +5,22 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from collaudit.core.logs.mcap.mcap_chunk import Located, heads_of, locate, located_of
+from collaudit.core.logs.mcap.mcap_chunk import Located, Sorted, by_channel, heads_of, locate, located_of
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.noted_file import NotedFile
-from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, MessageReader, Progress
+from collaudit.core.logs.storage.records import Batch, Channel, MessageReader, Progress
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
 _WINDOW = 1 << 20
-#: Messages after which a turn of topics is looked for to begin again.
-_LONGEST_TURN = 16
 #: Chunks are unpacked ahead of who reads them, as many as fit the second-level caches of two cores and not more than so
 #: many: what had to come from memory again took a tenth of the time of reading.
 _AHEAD_BYTES, _AHEAD = 1 << 22, 8
@@ -29,11 +28,15 @@ _AHEAD_BYTES, _AHEAD = 1 << 22, 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Chunk:
-    """A chunk's decompressed records and where its messages lie; ``problem`` says what was wrong with it."""
+    """A chunk's decompressed records, where its messages lie, and those that are wanted.
+
+    ``problem`` says what was wrong with it.
+    """
 
     ref: ChunkRef
     data: bytes
     located: Located
+    sorted: Sorted
     problem: str | None
 
 
@@ -73,12 +76,13 @@ class McapFile(NotedFile):
         summarised = bool(self.index.channels) and not after_all
         return bool(named - set(self.index.channels)) or (blind and not summarised)
 
-    def _load(self, ref: ChunkRef) -> _Chunk:
-        """Read and decompress a chunk, and find its messages; runs in a thread."""
+    def _load(self, ref: ChunkRef, wanted: frozenset[int] = frozenset()) -> _Chunk:
+        """Read and decompress a chunk, and find its messages and those of the wanted channels; runs in a thread."""
         if ref.extent:
             found = looked_up(self.file, ref)
             if found is None:
-                return _Chunk(ref, b"", locate(b"", np.empty(0, np.int64)), "it is not what the summary says of it")
+                nothing = locate(b"", np.empty(0, np.int64))
+                return _Chunk(ref, b"", nothing, Sorted({}, []), "it is not what the summary says of it")
             ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
         unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self._most())
@@ -92,7 +96,8 @@ class McapFile(NotedFile):
         parts = [self.file.read(at, size) for _, at, size in ref.index] if data else []
         pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
         offsets = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
-        return _Chunk(ref, data, locate(data, offsets), problem)
+        located = locate(data, offsets)
+        return _Chunk(ref, data, located, by_channel(np.frombuffer(data, dtype=np.uint8), located, wanted), problem)
 
     def _records(self, chunk: _Chunk) -> None:
         for op, at, length in chunk.located.others:
@@ -107,9 +112,10 @@ class McapFile(NotedFile):
         self._take_chunks([ref.size for ref in chunks if ref.compression])
         self.file.expect([(ref.at, ref.extent) for ref in chunks if ref.extent])
         largest = max((ref.size for ref in chunks), default=1)
-        for chunk in ordered_map(self._load, chunks, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
+        load = partial(self._load, wanted=wanted)
+        for chunk in ordered_map(load, chunks, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
             self._judge(chunk)
-            yield from self._split(np.frombuffer(chunk.data, dtype=np.uint8), chunk.located, wanted)
+            yield from self._counted(chunk.sorted)
             if progress is not None:
                 progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
         yield from self._loose(wanted, progress)
@@ -128,36 +134,34 @@ class McapFile(NotedFile):
         if chunk.problem is None and located.rest:
             self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
 
-    def _split(self, data: ByteArray, located: Located, wanted: frozenset[int]) -> Iterator[Batch]:
-        for number, mine in _by_channel(located.channel):
-            start = located.start[mine]
-            self._read_counts[number] = self._read_counts.get(number, 0) + start.shape[0]
+    def _counted(self, found: Sorted) -> list[Batch]:
+        """The wanted messages of a chunk or a window, after all of its messages are counted."""
+        for number, count in found.counts.items():
+            self._read_counts[number] = self._read_counts.get(number, 0) + count
             if number not in self.index.channels:
                 self._note(f"messages on channel {number}, which it does not define, were left out")
-            if number in wanted:
-                rest = located.length[mine], located.log_ns[mine], located.publish_ns[mine]
-                yield Batch(number, data, start, *rest)
+        return found.batches
 
     def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
         """Messages outside chunks, read in windows of bounded size."""
         at, size = self.index.loose.at, self.index.loose.size
 
-        def load(part: slice) -> tuple[int, ByteArray, Located | None]:
-            """Where a window's messages begin, its bytes, and where they lie in it; runs in a thread."""
+        def load(part: slice) -> tuple[int, Sorted | None]:
+            """Where the bytes of a window end, and its messages, None where bytes are gone; runs in a thread."""
             base, stop = int(at[part][0]), int(at[part][-1] + 9 + size[part][-1])
             raw = np.frombuffer(self.file.read(base, stop - base), dtype=np.uint8)
             if stop - base > raw.shape[0]:
-                return base, raw, None
+                return base + raw.shape[0], None
             offsets = at[part] - base
-            return base, raw, located_of(offsets, size[part], heads_of(raw, offsets))
+            return stop, by_channel(raw, located_of(offsets, size[part], heads_of(raw, offsets)), wanted)
 
-        for base, raw, located in ordered_map(load, _windows(at, size)):
-            if located is None:
-                self._note(f"it lost bytes from {base + raw.shape[0]} on while it was read")
+        for stop, found in ordered_map(load, _windows(at, size)):
+            if found is None:
+                self._note(f"it lost bytes from {stop} on while it was read")
                 return
-            yield from self._split(raw, located, wanted)
+            yield from self._counted(found)
             if progress is not None:
-                progress(base + raw.shape[0], self.file.size)
+                progress(stop, self.file.size)
 
     def _compare_counts(self, wanted: frozenset[int]) -> None:
         for number in sorted(wanted & set(self.index.counts)):
@@ -165,19 +169,6 @@ class McapFile(NotedFile):
             if claimed != found:
                 topic = self.index.channels[number][1] if number in self.index.channels else number
                 self._note(f"its statistics count {claimed} messages on {topic}, {found} were found")
-
-
-def _by_channel(channel: IntArray) -> list[tuple[int, slice | IntArray]]:
-    """Each channel met, in order of their numbers, with the places of its messages.
-
-    Recorders mostly write the same topics in turn: their messages are then a slice each.
-    """
-    head = channel[: _LONGEST_TURN + 1].tolist()
-    turn = head.index(head[0], 1) if head and head[0] in head[1:] else len(head)
-    if len(set(head[:turn])) == turn and (channel[turn:] == channel[:-turn]).all():
-        return [(head[place], slice(place, None, turn)) for place in sorted(range(turn), key=lambda place: head[place])]
-    numbers = np.flatnonzero(np.bincount(channel)).tolist()
-    return [(number, np.flatnonzero(channel == number)) for number in numbers]
 
 
 def _windows(at: IntArray, size: IntArray) -> list[slice]:

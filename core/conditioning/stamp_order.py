@@ -53,7 +53,7 @@ def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
                 f"Stamps ran backwards {backwards} times; samples were sorted.",
             )
         )
-    return order.astype(np.int64), findings
+    return order.astype(np.int64, copy=False), findings
 
 
 def _distinct(order: IntArray, time_s: FloatArray) -> tuple[IntArray, list[Finding]]:

@@ -193,7 +193,8 @@ def _fill_joint(
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
     beyond = exceeds(velocity, BEYOND_RANGE * law.speed_range[1])
-    friction = balance.kernel.apply(band.sliding_nm[:, None], series.segments, series.period_s)[:, 0]
+    sliding, friction = band.sliding_nm[:, None], columns.torque_nm  # where the residual will be
+    balance.kernel.apply(sliding, series.segments, series.period_s, out=friction[:, None])
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
     ripple: FloatArray | float = 0.0
     ripple_doubt_nm = 0.0
@@ -205,7 +206,7 @@ def _fill_joint(
         level = fixed_level(total.size, sd)
     else:
         level = follow_level(total - friction, friction, usable, series.period_s, sd, config.causal)
-    _take_off(total, friction, level, columns)
+    _take_off(total, level, columns)
     rows = np.flatnonzero(undecided)
     columns.uncertainty_nm[rows] = 0.0
     least, most = _span(total, band, level, around, undecided)
@@ -228,15 +229,16 @@ def _fill_joint(
     return _Filled(level, ripple_doubt_nm if isinstance(ripple, float) else 0.0, span)
 
 
-def _take_off(total: FloatArray, friction: FloatArray, level: FrictionLevel, columns: _Columns) -> None:
-    """Residual as of sliding friction at its level, and what the level's error adds to it; block by block."""
+def _take_off(total: FloatArray, level: FrictionLevel, columns: _Columns) -> None:
+    """Residual as of sliding friction at its level, in the place of that friction, and what the level's error adds."""
     for block in blocks(total.size):
-        torque, uncertainty = columns.torque_nm[block], columns.uncertainty_nm[block]
-        np.subtract(total[block], (1.0 + level.deviation[block]) * friction[block], out=torque)
-        np.abs(friction[block], out=uncertainty)
+        friction, uncertainty = columns.torque_nm[block], columns.uncertainty_nm[block]
+        np.abs(friction, out=uncertainty)
         uncertainty *= SIGMAS * level.sd[block]
         if not np.isfinite(uncertainty.sum()):
             uncertainty[~np.isfinite(uncertainty)] = 0.0
+        friction *= 1.0 + level.deviation[block]
+        np.subtract(total[block], friction, out=friction)
 
 
 def _span(

@@ -116,11 +116,11 @@ def learn_dynamic(
     for k, motion in ((1, velocity), (2, acceleration)):  # one after the other: a log's columns are large
         np.abs(motion[use], out=columns[:, k])
     del motion, acceleration
-    size = np.abs(residual)
-    size[~use] = 0.0
-    shape = dynamic_shape(size[use], columns)
+    shape = dynamic_shape(np.abs(residual[use]), columns)
     level = columns @ shape
     del columns
+    size = np.abs(residual)
+    size[~use] = 0.0
     np.divide(whole_window_minima(size, n)[use], level, out=level)
     scale = _MARGIN * max(float(np.max(level)), 1.0)
     return DynamicThreshold(*(float(scale * x) for x in shape))

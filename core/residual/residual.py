@@ -188,8 +188,9 @@ def _fill_joint(
 ) -> _Filled:
     """Residual, state and uncertainty of one joint with a friction law."""
     assert balance.total_nm is not None
-    velocity, total = (np.ascontiguousarray(x[:, j]) for x in (balance.velocity_rad_s, balance.total_nm))
+    velocity = np.ascontiguousarray(balance.velocity_rad_s[:, j])
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
+    total = np.ascontiguousarray(balance.total_nm[:, j])  # not sooner: it may be made here
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
     beyond = exceeds(velocity, BEYOND_RANGE * law.speed_range[1])

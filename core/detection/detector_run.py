@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
@@ -18,6 +19,7 @@ from collaudit.core.detection.shortest_push import shortest_pushes
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -121,12 +123,14 @@ def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[st
 
 def _spans(run: DetectorRun) -> tuple[KnownAtFew, KnownAtFew] | tuple[None, None]:
     """Least and greatest residual where friction is an interval, NaN elsewhere; in 7 digits, which are looked at."""
-    if run.residual.span_nm is None:
+    state, spans = run.detected.state, run.residual.span_nm
+    if spans is None:
         return None, None
-    state = run.detected.state
-    open_ = [np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL).astype(np.int32) for j in range(state.shape[1])]
-    least, most = (
-        KnownAtFew(state.shape[0], open_, [x.at(rows).astype(np.float32) for x, rows in zip(end, open_, strict=True)])
-        for end in zip(*run.residual.span_nm, strict=True)
-    )
-    return least, most
+
+    def of_joint(j: int) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
+        rows = np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL)
+        least, most = (end.at(rows).astype(np.float32) for end in spans[j])
+        return rows.astype(np.int32), least, most
+
+    open_, least, most = zip(*ordered_map(of_joint, range(state.shape[1])), strict=True)
+    return KnownAtFew(state.shape[0], open_, least), KnownAtFew(state.shape[0], open_, most)

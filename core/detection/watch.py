@@ -126,6 +126,8 @@ def _named(joints: tuple[str, ...], names: list[str]) -> dict[str, Watch]:
 
 def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float) -> tuple[float, float]:
     """Reversals a second and median stroke between them, rad, over the contact phases."""
+    if not contact.any():
+        return 0.0, 0.0
     count, strokes, seconds = 0, [], 0.0
     starts, stops = run_bounds(contact & np.isfinite(q) & np.isfinite(v))
     for a, b in zip(starts, stops, strict=True):

@@ -16,6 +16,7 @@ from collaudit.core.arm_states.late_drives import Friction, Gravity, low_passed
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import ordered_map
 
 #: Time constants that are tried, s: a faster one is no slower than the filters of most drives.
 _LAGS_S = np.geomspace(0.1, 8.0, 24)
@@ -98,17 +99,18 @@ def _amiss(
 ) -> list[int]:
     """Columns in motion for a while whose residual is no small share of their torque."""
     rows = _rows(series)[0]
-    out = []
-    for j, law in sorted(friction.items()):
-        speed = series.velocity_rad_s[rows, j]
-        supplied = rigid_nm[rows, j] + law(speed)
-        use = np.isfinite(drive_nm[rows, j]) & np.isfinite(supplied) & (np.abs(speed) >= MOVING_RAD_S)
+
+    def amiss(j: int) -> bool:
+        speed, drive = series.velocity_rad_s[rows, j], drive_nm[rows, j]
+        supplied = rigid_nm[rows, j] + friction[j](speed)
+        use = np.isfinite(drive) & np.isfinite(supplied) & (np.abs(speed) >= MOVING_RAD_S)
         if np.count_nonzero(use) < _LEAST_S * _RATE_HZ:
-            continue
-        left = float(np.mean(np.square((drive_nm[rows, j] - supplied)[use])))
-        if left > _AMISS * float(np.var(supplied[use])):
-            out.append(j)
-    return out
+            return False
+        left = float(np.mean(np.square((drive - supplied)[use])))
+        return left > _AMISS * float(np.var(supplied[use]))
+
+    columns = sorted(friction)
+    return [j for j, shown in zip(columns, ordered_map(amiss, columns), strict=True) if shown]
 
 
 def _rows(series: UniformSeries) -> tuple[IntArray, tuple[slice, ...]]:

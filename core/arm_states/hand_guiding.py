@@ -90,7 +90,6 @@ def hand_guiding(
         friction: sliding friction at (k,) speeds, by column; joints without it tell nothing.
     """
     columns = sorted(friction)
-    pick = np.array(columns, dtype=np.int64)
     if len(columns) < _LEAST_JOINTS:
         return []
     rows, numbers = _rows(series)
@@ -111,9 +110,15 @@ def hand_guiding(
     near = np.flatnonzero(_suspicious(rest, speed, block, usual))
     if near.size == 0:
         return []
-    weight = gravity(series.position_rad[rows[near]])[:, columns]
-    expected, rest = own[near] + rigid_nm[np.ix_(rows[near], pick)] - weight, rest[near]
-    sums = _sums(block[near], _count(block), speed[near], expected, rest + expected, rest)
+    weight, at = gravity(series.position_rad[rows[near]]), rows[near]
+
+    def joint_sums(place: int) -> list[FloatArray]:
+        j = columns[place]
+        expected = own[near, place] + rigid_nm[at, j] - weight[:, j]
+        return _sums(block[near], _count(block), speed[near, place], expected, rest[near, place])
+
+    by_joint = list(ordered_map(joint_sums, range(len(columns))))
+    sums = _Blocks(*(np.stack(parts, axis=1) for parts in zip(*by_joint, strict=True)))
     mask, telling = _guided(sums, usual)
     least = round(_LEAST_S / _BLOCK_S)
     found = [
@@ -162,14 +167,14 @@ def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
     return out
 
 
-def _sums(
-    block: IntArray, blocks: int, speed: FloatArray, expected: FloatArray, drive: FloatArray, rest: FloatArray
-) -> _Blocks:
+def _sums(block: IntArray, blocks: int, speed: FloatArray, expected: FloatArray, rest: FloatArray) -> list[FloatArray]:
+    """Of one joint's samples (k,): each of :class:`_Blocks`, (b,)."""
+    drive = rest + expected
     use = np.isfinite(expected) & np.isfinite(drive)
     moving = use & (np.abs(speed) >= MOVING_RAD_S)
     s, y = (np.where(moving, x, 0.0) for x in (expected, drive))
     parts = (use, moving, s * s, s * y, y * y, np.where(moving, -rest * speed, 0.0))
-    return _Blocks(*(_total(block, blocks, part) for part in parts))
+    return [np.asarray(np.bincount(block, part, blocks), dtype=np.float64) for part in parts]
 
 
 def _guided(sums: _Blocks, noise: FloatArray) -> tuple[BoolArray, BoolArray]:

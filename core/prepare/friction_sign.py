@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collaudit.core.data.columns import Slope
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
-from collaudit.core.numeric.filters import slope_between
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort_gain import EffortGain
 
@@ -72,20 +72,16 @@ def friction_signs(
     effort, velocity = series.effort, series.velocity_rad_s
 
     def one(j: int) -> FrictionSign | None:
-        known = model_torque[:, j].copy()
-        if contact_nm is not None:
-            for block in blocks(known.size):
-                known[block] += np.nan_to_num(contact_nm[block, j])
-        rate, told = np.empty(known.size), ~series.edge
-        for block in blocks(known.size):
-            rate[block] = slope_between(known, series.segments, series.period_s, block.start, block.stop)
-            told[block] &= np.isfinite(effort[block, j] + known[block] + rate[block])
-            told[block] &= np.abs(velocity[block, j]) > MOVING_RAD_S
+        known = model_torque[:, j] if contact_nm is None else model_torque[:, j] + np.nan_to_num(contact_nm[:, j])
+        rates = Slope(known[:, None], series.segments, series.period_s)
+        told = exceeds(velocity[:, j], MOVING_RAD_S) & ~series.edge
+        if not np.isfinite(effort[:, j].sum() + known.sum()):
+            told &= np.isfinite(effort[:, j] + known + rates[:, 0])
         use = np.flatnonzero(told)
         use = use[:: max(1, use.size // _MAX_SAMPLES)]
         second = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
         v = velocity[use, j]
-        columns = np.column_stack([np.ones_like(v), known[use], rate[use], np.sign(v), v])
+        columns = np.column_stack([np.ones_like(v), known[use], rates[use, 0], np.sign(v), v])
         return _sign(series.joint_names[j], columns, effort[use, j], second)
 
     return tuple(found for found in ordered_map(one, range(len(series.joint_names))) if found is not None)

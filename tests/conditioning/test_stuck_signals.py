@@ -54,6 +54,14 @@ def test_a_stuck_effort_is_missing_for_its_span_only() -> None:
     assert np.isnan(found.effort[:, 1]).sum() == 200
 
 
+def test_the_shortest_stuck_stretch_takes_50_ms() -> None:
+    least = round(0.05 / PERIOD)
+    for length, said in ((least, ["sensor-stuck"]), (least - 1, [])):
+        effort = swinging().effort.copy()  # type: ignore[union-attr]
+        effort[2000 : 2000 + length, 1] = effort[1999, 1]
+        assert codes(without_stuck(changed(swinging(), effort=effort))) == said
+
+
 def test_all_efforts_stuck_are_missing_of_joints_at_rest_too() -> None:
     log = swinging()
     q, v, effort = log.position_rad.copy(), log.velocity_rad_s.copy(), log.effort.copy()  # type: ignore[union-attr]

@@ -97,3 +97,13 @@ def test_short_pieces_between_gaps_are_said_to_be_lost() -> None:
     base = make_timebase(t, smooth_motion(t), 1.8)
     assert len(base.grid) == 2
     assert "time-too-short" in codes(base)
+
+
+@pytest.mark.parametrize(("longest", "gaps"), [(1.55, 0), (2.0, 0), (3.5, 1)])
+def test_where_stamps_scatter_a_gap_is_longer(longest: float, gaps: int) -> None:
+    """Eight times a scatter of 15 % makes a step of twice the period none, where 1.5 periods would be one otherwise."""
+    steps = T * (1.0 + np.random.default_rng(3).normal(0.0, 0.15, 2000).clip(-0.4, 0.4))
+    steps[1000] = longest * T
+    t = np.concatenate(([0.0], np.cumsum(steps)))
+    found = [finding for finding in make_timebase(t, smooth_motion(t), 1.5).findings if finding.code == "time-gap"]
+    assert len(found) == gaps

@@ -149,6 +149,8 @@ def _period(passed: FloatArray) -> tuple[float, float]:
     """The period that times are multiples of, s, and their spread about its multiples, in periods."""
     period = float(np.median(passed))
     for _ in range(5):
+        if period == 0.0:  # most samples do not move
+            return period, float("inf")
         whole = np.round(passed / period)
         use = (whole >= 1) & (whole <= _MOST_PERIODS) & (np.abs(passed / period - whole) < _UNCLEAR)
         if not use.any():

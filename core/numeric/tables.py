@@ -22,8 +22,7 @@ from numpy.typing import DTypeLike, NDArray
 #: So many tables of a log's size must fit in memory, or all are put into files: an audit keeps eight, and the columns
 #: that are worked on at the same time take as much as six.
 _AT_ONCE = 14
-#: Where limits of a group of processes stand: of the second kind and of the first, whose "no limit" is a huge number.
-_GROUP_LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+_GROUPS = Path("/sys/fs/cgroup")
 
 _ON_DISK = Path("/var/tmp")
 
@@ -51,14 +50,40 @@ def _machine_bytes() -> float:
         whole = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
         return math.inf
-    return min([whole, *(limit for name in _GROUP_LIMITS if (limit := _stated_bytes(Path(name))) is not None)])
+    try:
+        listed = Path("/proc/self/cgroup").read_text()
+    except OSError:
+        listed = ""
+    return min(whole, _group_bytes(listed, _GROUPS))
 
 
-def _stated_bytes(path: Path) -> float | None:
+def _group_bytes(listed: str, root: Path) -> float:
+    """The least limit of the groups that hold a process (cgroups(7)); infinite where none is stated.
+
+    Args:
+        listed: ``/proc/PID/cgroup``: a line ``number:controllers:path`` a hierarchy. That of the second kind has no
+            controllers; of the first kind "no limit" is a huge number.
+        root: folder that hierarchies are mounted in. Inside a container its own group is at their top.
+    """
+    out = math.inf
+    for line in listed.splitlines():
+        _, controllers, path = line.split(":", 2)
+        if controllers == "":
+            top, name = root, "memory.max"
+        elif "memory" in controllers.split(","):
+            top, name = root / "memory", "memory.limit_in_bytes"
+        else:
+            continue
+        own = Path(path.lstrip("/"))
+        out = min([out, *(_stated_bytes(top / group / name) for group in (own, *own.parents))])
+    return out
+
+
+def _stated_bytes(path: Path) -> float:
     try:
         return float(path.read_text())
     except (OSError, ValueError):  # no such file, or "max"
-        return None
+        return math.inf
 
 
 def _own_limit_bytes() -> float:

@@ -84,9 +84,26 @@ def test_a_limit_of_the_process_counts_as_its_memory() -> None:
         resource.setrlimit(resource.RLIMIT_DATA, before)
 
 
-def test_limits_of_a_group_of_processes(tmp_path: Path) -> None:
-    (tmp_path / "memory.max").write_text("max\n")
-    (tmp_path / "memory.limit_in_bytes").write_text("734003200\n")
-    assert tables._stated_bytes(tmp_path / "memory.max") is None
-    assert tables._stated_bytes(tmp_path / "memory.limit_in_bytes") == 734003200.0
-    assert tables._stated_bytes(tmp_path / "absent") is None
+@pytest.mark.parametrize(
+    ("listed", "limit"),
+    [
+        ("0::/night/worker\n", 734003200.0),
+        ("0::/night\n", math.inf),
+        ("9:name=systemd:/\n4:memory:/process/7\n0::/\n", 5e8),
+        ("4:cpu,memory:/elsewhere\n", 6e8),
+        ("3:cpuset:/night/worker\n", math.inf),
+        ("", math.inf),
+    ],
+)
+def test_limits_of_the_groups_that_hold_a_process(tmp_path: Path, listed: str, limit: float) -> None:
+    stated = {
+        "night/memory.max": "max",
+        "night/worker/memory.max": "734003200",
+        "memory/memory.limit_in_bytes": "600000000",
+        "memory/process/memory.limit_in_bytes": "500000000",
+        "memory/process/7/memory.limit_in_bytes": "9223372036854771712",
+    }
+    for name, text in stated.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text + "\n")
+    assert tables._group_bytes(listed, tmp_path) == limit

@@ -13,14 +13,13 @@ from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
-from collaudit.core.data.columns import OfTwo, Slope
+from collaudit.core.data.columns import OfTwo
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.tables import copied, picked
+from collaudit.core.numeric.tables import copied
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -33,6 +32,7 @@ from collaudit.core.prepare.effort_delay import effort_findings
 from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
 from collaudit.core.prepare.effort_source import EffortSource, effort_source
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
+from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
 from collaudit.core.prepare.model_bandwidth import quiet_model
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
@@ -99,7 +99,7 @@ class Prepared:
     judged_series: UniformSeries = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "judged_series", _of_joints(self.series, self.judged))
+        object.__setattr__(self, "judged_series", of_joints(self.series, self.judged))
 
     @property
     def contact_nm(self) -> FloatArray | None:
@@ -156,8 +156,8 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
         NotJudgedError, LogError: as :func:`prepare`.
     """
     linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
-    series = undelayed(condition(_in_model_order(log, robot), config.conditioning, linear), config.log)
-    judged = _judged(config, series.joint_names, log.source.name)
+    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear), config.log)
+    judged = judged_joints(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
     units = config.log.units
@@ -302,63 +302,3 @@ def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[N
     if force is None:
         return labels, []
     return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s, config.phases), []
-
-
-def _in_model_order(log: JointLog, robot: RobotModel) -> JointLog:
-    """The log with the model's joints only, in the model's order."""
-    pick = [log.joint_names.index(name) for name in robot.joint_names]
-    if pick == list(range(len(log.joint_names))):
-        return log
-
-    def take(array: FloatArray | None) -> FloatArray | None:
-        return None if array is None else picked(array, pick)
-
-    return replace(
-        log,
-        joint_names=robot.joint_names,
-        position_rad=picked(log.position_rad, pick),
-        velocity_rad_s=take(log.velocity_rad_s),
-        effort=take(log.effort),
-        temperature_c=take(log.temperature_c),
-        joint_torque_nm=take(log.joint_torque_nm),
-    )
-
-
-def _judged(config: Config, present: tuple[str, ...], name: str) -> tuple[str, ...]:
-    wanted = config.robot.joints
-    if wanted is None:
-        return present
-    missing = [joint for joint in wanted if joint not in present]
-    if missing:
-        raise LogError(
-            "joints to judge are missing from the log",
-            where=f"{name}, [robot] joints",
-            found="nothing of " + ", ".join(missing),
-            expected=", ".join(wanted),
-            hint="map other names by [log] joint_names, or leave these joints out of [robot] joints",
-        )
-    return tuple(joint for joint in present if joint in wanted)
-
-
-def _of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
-    """The series with these of its joints only."""
-    if len(joints) == len(series.joint_names):
-        return series
-    columns = [series.column(joint) for joint in joints]
-
-    def take(array: FloatArray) -> FloatArray:
-        return picked(array, columns)
-
-    velocity = take(series.velocity_rad_s)
-    return replace(
-        series,
-        joint_names=joints,
-        position_rad=take(series.position_rad),
-        velocity_rad_s=velocity,
-        acceleration_rad_s2=Slope(velocity, series.segments, series.period_s),
-        effort=None if series.effort is None else take(series.effort),
-        saturated=series.saturated[:, columns],
-        raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),
-        temperature_c=None if series.temperature_c is None else take(series.temperature_c),
-        joint_torque_nm=None if series.joint_torque_nm is None else take(series.joint_torque_nm),
-    )

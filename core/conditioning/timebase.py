@@ -111,7 +111,7 @@ def make_timebase(
     findings += _gap_findings(stamps, gaps, all_raw, limit)
     counts = np.ones(steps.size, dtype=np.int64)
     counts[bridged] = np.maximum(np.round(steps[bridged] / period), 2.0)
-    places = _places(counts if bridged.any() else None, raw, order.size)
+    places = _places(counts, raw, order.size)
     period = _pooled_period(stamps, places, raw, period)
     errors = [comb_error(stamps[s.slice], places[s.slice], period) for s in raw]
     snap = tuple(
@@ -129,12 +129,12 @@ def make_timebase(
     )
 
 
-def _places(counts: IntArray | None, raw: list[Span], size: int) -> IntArray:
-    """(m,) place of each sample in its stretch, from the periods that each step takes; one each without."""
+def _places(counts: IntArray, raw: list[Span], size: int) -> IntArray:
+    """(m,) place of each sample in its stretch, from the periods that each step takes, mostly one."""
     out = np.zeros(size, dtype=np.int64)
     for span in raw:
-        each = None if counts is None else counts[span.start : span.stop - 1]
-        out[span.start + 1 : span.stop] = np.arange(1, len(span)) if each is None else np.cumsum(each)
+        each = counts[span.start : span.stop - 1]
+        out[span.start + 1 : span.stop] = np.arange(1, len(span)) if (each == 1).all() else np.cumsum(each)
     return out
 
 

@@ -18,7 +18,7 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.detection.rest_blocks import SCALES, STAYS_S, STILL, RestBlocks, RunningSums, Window, travel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import closed, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
@@ -109,7 +109,7 @@ def _of_joint(
     if not against.any():
         return []
     out: list[tuple[float, float, DisturbedJoint]] = []
-    starts, stops = run_bounds(_closed(against, round(_TOGETHER_S / blocks.period_s)))
+    starts, stops = run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s)))
     before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, STAYS_S))
     for a, b in zip(starts, stops, strict=True):
         near = slice(max(0, a - before), a + behind)
@@ -206,16 +206,6 @@ def _spread(x: FloatArray) -> float:
     """Standard deviation of steps at rest, from their most even fifth: an arm may be touched most of the time."""
     x = x[np.isfinite(x)]
     return quantile_of(np.abs(x), _QUIET_SHARE) / _QUIET_QUANTILE if x.size else np.inf
-
-
-def _closed(mask: BoolArray, gap: int) -> BoolArray:
-    """The mask with holes of up to so many blocks filled."""
-    starts, stops = run_bounds(mask)
-    out = mask.copy()
-    for stop, start in zip(stops[:-1], starts[1:], strict=True):
-        if start - stop <= gap:
-            out[stop:start] = True
-    return out
 
 
 def _brakes(blocks: RestBlocks, a: int, b: int) -> bool:

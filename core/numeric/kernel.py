@@ -12,7 +12,7 @@ import numpy as np
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filter_design import first_order_hold
 from collaudit.core.numeric.iir_filter import filtered
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import rows_within, run_bounds
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05
@@ -134,7 +134,7 @@ class Kernel:
         for span in segments:
             starts, stops = run_bounds(mask[span.slice])
             if starts.size:
-                near = span.start + _within(np.maximum(starts - margin, 0), np.minimum(stops + margin, len(span)))
+                near = span.start + rows_within(np.maximum(starts - margin, 0), np.minimum(stops + margin, len(span)))
                 rows.append(near)
                 stretches.append(Span(count, count + near.size))
                 count += near.size
@@ -152,15 +152,6 @@ class Kernel:
         out: FloatArray | None = None,
     ) -> tuple[FloatArray, BoolArray | None]:
         return filtered(*coefficients, x, segments, both_ways=not self.causal, out=out)
-
-
-def _within(starts: IntArray, stops: IntArray) -> IntArray:
-    """(k,) all numbers inside half-open ranges, which rise at both ends and may overlap; each number once."""
-    apart = np.flatnonzero(starts[1:] > stops[:-1])
-    first, last = starts[np.append(0, apart + 1)], stops[np.append(apart, stops.size - 1)]
-    count = last - first
-    before = np.cumsum(count) - count
-    return np.asarray(np.repeat(first - before, count) + np.arange(count.sum()), dtype=np.int64)
 
 
 @lru_cache(maxsize=64)

@@ -31,7 +31,7 @@ def spread_over_unknown(mask: BoolArray, known: BoolArray, most: int) -> BoolArr
 
 
 def closed(mask: BoolArray, dip: int) -> BoolArray:
-    """The mask with holes shorter than ``dip`` filled."""
+    """The mask with holes no longer than ``dip`` filled."""
     starts, stops = run_bounds(~mask)
     short = (stops - starts <= dip) & (starts > 0) & (stops < mask.size)
     marks = np.zeros(mask.size + 1)
@@ -47,3 +47,14 @@ def widened(mask: BoolArray, margin: int) -> BoolArray:
     np.add.at(marks, np.maximum(starts - margin, 0), 1)
     np.add.at(marks, np.minimum(stops + margin, mask.size), -1)
     return np.asarray(np.cumsum(marks[:-1]) > 0)
+
+
+def rows_within(starts: IntArray, stops: IntArray) -> IntArray:
+    """(k,) all numbers inside half-open ranges, which rise at both ends and may overlap; each number once."""
+    if starts.size == 0:
+        return np.empty(0, dtype=np.int64)
+    apart = np.flatnonzero(starts[1:] > stops[:-1])
+    first, last = starts[np.append(0, apart + 1)], stops[np.append(apart, stops.size - 1)]
+    count = last - first
+    before = np.cumsum(count) - count
+    return np.asarray(np.repeat(first - before, count) + np.arange(count.sum()), dtype=np.int64)

@@ -1,0 +1,36 @@
+"""Runs of a mask against SciPy and against plain loops."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from collaudit.core.numeric.runs import closed, rows_within, run_bounds, widened
+
+MASK = np.random.default_rng(4).random(500) < 0.01
+
+
+@pytest.mark.parametrize("margin", [0, 1, 5, 300])
+def test_a_mask_is_widened(margin: int) -> None:
+    np.testing.assert_array_equal(widened(MASK, margin), ndimage.binary_dilation(MASK, np.ones(2 * margin + 1)))
+
+
+@pytest.mark.parametrize("dip", [0, 1, 7, 60, 500])
+def test_holes_no_longer_than_a_dip_are_filled(dip: int) -> None:
+    expected, places = MASK.copy(), np.flatnonzero(MASK)
+    for before, after in itertools.pairwise(places):
+        if after - before - 1 <= dip:
+            expected[before:after] = True
+    np.testing.assert_array_equal(closed(MASK, dip), expected)
+
+
+@pytest.mark.parametrize("reach", [0, 3, 40])
+def test_numbers_inside_ranges_come_once(reach: int) -> None:
+    starts, stops = run_bounds(MASK)
+    found = rows_within(starts - reach, stops + reach)
+    expected = sorted({k for a, b in zip(starts, stops, strict=True) for k in range(a - reach, b + reach)})
+    assert found.tolist() == expected
+    assert rows_within(starts[:0], stops[:0]).size == 0

@@ -15,9 +15,10 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import SAMPLES, blocks
+from collaudit.core.numeric.blocks import blocks, samples_at_once
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.sliding_extremes import centred_range_at, range_exceeds, widened
+from collaudit.core.numeric.runs import widened
+from collaudit.core.numeric.sliding_extremes import centred_range_at, range_exceeds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 
@@ -95,7 +96,9 @@ class RestBlocks:
 
 def _parts(count: int, size: int) -> Iterator[tuple[slice, slice]]:
     """So many means of so many samples each, in parts that stay in the cache: which means, and their samples."""
-    return ((rows, slice(rows.start * size, rows.stop * size)) for rows in blocks(count, max(1, SAMPLES // size)))
+    return (
+        (rows, slice(rows.start * size, rows.stop * size)) for rows in blocks(count, max(1, samples_at_once() // size))
+    )
 
 
 def _means(x: FloatArray, size: int) -> FloatArray:

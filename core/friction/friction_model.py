@@ -13,7 +13,7 @@ from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.blocks import SAMPLES, blocks
+from collaudit.core.numeric.blocks import blocks, samples_at_once
 from collaudit.core.numeric.special_functions import student_quantile
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
@@ -78,7 +78,7 @@ class FrictionModel:
 
     def torque(self, velocity: FloatArray) -> FloatArray:
         """Friction at each velocity (any shape), zero at zero velocity."""
-        if velocity.ndim != 1 or velocity.size <= SAMPLES:
+        if velocity.ndim != 1 or velocity.size <= samples_at_once():
             return self._torque(velocity)
         out = np.empty(velocity.shape)
         for block in blocks(velocity.size):

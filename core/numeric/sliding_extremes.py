@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import samples_at_once
 
 _Number = TypeVar("_Number", bound=np.generic)
 
-#: Windows at a time, unless they are longer than that: what is worked on stays in the second-level cache.
-_BLOCK = 16_384
 #: So many values of a window, about, are looked at first.
 _COARSE = 12
 
@@ -43,8 +42,8 @@ def centred_extremes(x: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     The window of sample k begins at k - n // 2. No value may be NaN.
     """
     before, after = n // 2, n - 1 - n // 2
-    low = window_minima(np.pad(x, (before, after), constant_values=np.inf), n)
-    return low, window_maxima(np.pad(x, (before, after), constant_values=-np.inf), n)
+    low = window_minima(_padded(x, before, after, np.inf), n)
+    return low, window_maxima(_padded(x, before, after, -np.inf), n)
 
 
 def centred_range_at(x: FloatArray, n: int, rows: IntArray) -> FloatArray:
@@ -74,8 +73,8 @@ def range_exceeds(x: FloatArray, n: int, level: float) -> BoolArray:
     few = x[::step]
     # Of those, the ones in the windows of all samples k·step to (k + 1)·step - 1, counted from number k.
     before, after = (n // 2 - step + 1) // step, (n - 1 - n // 2) // step
-    low = window_minima(np.pad(few, (before, after), constant_values=np.inf), before + 1 + after)
-    high = window_maxima(np.pad(few, (before, after), constant_values=-np.inf), before + 1 + after)
+    low = window_minima(_padded(few, before, after, np.inf), before + 1 + after)
+    high = window_maxima(_padded(few, before, after, -np.inf), before + 1 + after)
     out = np.repeat(high - low > level, step)[: x.size]
     rest = np.flatnonzero(~out)
     out[rest] = centred_range_at(x, n, rest) > level
@@ -85,25 +84,28 @@ def range_exceeds(x: FloatArray, n: int, level: float) -> BoolArray:
 def whole_window_minima(x: FloatArray, n: int) -> FloatArray:
     """(m,) smallest of the ``n`` values about each of ``x`` (m,), whose window begins at k - n // 2; 0 at the ends."""
     out = np.zeros(x.size)
-    whole = window_minima(x, n)
-    out[n // 2 : n // 2 + whole.size] = whole
+    _windows(x, n, np.minimum, out[n // 2 : max(n // 2, x.size - (n - 1 - n // 2))])
     return out
 
 
-def widened(mask: BoolArray, margin: int) -> BoolArray:
-    """(m,) where a sample no more than ``margin`` away is marked."""
-    padded = np.pad(mask, margin, constant_values=False)
-    return _windows(padded, 2 * margin + 1, np.logical_or)
+def _padded(x: FloatArray, before: int, after: int, value: float) -> FloatArray:
+    """``np.pad`` with one value, which takes a tenth of the time of a short array."""
+    out = np.empty(before + x.size + after)
+    out[:before] = out[before + x.size :] = value
+    out[before : before + x.size] = x
+    return out
 
 
-def _windows(x: NDArray[_Number], n: int, of_two: np.ufunc) -> NDArray[_Number]:
+def _windows(x: NDArray[_Number], n: int, of_two: np.ufunc, out: NDArray[_Number] | None = None) -> NDArray[_Number]:
+    """(m - n + 1,) of the windows of (m,); ``out`` is memory for them, fresh memory without."""
     count = x.size - n + 1
     if n < 1 or count < 1:
         return np.empty(0, dtype=x.dtype)
+    out = np.empty(count, dtype=x.dtype) if out is None else out
     if n == 1:
-        return x.copy()
-    out = np.empty(count, dtype=x.dtype)
-    step = max(_BLOCK, 4 * n)
+        out[...] = x
+        return out
+    step = max(samples_at_once(), 4 * n)  # what is worked on stays in the cache
     buffers = np.empty((2, step + n), dtype=x.dtype)
     for start in range(0, count, step):
         stop = min(start + step, count)

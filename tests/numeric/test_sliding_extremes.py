@@ -13,7 +13,6 @@ from collaudit.core.numeric.sliding_extremes import (
     centred_range_at,
     range_exceeds,
     whole_window_minima,
-    widened,
     window_maxima,
     window_minima,
 )
@@ -23,7 +22,7 @@ SIZES = (1, 2, 3, 4, 7, 13, 100, 999, 1000)
 
 @pytest.fixture
 def x(monkeypatch: pytest.MonkeyPatch) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    monkeypatch.setattr(sliding_extremes, "_BLOCK", 64)  # several blocks, and windows longer than one
+    monkeypatch.setattr(sliding_extremes, "samples_at_once", lambda: 64)  # several blocks, and windows longer than one
     values = np.abs(np.random.default_rng(3).standard_normal(1000))
     values[::97] = np.inf
     values[5::101] = 0.0
@@ -60,12 +59,6 @@ def test_what_is_looked_at_in_part_is_that_of_all(n: int, size: int) -> None:
     np.testing.assert_array_equal(centred_range_at(x, n, repeated), whole[repeated])
     for level in (0.0, float(np.median(whole)), float(whole.max())):
         np.testing.assert_array_equal(range_exceeds(x, n, level), whole > level)
-
-
-@pytest.mark.parametrize("margin", [0, 1, 5, 300])
-def test_a_mask_is_widened(margin: int) -> None:
-    mask = np.random.default_rng(4).random(500) < 0.01
-    np.testing.assert_array_equal(widened(mask, margin), ndimage.binary_dilation(mask, np.ones(2 * margin + 1)))
 
 
 def test_too_few_samples() -> None:

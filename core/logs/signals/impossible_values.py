@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
-from collaudit.core.numeric.blocks import SAMPLES, blocks
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import ordered_map
 
 #: A stamp so far from the middle of the log, s (12 days), and so many times the usual distance, is garbage where few
@@ -17,7 +17,7 @@ from collaudit.core.numeric.parallel import ordered_map
 _FAR_S, _FAR_TIMES, _FEW = 1e6, 1e3, 0.1
 _SURELY_NEAR_NS = int(0.9 * _FAR_S * 1e9)
 #: Rows that a thread looks at in one go.
-_ROWS = 16 * SAMPLES
+_ROWS = 1 << 18
 #: No arm's values are larger, whatever their unit: rad or m (encoder counts too), rad/s, effort, N or N·m.
 _LARGEST = {"position_rad": 1e9, "velocity_rad_s": 1e9, "effort": 1e9}
 _LARGEST_FORCE = 1e9

@@ -8,7 +8,8 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.conditioning.effort_signal import effort_signal_findings, saturation
+from collaudit.core.conditioning.effort_signal import effort_signal_findings, nowhere, saturation
+from collaudit.core.conditioning.interpolation import interpolated
 from collaudit.core.conditioning.lost_samples import filled, picked_rows
 from collaudit.core.conditioning.stalled_logger import without_stalls
 from collaudit.core.conditioning.stuck_signals import without_stuck
@@ -63,7 +64,7 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     logged = None if log.velocity_rad_s is None else _to_grid(log.velocity_rad_s, base)
     effort = None if log.effort is None else _to_grid(log.effort, base)
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
-    saturated = np.zeros(position.shape, dtype=bool, order="F") if effort is None else saturation(effort, period)
+    saturated = nowhere(position.shape) if effort is None else saturation(effort, period)
     conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
     findings = [*log.findings, *conflicts, *angles.findings, *base.findings, *motion.findings]
     findings += _missing_findings(recorded, base)
@@ -139,8 +140,7 @@ def _to_grid(values: FloatArray, base: Timebase, smooth: bool = False) -> FloatA
         elif snap:
             out[grid.slice] = filled(rows, base.places[raw.slice], len(grid), smooth)
         elif len(grid):
-            for j in range(values.shape[1]):
-                out[grid.slice, j] = np.interp(times[grid.slice], base.stamps_s[raw.slice], rows[:, j])
+            out[grid.slice] = interpolated(times[grid.slice], base.stamps_s[raw.slice], rows)
     return out
 
 

@@ -20,16 +20,24 @@ def saturation(effort: FloatArray, period_s: float) -> BoolArray:
     Only for signals that otherwise change from sample to sample: coarse, slow or constant signals
     repeat their extreme by nature.
     """
-    out = np.zeros(effort.shape, dtype=bool)
     least = max(10, ceil(0.04 / period_s))
 
     def one(j: int) -> list[tuple[int, int]]:
         return _at_extreme(np.ascontiguousarray(effort[:, j]), least)
 
-    for j, spans in enumerate(ordered_map(one, range(effort.shape[1]))):
+    found = list(ordered_map(one, range(effort.shape[1])))
+    if not any(found):
+        return nowhere(effort.shape)
+    out = np.zeros(effort.shape, dtype=bool)
+    for j, spans in enumerate(found):
         for start, stop in spans:
             out[start:stop, j] = True
     return out
+
+
+def nowhere(shape: tuple[int, ...]) -> BoolArray:
+    """A mask that is set nowhere and takes no memory; not to be written to."""
+    return np.broadcast_to(np.False_, shape)
 
 
 def _at_extreme(x: FloatArray, least: int) -> list[tuple[int, int]]:

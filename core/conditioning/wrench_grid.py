@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from collaudit.core.conditioning.interpolation import interpolated
 from collaudit.core.conditioning.lost_samples import SEVERAL, picked_rows
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.tables import table
 
 
@@ -26,19 +26,14 @@ def wrench_on_grid(
         (n, 6), NaN where it is not known, and what is to be said about that.
     """
     stamps, rows = _ascending(wrench)
-    out = table(time_s.size, 6)
     picked = _within(stamps, time_s, recorded, bandwidth_hz)
     whole = isinstance(picked, slice) and picked == slice(0, time_s.size)
-
-    def one(c: int) -> bool:
-        if not whole:
-            out[:, c] = np.nan
-        if stamps.size >= 2:
-            out[picked, c] = np.interp(time_s[picked], stamps, rows[:, c])
-        return bool(np.isfinite(out[:, c].sum()))
-
-    known = list(ordered_map(one, range(6)))
-    lost = 0 if all(known) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
+    out = known = interpolated(time_s[picked], stamps, rows)
+    if not whole:
+        out = table(time_s.size, 6)
+        out[...] = np.nan
+        out[picked] = known
+    lost = 0 if np.isfinite(out.sum()) else int(np.count_nonzero(recorded & ~np.isfinite(out.sum(axis=1))))
     findings = []
     if lost:
         findings.append(

@@ -67,7 +67,8 @@ def _impulse_ratio(residual: FloatArray, evidence: BoolArray, gamma: Level, n: i
         return out
     usable, reach = evidence & np.isfinite(residual), width + 2 * n
     total = np.zeros(residual.size + 1)
-    np.cumsum(residual if usable.all() else np.where(usable, residual, 0.0), out=total[1:])
+    np.copyto(total[1:], residual, where=usable)
+    np.cumsum(total[1:], out=total[1:])
     for block in blocks(count):
         level = gamma if isinstance(gamma, float) else gamma[n + block.start : n + block.stop]
         counts, near = np.greater(level, 0.0), usable[block.start : block.stop + reach - 1]

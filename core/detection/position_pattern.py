@@ -66,11 +66,8 @@ def position_pattern(
     del time_s, residual  # columns of a long log: no more of them than needed
     for sign in (-1.0, 1.0):
         way = direction == sign
-        there = rest[way]
-        if there.size:
-            there -= median_of(there.copy())
-            rest[way] = there
-        del there
+        if way.any():
+            np.subtract(rest, median_of(rest[way]), out=rest, where=way)
     del direction
     low, high = _ends(position)
     if not high - low > _LEAST_RANGE_RAD:
@@ -79,6 +76,7 @@ def position_pattern(
     visit *= _BINS
     for part in blocks(visit.size):
         visit[part] += np.clip(((position[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
+    del position
     key, mean = _means(visit, rest)
     of_bin, late = key % _BINS, key // _BINS > middle
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)

@@ -7,7 +7,7 @@ while moving fast is blind while moving slowly.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +18,7 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
@@ -84,17 +85,28 @@ def learn_dynamic_thresholds(
     series: UniformSeries, residual: Residual, clean: Mapping[str, BoolArray], n: int
 ) -> dict[str, DynamicThreshold | None]:
     """Dynamic thresholds of the joints whose clean samples (n,) are given, at a persistence of ``n`` samples."""
+    idle: list[FloatArray] = []
 
     def learnt(joint: str) -> DynamicThreshold | None:
         j = series.column(joint)
-        torque, velocity = residual.torque_nm[:, j], series.velocity_rad_s[:, j]
-        return learn_dynamic(torque, velocity, series.acceleration_rad_s2[:, j], clean[joint], n)
+        try:
+            room = idle.pop()
+        except IndexError:
+            room = np.empty((series.time_s.size, 3))
+        motion = [series.velocity_rad_s, series.acceleration_rad_s2]
+        law = learn_dynamic(residual.torque_nm[:, j], lambda part: [x[part, j] for x in motion], clean[joint], n, room)
+        idle.append(room)
+        return law
 
     return by_name(learnt, [joint for joint in series.joint_names if joint in clean])
 
 
 def learn_dynamic(
-    residual: FloatArray, velocity: FloatArray, acceleration: FloatArray, clean: BoolArray, n: int
+    residual: FloatArray,
+    motion: Callable[[slice], Sequence[FloatArray]],
+    clean: BoolArray,
+    n: int,
+    room: FloatArray | None = None,
 ) -> DynamicThreshold | None:
     """Learn one joint's dynamic threshold from clean data.
 
@@ -102,26 +114,39 @@ def learn_dynamic(
     the largest residual that lasted n samples asks for, so that rule (6) never fires on the data it was learnt from.
 
     Args:
-        residual, velocity, acceleration: (n,) of one joint.
+        residual: (n,) of one joint.
+        motion: samples to velocity and acceleration of the joint there.
         clean: (n,) judged samples away from collisions.
         n: persistence, samples.
+        room: (n, 3) memory that is written to; fresh memory of that size costs as much time as the fit.
 
     Returns:
         None with fewer than 1,000 clean samples.
     """
-    use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
-    if np.count_nonzero(use) < _LEAST_SAMPLES:
+    room = np.empty((residual.size, 3)) if room is None else room
+    size, use = np.abs(residual), np.empty(residual.size, dtype=np.bool_)
+    picked = np.empty(residual.size)  # |residual| of the samples that count, one after the other
+    count = 0
+    for block in blocks(residual.size):
+        velocity, acceleration = motion(block)
+        here = np.logical_and(clean[block], np.isfinite(size[block]), out=use[block])
+        here &= np.isfinite(velocity)
+        here &= np.isfinite(acceleration)
+        rows = slice(count, count + int(np.count_nonzero(here)))
+        room[rows, 0] = 1.0
+        np.abs(velocity[here], out=room[rows, 1])
+        np.abs(acceleration[here], out=room[rows, 2])
+        picked[rows] = size[block][here]
+        size[block][~here] = 0.0
+        count = rows.stop
+    if count < _LEAST_SAMPLES:
         return None
-    columns = np.ones((np.count_nonzero(use), 3))
-    for k, motion in ((1, velocity), (2, acceleration)):  # one after the other: a log's columns are large
-        np.abs(motion[use], out=columns[:, k])
-    del motion, acceleration
-    shape = dynamic_shape(np.abs(residual[use]), columns)
-    level = columns @ shape
-    del columns
-    size = np.abs(residual)
-    size[~use] = 0.0
-    np.divide(whole_window_minima(size, n)[use], level, out=level)
+    columns, level = room[:count], picked[:count]
+    shape = dynamic_shape(level, columns)
+    np.matmul(columns, shape, out=level)
+    lasting = whole_window_minima(size, n)
+    del size
+    np.divide(lasting[use], level, out=level)
     scale = _MARGIN * max(float(np.max(level)), 1.0)
     return DynamicThreshold(*(float(scale * x) for x in shape))
 

@@ -161,13 +161,13 @@ def test_a_dynamic_threshold_never_fires_on_what_it_was_learnt_from() -> None:
     rng = np.random.default_rng(1)
     v, a = np.sin(np.linspace(0, 90, 50_000)), 3 * np.cos(np.linspace(0, 400, 50_000))
     residual = rng.normal(0, 0.2 + 0.5 * np.abs(v) + 0.1 * np.abs(a))
-    law = learn_dynamic(residual, v, a, np.ones(v.size, bool), 5)
+    law = learn_dynamic(residual, lambda part: (v[part], a[part]), np.ones(v.size, bool), 5)
     assert law is not None
     assert law.speed_nm_s_per_rad > law.acceleration_nm_s2_per_rad > 0
     above = np.abs(residual) > dynamic_level(law, v, a)
     longest = max((len(run) for run in "".join("x" if x else " " for x in above).split()), default=0)
     assert longest < 5
-    assert learn_dynamic(residual[:500], v[:500], a[:500], np.ones(500, bool), 5) is None
+    assert learn_dynamic(residual[:500], lambda part: (v[:500][part], a[:500][part]), np.ones(500, bool), 5) is None
 
 
 def test_a_pooled_dynamic_threshold_covers_every_run() -> None:

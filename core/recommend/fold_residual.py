@@ -26,7 +26,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import rows_within, run_bounds
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance
@@ -104,15 +104,20 @@ def fold_residual(
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """The blocks of one fold: its own samples, and with those around them that its kernel remembers."""
+    """The blocks of one fold: its own samples, and with those around them that its kernel remembers.
 
-    own: Sequence[Span]
+    ``own_rows`` and ``wide_rows`` are the numbers of its samples: a law is evaluated for all blocks in one go.
+    """
+
     wide: Sequence[Span]
+    own_rows: IntArray
+    wide_rows: IntArray
 
     @classmethod
     def of(cls, mask: BoolArray, series: UniformSeries, balance: Balance) -> _Part:
         margin = _margin(balance.kernel, series.period_s)
-        return cls(_spans(mask, series.segments, 0), _spans(mask, series.segments, margin))
+        own, wide = (_spans(mask, series.segments, around) for around in (0, margin))
+        return cls(wide, _rows_of(own), _rows_of(wide))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,11 +172,11 @@ class _Column:
 
     def fill(self, k: int, law: FrictionModel) -> None:
         """Fill the samples of one fold."""
-        series, kernel = self.prepared.judged_series, self.balance.kernel
-        pieces = series.segments if self.whole else self.parts[k].wide
+        series, kernel, part = self.prepared.judged_series, self.balance.kernel, self.parts[k]
+        pieces = series.segments if self.whole else part.wide
         sliding = np.full(self.velocity.size, np.nan) if self.whole else np.empty(self.velocity.size)
-        for piece in pieces:
-            sliding[piece.slice] = self._shared(self._sliding(law, piece.slice), piece.slice)
+        inside = _rows_of(pieces) if self.whole else part.wide_rows
+        sliding[inside] = self._shared(self._sliding(law, inside), inside)
         slowest = rest_below(law, self.config.slow_speed_rad_s)
         steady, travel = self.travel.settled(series, self.velocity, slowest, self.config.reversal_travel_rad)
         if self.whole:
@@ -179,12 +184,11 @@ class _Column:
         around = _Around.of(self, steady, k)
         smooth = kernel.apply(sliding[:, None], pieces, series.period_s)[:, 0]
         total, level = self._level(law, smooth, around)
-        for span in self.parts[k].own:
-            s = span.slice
-            self.torque_nm[s] = total[s] - (1.0 + level.deviation[s]) * smooth[s]
-            fast = span.start + np.flatnonzero(exceeds(self.velocity[s], BEYOND_RANGE * law.speed_range[1]))
-            doubt = extrapolation_doubt(law, self.velocity[fast])
-            self.too_fast[fast] = ~(doubt <= self.config.beyond_range * np.abs(sliding[fast]))
+        rows = part.own_rows
+        self.torque_nm[rows] = total[rows] - (1.0 + level.deviation[rows]) * smooth[rows]
+        fast = rows[exceeds(self.velocity[rows], BEYOND_RANGE * law.speed_range[1])]
+        doubt = extrapolation_doubt(law, self.velocity[fast])
+        self.too_fast[fast] = ~(doubt <= self.config.beyond_range * np.abs(sliding[fast]))
         self._fill_loose(law, around, travel, slowest, total, level)
 
     def _sliding(self, law: FrictionModel, at: slice | IntArray) -> FloatArray:
@@ -224,20 +228,20 @@ class _Column:
     ) -> None:
         """Fill samples at which friction is an interval: the distance of the unexplained torque from it."""
         low, high = np.empty(around.rows.size), np.empty(around.rows.size)
-        for span in around.spans:
-            rows = around.rows[span.slice]
-            sliding = self._sliding(law, rows)
-            shared = self._shared(sliding, rows)
-            least, most = shared.copy(), shared.copy()
-            at = np.flatnonzero(around.marked[span.slice])
-            picked = rows[at]
-            ends = loose_bounds(
-                law, self.velocity[picked], sliding[at], travel[picked], slowest, self.config.reversal_travel_rad
-            )
-            least[at], most[at] = ends if self.share is None else self.share[picked] * ends
-            scale = 1.0 + level.deviation[rows]
-            slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(least), np.abs(most))
-            low[span.slice], high[span.slice] = scale * least - slack, scale * most + slack
+        inside = _rows_of(around.spans)
+        rows = around.rows[inside]
+        sliding = self._sliding(law, rows)
+        shared = self._shared(sliding, rows)
+        least, most = shared.copy(), shared.copy()
+        at = np.flatnonzero(around.marked[inside])
+        picked = rows[at]
+        ends = loose_bounds(
+            law, self.velocity[picked], sliding[at], travel[picked], slowest, self.config.reversal_travel_rad
+        )
+        least[at], most[at] = ends if self.share is None else self.share[picked] * ends
+        scale = 1.0 + level.deviation[rows]
+        slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(least), np.abs(most))
+        low[inside], high[inside] = scale * least - slack, scale * most + slack
         low, high = around.smoothed(low), around.smoothed(high)
         own = np.flatnonzero(around.undecided & around.own)
         rows = around.rows[own]
@@ -283,6 +287,12 @@ class _Around:
 def _margin(kernel: Kernel, period_s: float) -> int:
     """Samples after which the kernel has forgotten where it began; ``settle_s`` is three time constants or more."""
     return max(16, ceil(_FORGOTTEN / 3.0 * kernel.settle_s / period_s))
+
+
+def _rows_of(spans: Sequence[Span]) -> IntArray:
+    """Numbers of the samples of stretches, one after the other."""
+    bounds = np.array([(span.start, span.stop) for span in spans], dtype=np.int64).reshape(-1, 2)
+    return rows_within(bounds[:, 0], bounds[:, 1])
 
 
 def _spans(mask: BoolArray, segments: Sequence[Span], margin: int) -> list[Span]:

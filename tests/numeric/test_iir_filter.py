@@ -50,6 +50,29 @@ def test_stretches_do_not_see_each_other_and_holes_are_told() -> None:
     np.testing.assert_allclose(out, filtered(B, A, straight, spans, both_ways=True, pad=20)[0], atol=1e-12)
 
 
+@pytest.mark.parametrize("pad", [0, 20])
+@pytest.mark.parametrize("both_ways", [False, True])
+@pytest.mark.parametrize("columns", [1, 3])
+def test_many_short_stretches_give_the_digits_of_each_alone(
+    columns: int, both_ways: bool, pad: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(iir_filter, "_BLOCK", 700)  # several matrices, of lengths that differ
+    rng = np.random.default_rng(6)
+    lengths = rng.integers(1, 90, 60)
+    starts = 5 + np.cumsum(lengths + 3) - lengths
+    spans = [Span(int(a), int(a + n)) for a, n in zip(starts, lengths, strict=True)] + [Span(2, 2)]
+    x = rng.normal(size=(spans[-2].stop + 10, columns))
+    x[spans[7].start] = x[spans[30].stop - 1] = np.nan
+    out, bridged = filtered(B, A, x, spans, both_ways=both_ways, pad=pad)
+    assert bridged is not None and bridged.any(axis=1).sum() == 2
+    seen = np.zeros(len(x), dtype=bool)
+    for span in spans[:-1]:
+        alone, _ = filtered(B, A, x[span.slice], [Span(0, len(span))], both_ways=both_ways, pad=pad)
+        np.testing.assert_array_equal(out[span.slice], alone)
+        seen[span.slice] = True
+    assert np.isnan(out[~seen]).all()
+
+
 def test_blank_is_nan_outside_the_stretches() -> None:
     out = blank(np.zeros((10, 2)), [Span(2, 4), Span(6, 6)])
     assert np.isnan(out[[0, 1, 4, 5, 6, 9]]).all()

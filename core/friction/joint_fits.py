@@ -52,13 +52,14 @@ def fit_joints(
     for number, log in enumerate(prepared):
         part = stage(progress, 0.45 * number / len(prepared), 0.45 * (number + 1) / len(prepared))
         found = find_sections(log.series, config.sections, stage(part, 0.0, 0.75))
-        at_constant_speed = by_name(partial(_of_sections, log=log, found=found, config=config), log.judged)
-        for joint, (seen, both) in at_constant_speed.items():
+        for joint in log.judged:
+            seen, both = _of_sections(joint, log, found, config)
             counts[joint] += len(found.of(joint))
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
-    # Threads for the passes over all samples only: fits are many small steps, in which threads wait for each other.
+    # Threads for the passes over all samples only: sections and fits are many small steps, in which they wait for each
+    # other.
     with_all = partial(_loose_points, prepared=prepared, config=config)
     loose = by_name(with_all, points, stage(progress, 0.45, 0.75))
     fits = {

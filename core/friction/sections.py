@@ -13,7 +13,6 @@ from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import low_pass
-from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
 from collaudit.core.numeric.stage_progress import Progress
@@ -98,7 +97,11 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
         return sections, rejected
 
-    made = by_name(of_joint, series.joint_names, progress).values()
+    made = []
+    for count, joint in enumerate(series.joint_names, 1):  # not in threads: short calls, section by section
+        made.append(of_joint(joint))
+        if progress is not None:
+            progress(count, len(series.joint_names))
     return SectionSet(tuple(s for found, _ in made for s in found), tuple(r for _, lost in made for r in lost))
 
 
@@ -205,7 +208,10 @@ def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: Sect
     assert series.effort is not None  # sections without effort were rejected
     s = span.slice
     velocity, effort, position = series.velocity_rad_s[s, j], series.effort[s, j], series.position_rad[s, j]
-    fastest = np.max(np.abs(np.nan_to_num(series.velocity_rad_s[s])), axis=0)
+    motion = series.velocity_rad_s[s]
+    if not np.isfinite(motion.sum()):
+        motion = np.nan_to_num(motion)
+    fastest = np.max(np.abs(motion), axis=0)
     others = tuple(
         name for k, name in enumerate(series.joint_names) if k != j and fastest[k] > config.others_max_speed_rad_s
     )

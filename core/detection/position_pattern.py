@@ -102,8 +102,7 @@ def position_pattern(
 
 def _ends(position: FloatArray) -> tuple[float, float]:
     """The positions below and above which 0.5 % of them lie each."""
-    some = position.copy()
-    return quantile_of(some, 0.005), quantile_of(some, 0.995)
+    return quantile_of(position, 0.005), quantile_of(position, 0.995)
 
 
 def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:

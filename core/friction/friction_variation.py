@@ -13,6 +13,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.friction.motion_points import Settled, numbered
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile
+from collaudit.core.numeric.stats import quantile_of
 
 _BLOCK_S = 2.0
 _MIN_BLOCKS = 12
@@ -213,7 +214,7 @@ def joint_variation(name: str, left: Settled) -> FrictionVariation:
         else:
             why = f"it moved by {span:.2g} K only" if span < _MIN_KELVIN else _ALONG
             undetermined.append(f"change with temperature: {why}")
-    span = float(np.ptp(np.quantile(left.load, [0.05, 0.95])))
+    span = quantile_of(left.load, 0.95) - quantile_of(left.load, 0.05)
     enough = span >= _MIN_LOAD * float(np.mean(np.abs(left.friction)))
     loaded = load_slope(*data, left.load) if enough else None
     if loaded is not None:

@@ -28,7 +28,7 @@ from collaudit.core.numeric.robust_regression import Columns as RegressionColumn
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
 from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.stats import quantile_of, robust_sd
 from collaudit.core.prepare.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
 
@@ -236,7 +236,8 @@ def _joint(prepared: Prepared, j: int) -> _Joint | None:
     rate = None
     if torque is not None:
         rate = np.nan_to_num(differentiate(torque[:, j], series.segments, series.period_s)[rows])
-    *slow, fastest = np.quantile(np.abs(v[rows]), (*_SLOW, 0.999))
+    speed = np.abs(v[rows])
+    *slow, fastest = (quantile_of(speed, share) for share in (*_SLOW, 0.999))
     scales = [max(s, 1e-6) for s in (*slow, *(share * fastest for share in _OF_FASTEST))]
     return _Joint(series, j, rows, effort[rows, 0], torque, rate, scales, _step(read(series.effort, rows, j)))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
-from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
+from collaudit.core.numeric.stats import HUBER_BOUND, quantile_of, robust_sd
 
 _ROUNDS = 25
 _CHANGE = 1e-3
@@ -93,7 +93,8 @@ def local_spread(rest: FloatArray, kept: BoolArray, conditions: Sequence[FloatAr
     """
     cell = np.zeros(rest.size, dtype=np.uint8)
     for column in conditions:
-        edges = np.quantile(column[kept], _CELLS)
+        counted = column[kept]
+        edges = [quantile_of(counted, share) for share in _CELLS]
         for block in blocks(cell.size):
             cell[block] *= np.uint8(len(_CELLS) + 1)
             for edge in edges:

@@ -7,6 +7,7 @@ import numpy as np
 from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LogEvidence
 
 #: The range leaves out this share of the evidence at each end: a moment at some speed is no evidence for it.
@@ -59,10 +60,10 @@ def range_of_samples(
     """
     known = np.empty(0) if temperature_c is None else temperature_c[np.isfinite(temperature_c)]
     return RangeOfEvidence(
-        fastest_rad_s=float(np.quantile(speed, 1 - _TAIL)),
-        hardest_rad_s2=float(np.quantile(turn, 1 - _TAIL)),
-        least_nm=float(np.quantile(load, _TAIL)),
-        most_nm=float(np.quantile(load, 1 - _TAIL)),
+        fastest_rad_s=quantile_of(speed, 1 - _TAIL),
+        hardest_rad_s2=quantile_of(turn, 1 - _TAIL),
+        least_nm=quantile_of(load, _TAIL),
+        most_nm=quantile_of(load, 1 - _TAIL),
         reversals=reversals[0],
         standing=standing,
         phases=phases,

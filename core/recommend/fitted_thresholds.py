@@ -135,7 +135,7 @@ def _joint(joint: str, fit: FrictionFit, residuals: Sequence[HeldOutResidual], c
             levels.setdefault(level.n, level)
     return JointThreshold(
         levels=_falling(list(levels.values())),
-        noise_nm=robust_sd(x - median_of(x.copy())),
+        noise_nm=robust_sd(x - median_of(x)),
         rms_nm=float(np.sqrt(np.mean(x**2))),
         hours=sum(float(np.count_nonzero(d.clean)) * d.period_s for d in data) / 3600.0,
         held_out=float(np.mean(held)),

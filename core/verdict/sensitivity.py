@@ -18,6 +18,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import window_maxima, window_minima
+from collaudit.core.numeric.stats import in_order
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
 
@@ -175,17 +176,12 @@ def level_at(known: FloatArray, count: int, shares: Sequence[float]) -> list[flo
     """The smallest of the known values that a share of all ``count`` values does not exceed; None: too few are known.
 
     Args:
-        known: (k,) finite values, k <= count; their order is lost.
+        known: (k,) finite values, k <= count.
         count: how many there are with the unknown ones, which exceed everything.
         shares: above 0, to 1.
     """
     places = [max(math.ceil(share * count - 1e-9), 1) - 1 for share in shares]
-    inside = sorted({place for place in places if place < known.size})
-    value: dict[int, float] = {}
-    done = 0
-    for place in inside:  # one at a time, in what lies above those before: faster than all places at once
-        known[done:].partition(place - done)
-        value[place], done = float(known[place]), place
+    value = {place: in_order(known, place)[0] for place in set(places) if place < known.size}
     return [value.get(place) for place in places]
 
 

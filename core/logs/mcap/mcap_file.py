@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from zlib_ng import zlib_ng
 
 from collaudit.core.logs.mcap.mcap_chunk import Located, Sorted, by_channel, heads_of, locate, located_of
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, SCHEMA, ChunkRef, McapIndex, scan
@@ -91,7 +91,7 @@ class McapFile(NotedFile):
         if problem is None and ref.complete:
             if len(data) != ref.size:
                 problem = f"it holds {len(data)} bytes and claims {ref.size}"
-            elif ref.crc and zlib.crc32(data) != ref.crc:
+            elif ref.crc and zlib_ng.crc32(data) != ref.crc:
                 problem, data = "its check sum is wrong", b""
         parts = [self.file.read(at, size) for _, at, size in ref.index] if data else []
         pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)

@@ -24,7 +24,7 @@ from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.runs import marked, run_bounds
 
 #: Blocks, s; window that must show it, blocks; samples looked at in a second.
 _BLOCK_S, _WINDOW, _RATE_HZ = 0.1, 10, 50.0
@@ -257,8 +257,5 @@ def _windowed(sums: FloatArray) -> FloatArray:
 
 def _covered(windows: BoolArray, size: int) -> BoolArray:
     """(size,) blocks that lie in one of the marked windows."""
-    marks = np.zeros(size + 1)
     at = np.flatnonzero(windows)
-    np.add.at(marks, at, 1)
-    np.add.at(marks, np.minimum(at + _WINDOW, size), -1)
-    return np.asarray(np.cumsum(marks[:-1]) > 0.5)
+    return marked(at, np.minimum(at + _WINDOW, size), size)

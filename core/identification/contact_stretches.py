@@ -26,7 +26,7 @@ from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.robust_regression import Columns as RegressionColumns
 from collaudit.core.numeric.robust_regression import local_spread, robust_fit
-from collaudit.core.numeric.runs import closed, run_bounds, spread_over_unknown, widened
+from collaudit.core.numeric.runs import closed, marked, run_bounds, spread_over_unknown, widened
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.numeric.stats import quantile_of, robust_sd
 from collaudit.core.prepare.channel_shift import steady
@@ -285,12 +285,9 @@ def _stretches(joint: _Joint, out: BoolArray, n: int, period: float) -> tuple[st
     first, last = run_bounds(near)
     hit = np.add.reduceat(core, first) > 0 if first.size else np.zeros(0, dtype=bool)
     # reduceat sums to the next start; no far sample lies between two near stretches, so that is the same
-    marks = np.zeros(n + 1)
-    np.add.at(marks, first[hit], 1)
-    np.add.at(marks, last[hit], -1)
     told = np.zeros(n, dtype=bool)
     told[joint.rows] = True
-    far = spread_over_unknown(np.cumsum(marks[:-1]) > 0, told, round(0.5 * _UNTOLD_S / period))
+    far = spread_over_unknown(marked(first[hit], last[hit], n), told, round(0.5 * _UNTOLD_S / period))
     return joint.name, ratio, far
 
 

@@ -34,27 +34,34 @@ def closed(mask: BoolArray, dip: int) -> BoolArray:
     """The mask with holes no longer than ``dip`` filled."""
     starts, stops = run_bounds(~mask)
     short = (stops - starts <= dip) & (starts > 0) & (stops < mask.size)
-    marks = np.zeros(mask.size + 1)
-    np.add.at(marks, starts[short], 1)
-    np.add.at(marks, stops[short], -1)
-    return np.asarray(mask | (np.cumsum(marks[:-1]) > 0))
+    return mask | marked(starts[short], stops[short], mask.size)
 
 
 def widened(mask: BoolArray, margin: int) -> BoolArray:
     """The mask with each run reaching ``margin`` samples further on both sides."""
     starts, stops = run_bounds(mask)
-    marks = np.zeros(mask.size + 1)
-    np.add.at(marks, np.maximum(starts - margin, 0), 1)
-    np.add.at(marks, np.minimum(stops + margin, mask.size), -1)
-    return np.asarray(np.cumsum(marks[:-1]) > 0)
+    return marked(np.maximum(starts - margin, 0), np.minimum(stops + margin, mask.size), mask.size)
+
+
+def marked(starts: IntArray, stops: IntArray, size: int) -> BoolArray:
+    """(size,) True inside half-open ranges, which rise at both ends and may overlap."""
+    first, last = _apart(starts, stops)
+    edges = np.empty(2 * first.size + 2, dtype=np.int64)
+    edges[0], edges[1:-1:2], edges[2:-1:2], edges[-1] = 0, first, last, size
+    return np.repeat(np.arange(edges.size - 1) % 2 == 1, np.diff(edges))
 
 
 def rows_within(starts: IntArray, stops: IntArray) -> IntArray:
     """(k,) all numbers inside half-open ranges, which rise at both ends and may overlap; each number once."""
-    if starts.size == 0:
-        return np.empty(0, dtype=np.int64)
-    apart = np.flatnonzero(starts[1:] > stops[:-1])
-    first, last = starts[np.append(0, apart + 1)], stops[np.append(apart, stops.size - 1)]
+    first, last = _apart(starts, stops)
     count = last - first
     before = np.cumsum(count) - count
     return np.asarray(np.repeat(first - before, count) + np.arange(count.sum()), dtype=np.int64)
+
+
+def _apart(starts: IntArray, stops: IntArray) -> tuple[IntArray, IntArray]:
+    """The ranges with those that meet or overlap made one."""
+    if starts.size == 0:
+        return starts, stops
+    apart = np.flatnonzero(starts[1:] > stops[:-1])
+    return starts[np.append(0, apart + 1)], stops[np.append(apart, stops.size - 1)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from collaudit.core.numeric.runs import closed, rows_within, run_bounds, widened
+from collaudit.core.numeric.runs import closed, marked, rows_within, run_bounds, widened
 
 MASK = np.random.default_rng(4).random(500) < 0.01
 
@@ -34,3 +34,12 @@ def test_numbers_inside_ranges_come_once(reach: int) -> None:
     expected = sorted({k for a, b in zip(starts, stops, strict=True) for k in range(a - reach, b + reach)})
     assert found.tolist() == expected
     assert rows_within(starts[:0], stops[:0]).size == 0
+    inside = marked(np.maximum(starts - reach, 0), np.minimum(stops + reach, MASK.size), MASK.size)
+    assert np.flatnonzero(inside).tolist() == [k for k in expected if 0 <= k < MASK.size]
+
+
+def test_ranges_that_begin_and_end_with_the_mask_or_hold_nothing() -> None:
+    numbers = [np.array(x) for x in ([0, 3, 3, 6], [2, 3, 4, 8])]
+    assert marked(*numbers, 8).tolist() == [True, True, False, True, False, False, True, True]
+    assert not marked(*(x[:0] for x in numbers), 5).any()
+    assert marked(np.array([0]), np.array([3]), 3).all()

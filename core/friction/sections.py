@@ -12,10 +12,12 @@ import numpy as np
 from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
 from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.stats import median_of
 
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0
@@ -91,8 +93,9 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
         j = series.column(joint)
         sections: list[Section] = []
         rejected: list[RejectedSection] = []
+        quiet = _quiet(smooth[:, j], _least(series, config), config)
         for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
-            found, lost = _split(smooth[:, j], span, series, j, config)
+            found, lost = _split(smooth[:, j], quiet, span, series, j, config)
             sections += [_measure(series, joint, j, s, config) for s in found]
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
         return sections, rejected
@@ -116,15 +119,34 @@ def _moving_spans(v: FloatArray, segments: Sequence[Span], min_speed: float) -> 
     return sorted(spans)
 
 
+def _least(series: UniformSeries, config: SectionsConfig) -> int:
+    """Samples of a section at least."""
+    return ceil(config.min_duration_s / series.period_s)
+
+
+def _quiet(v: FloatArray, least: int, config: SectionsConfig) -> BoolArray:
+    """(n,) where the speed is constant over the ``least`` samples about each; not told where some of them are unknown.
+
+    Once for a joint: stretch by stretch, calls would take longer than what they do.
+    """
+    bottom, top = centred_extremes(v, least)
+    out = np.empty(v.size, dtype=np.bool_)
+    for block in blocks(v.size):
+        middle = 0.5 * (top[block] + bottom[block])
+        allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
+        np.less_equal(top[block] - bottom[block], 2.0 * allowed, out=out[block])
+    return out
+
+
 def _split(
-    v: FloatArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig
+    v: FloatArray, quiet: BoolArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig
 ) -> tuple[list[Span], list[tuple[Span, str]]]:
     """Sections inside one stretch of motion, and what was rejected of it."""
-    least = ceil(config.min_duration_s / series.period_s)
+    least = _least(series, config)
     if len(span) < least + 2 * _settling(len(span), series, config):
         return [], [(span, "too short")]
     part = v[span.slice]
-    plateaus = _plateaus(part, least, config)
+    plateaus = _plateaus(part, quiet[span.slice], least, config)
     if not plateaus:
         return [], [(span, "speed not constant")]
     found: list[Span] = []
@@ -169,16 +191,11 @@ def _tolerance(speed: float, config: SectionsConfig) -> float:
     return max(config.speed_tolerance * abs(speed), config.speed_tolerance_rad_s)
 
 
-def _plateaus(part: FloatArray, least: int, config: SectionsConfig) -> list[tuple[int, int]]:
+def _plateaus(part: FloatArray, quiet: BoolArray, least: int, config: SectionsConfig) -> list[tuple[int, int]]:
     """Longest stretches of constant speed: seeded by windows of ``least`` samples, grown about their median."""
-    bottom, top = centred_extremes(part, least)
-    middle = 0.5 * (top + bottom)
-    allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
     half = least // 2
-    quiet: BoolArray = top - bottom <= 2.0 * allowed
-    quiet[:half] = False
-    quiet[part.size - half :] = False
-    starts, stops = run_bounds(quiet)
+    starts, stops = run_bounds(quiet[half : part.size - half])  # of windows that lie inside
+    starts, stops = starts + half, stops + half
     found: list[tuple[int, int]] = []
     free_from = 0
     for a, b in zip(starts, stops, strict=True):
@@ -195,7 +212,7 @@ def _plateaus(part: FloatArray, least: int, config: SectionsConfig) -> list[tupl
 
 def _grow(part: FloatArray, seed: slice, config: SectionsConfig) -> tuple[int, int]:
     """The longest run about the seed's median speed that stays within tolerance of it."""
-    middle = float(np.median(part[seed]))
+    middle = median_of(part[seed])
     starts, stops = run_bounds(np.abs(part - middle) <= _tolerance(middle, config))
     overlap: IntArray = np.minimum(stops, seed.stop) - np.maximum(starts, seed.start)
     if overlap.size == 0 or overlap.max() <= 0:

@@ -39,7 +39,7 @@ def centred_range(x: FloatArray, n: int) -> FloatArray:
 def centred_extremes(x: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     """Smallest and largest (m,) of the ``n`` values about each of ``x`` (m,), fewer at the ends.
 
-    The window of sample k begins at k - n // 2. No value may be NaN.
+    The window of sample k begins at k - n // 2. One that holds a NaN is NaN.
     """
     before, after = n // 2, n - 1 - n // 2
     low = window_minima(_padded(x, before, after, np.inf), n)

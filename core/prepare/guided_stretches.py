@@ -103,13 +103,13 @@ def rough_friction(prepared: Prepared) -> dict[str, Friction]:
 def _line(stretch: FloatArray, velocity: FloatArray, rest: FloatArray) -> tuple[float, float] | None:
     """F in N·m and D in N·m·s/rad, both at least 0; None where there is no friction to be seen."""
     use = np.isfinite(rest) & (np.abs(velocity) >= MOVING_RAD_S)
-    size = int(stretch[-1]) + 1
-    count, one_way = (np.bincount(stretch[use], w, size) for w in (np.ones(int(use.sum())), np.sign(velocity[use])))
+    size, stretch, velocity, rest = int(stretch[-1]) + 1, stretch[use], velocity[use], rest[use]
+    count, one_way = (np.bincount(stretch, weight, size) for weight in (np.ones(stretch.size), np.sign(velocity)))
     whole = (count > 0.5 * np.median(count[count > 0]) if count.any() else count > 0) & (np.abs(one_way) == count)
     if np.count_nonzero(whole) < _FEWEST:
         return None
-    speed = np.bincount(stretch[use], np.abs(velocity[use]), size)[whole] / count[whole]
-    level = np.bincount(stretch[use], np.sign(velocity[use]) * rest[use], size)[whole] / count[whole]
+    speed = np.bincount(stretch, np.abs(velocity), size)[whole] / count[whole]
+    level = np.bincount(stretch, np.sign(velocity) * rest, size)[whole] / count[whole]
     columns = np.column_stack([np.ones_like(speed), speed])
     found = np.array([np.quantile(level, _QUANTILE), 0.0])
     for _ in range(_STEPS):

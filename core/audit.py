@@ -233,12 +233,12 @@ def _detect(
         control=control_modes(series, prepared.phases, config.detect),
     )
     step(7, 10)
+    if on_signals is not None:  # not sooner: what is done until here takes most memory
+        on_signals(signals, series.source.sha256)
     found += pattern_findings(signals, rule.gamma_nm)
     more = detection_findings(series, run, inputs, facts.friction_level)
     found += residual_level_findings(stats, rule.gamma_nm) + scatter_findings(applied.fits, rule.gamma_nm)
     more += model_worth_findings(prepared, run, inputs)
-    if on_signals is not None:  # not sooner: what is done until here takes most memory
-        on_signals(signals, series.source.sha256)
     step(9, 10)
     steps = rest_steps(prepared, run, inputs)
     return _Judged(inputs, run, signals, stats, facts, (*found, *more), steps)

@@ -48,26 +48,31 @@ class PositionPattern:
     high_rad: float
 
 
+def visits_of(time_s: FloatArray) -> IntArray:
+    """(n,) number of the visit that each sample belongs to: of its second."""
+    visit = np.empty(time_s.size, dtype=np.int64)
+    for part in blocks(visit.size):
+        visit[part] = np.floor(time_s[part] / _VISIT_S)
+    return visit
+
+
 def position_pattern(
-    time_s: FloatArray, position: FloatArray, residual: FloatArray, direction: FloatArray
+    visit: IntArray, position: FloatArray, residual: FloatArray, direction: FloatArray
 ) -> PositionPattern | None:
     """The pattern of one joint, or None where there is none, or too little motion or too few visits to tell.
 
     Args:
-        time_s, position, residual: (n,) samples.
+        visit: (n,) as of :func:`visits_of`; worked on in its place, since columns of a long log are large.
+        position: (n,) samples.
+        residual: (n,) worked on in its place.
         direction: (n,) sign of the motion.
     """
     if position.size < 2 * _BINS:
         return None
-    visit = np.empty(time_s.size, dtype=np.int64)
-    for part in blocks(visit.size):
-        visit[part] = np.floor(time_s[part] / _VISIT_S)
-    rest = residual.copy()
-    del time_s, residual  # columns of a long log: no more of them than needed
     for sign in (-1.0, 1.0):
         way = direction == sign
         if way.any():
-            np.subtract(rest, median_of(rest[way]), out=rest, where=way)
+            np.subtract(residual, median_of(residual[way]), out=residual, where=way)
     del direction
     low, high = _ends(position)
     if not high - low > _LEAST_RANGE_RAD:
@@ -77,7 +82,7 @@ def position_pattern(
     for part in blocks(visit.size):
         visit[part] += np.clip(((position[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     del position
-    key, mean = _means(visit, rest)
+    key, mean = _means(visit, residual)
     of_bin, late = key % _BINS, key // _BINS > middle
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
     both = np.isfinite(early_of) & np.isfinite(late_of)
@@ -106,12 +111,12 @@ def _ends(position: FloatArray) -> tuple[float, float]:
 
 
 def _means(key: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The numbers that occur in ``key`` (n,), rising, and the mean of the values (n,) of each."""
+    """The numbers that occur in ``key`` (n,), which is changed, rising, and the mean of the values (n,) of each."""
     least = int(key.min())
     if int(key.max()) - least > 4 * key.size:  # a clock that jumped: most numbers do not occur
         there, label = np.unique(key, return_inverse=True)
         return there, np.bincount(label, weights=values) / np.bincount(label)
-    key = key - least
+    key -= least
     changes = np.flatnonzero(key[1:] != key[:-1]) + 1  # a joint stays at a place for many samples
     runs = np.diff(changes, prepend=0, append=key.size)
     count = np.bincount(key[np.append(0, changes)], weights=runs)
@@ -156,7 +161,7 @@ def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Fi
         if not there.any():
             return []
         way = ((velocity > 0).view(np.int8) - (velocity < 0).view(np.int8))[there]
-        found = position_pattern(signals.time_s[there], position[there], residual[there], way)
+        found = position_pattern(visits_of(signals.time_s[there]), position[there], residual[there], way)
         return _finding(joint, found, gamma_nm[joint], "the threshold")
 
     found = by_name(of_joint, [joint for joint in signals.joint_names if joint in gamma_nm])
@@ -170,7 +175,7 @@ def settled_pattern_findings(joint: str, left: Settled) -> list[Finding]:
         joint: its name.
         left: its settled motion.
     """
-    found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
+    found = position_pattern(visits_of(left.time_s), left.position, left.residual.copy(), np.sign(left.friction))
     return _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.blocks import blocks, samples_at_once
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.tables import table
 
 
@@ -30,8 +31,10 @@ def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArra
     first, last = np.searchsorted(x, (at[0], at[-1]))
     out[:first], out[last:] = values[0], values[-1]
     inside, between = x[first:last], out[first:last]
-    for block in blocks(inside.size):
-        _fill(inside[block], at, values, between[block])
+    for _ in ordered_map(
+        lambda block: _fill(inside[block], at, values, between[block]), list(blocks(inside.size, 4 * samples_at_once()))
+    ):
+        pass
     return out
 
 

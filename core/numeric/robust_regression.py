@@ -8,6 +8,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import HUBER_BOUND, quantile_of, robust_sd
 
 _ROUNDS = 25
@@ -41,8 +42,12 @@ class Columns:
     def times(self, coefficients: FloatArray) -> FloatArray:
         """(n,) what coefficients (c,) make of them."""
         out = np.empty(self.count)
-        for block in blocks(self.count):
+
+        def fill(block: slice) -> None:
             out[block] = self.at(block) @ coefficients
+
+        for _ in ordered_map(fill, list(blocks(self.count))):
+            pass
         return out
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 
 #: Standard errors in half of a 95 % interval, rounded as usual: intervals in results are this wide.
@@ -63,9 +63,7 @@ def _near(x: FloatArray, place: int) -> tuple[FloatArray, int]:
     and those below counted. Where it does not lie between them, all values are handed back: the draw changes no result.
     Floyd and Rivest, Commun. ACM 18, 1975.
     """
-    golden = 0.5 * (np.sqrt(5.0) - 1.0)
-    number = np.arange(_DRAWN)  # each from a stretch of its own, at another place of it: a period finds no echo
-    drawn = np.sort(x[((number + number * golden % 1.0) * (x.size / _DRAWN)).astype(np.int64)])
+    drawn = np.sort(x[drawn_places(x.size)])
     share = place / (x.size - 1)
     middle, margin = share * (_DRAWN - 1), _SIGMAS * np.sqrt(_DRAWN * share * (1.0 - share)) + 2.0
     low = drawn[int(middle - margin)] if middle >= margin else -np.inf
@@ -79,6 +77,12 @@ def _near(x: FloatArray, place: int) -> tuple[FloatArray, int]:
     first = place - below
     needed = 1 if place == x.size - 1 else 2  # the value and the next
     return (inside, first) if 0 <= first <= inside.size - needed else (x, place)
+
+
+def drawn_places(size: int) -> IntArray:
+    """Places in so many values, each in a stretch of its own and at another place of it: a period finds no echo."""
+    number, golden = np.arange(_DRAWN), 0.5 * (np.sqrt(5.0) - 1.0)
+    return np.asarray((number + number * golden % 1.0) * (size / _DRAWN), dtype=np.int64)
 
 
 def parabola_minimum(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:

@@ -92,6 +92,13 @@ def test_a_draw_that_misleads_changes_no_result(monkeypatch: pytest.MonkeyPatch)
     assert whole > 0
 
 
+@pytest.mark.parametrize("place", [stats._DRAWN - 1, stats._DRAWN, 50_000])
+def test_the_next_value_may_lie_beyond_all_that_were_drawn(place: int) -> None:
+    x = np.random.default_rng(6).uniform(1.0, 2.0, 100_000)
+    x[stats.drawn_places(x.size)] = 0.0
+    assert stats.in_order(x, place) == tuple(np.sort(x)[place : place + 2])
+
+
 def test_the_minimum_of_a_parabola_is_found_exactly() -> None:
     at = np.array([-0.4, 0.0, 0.3, 1.7])
     values = [2.0 * (x - at) ** 2 + 5.0 for x in (-1.0, 0.0, 1.0)]

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.audit_result import FrictionFile
-from collaudit.core.detection.position_pattern import _means, _median_of_rising, position_pattern, visits_of
+from collaudit.core.detection.position_pattern import (
+    _means,
+    _median_of_rising,
+    position_pattern,
+    settled_pattern_findings,
+    visits_of,
+)
+from collaudit.core.friction.motion_points import Settled
 from collaudit.fixtures.simulated_audit import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -87,3 +94,13 @@ def test_the_median_of_times_needs_no_sorting() -> None:
     for size in (1, 2, 7, 8):
         rising = np.sort(np.random.default_rng(size).integers(0, 9, size))
         assert _median_of_rising(rising) == np.median(rising) == _median_of_rising(rising[::-1])
+
+
+def test_what_is_settled_stays_as_it_is() -> None:
+    t, q, way = swings()
+    rest = 3.0 * (q - 0.2) + 0.5 * noise(t.size)
+    left = Settled(t, q, rest, 2.0 * way, np.abs(way), np.zeros(t.size), np.zeros(t.size), None, np.zeros(t.size))
+    before = [x.copy() for x in (t, q, rest)]
+    assert settled_pattern_findings("joint1", left)
+    for x, as_it_was in zip((t, q, rest), before, strict=True):
+        np.testing.assert_array_equal(x, as_it_was)

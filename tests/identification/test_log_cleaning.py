@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.identification import contact_stretches
 from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
 from collaudit.core.identification.log_cleaning import cleaned
 from collaudit.core.numeric.arrays import BoolArray
@@ -224,3 +226,28 @@ def test_a_real_arm_that_is_clamped_is_seen_and_a_free_one_is_left_whole(data_di
     assert out[touched].mean() > 0.8
     assert out[~touched].mean() < 0.25
     assert facts.share > 0.25
+
+
+def plain_runs(mask: BoolArray) -> list[tuple[int, int]]:
+    """First and last sample but one of each run, sample by sample."""
+    out: list[tuple[int, int]] = []
+    for k in np.flatnonzero(mask).tolist():
+        out = [*out[:-1], (out[-1][0], k + 1)] if out and out[-1][1] == k else [*out, (k, k + 1)]
+    return out
+
+
+def test_a_stretch_reaches_as_far_as_its_residual_is_near(free: Any) -> None:
+    log, _ = pushed(*free("paper6"), 0.1)
+    n, period = log.series.time_s.size, log.series.period_s
+    joint = contact_stretches._joint(log, 0)
+    assert joint is not None
+    _, ratio, far = contact_stretches._stretches(joint, np.zeros(n, dtype=bool), n, period)
+    near = ratio > 2.5
+    for (_, stop), (start, _) in pairwise(plain_runs(near)):
+        near[stop:start] |= start - stop <= round(0.1 / period)
+    cores = [run for run in plain_runs(ratio > 6.0) if run[1] - run[0] >= round(0.02 / period)]
+    expected = np.zeros(n, dtype=bool)
+    for start, stop in plain_runs(near):
+        expected[start:stop] = any(start <= a and b <= stop for a, b in cores)
+    np.testing.assert_array_equal(far[joint.rows], expected[joint.rows])
+    assert np.count_nonzero(far) > 1.2 * sum(stop - start for start, stop in cores) > 0

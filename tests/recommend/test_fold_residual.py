@@ -15,11 +15,13 @@ from collaudit.core.data.friction_correction import FrictionCorrection, LoadFric
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.held_out_laws import fold_of_sample
+from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.recommend.held_out_residual import _fold_by_fold, _laws, _of_log, folds_of
 from collaudit.core.residual.detector import detector_named
 
 LOAD = LoadFriction(0.05, 0.005, (0.1, 1.0), (20.0, 30.0), (2.0, 60.0))
 RIPPLE = RippleWave(16.0, (0.4, 0.1), (0.0, 0.0), 0.05)
+WARM = TemperatureModel(-0.01, 0.001, 35.0, 0.02, (32.0, 48.0))
 CORRECTED = {
     "joint1": FrictionCorrection(None, (RIPPLE,), 1.0, 0.5),
     "joint2": FrictionCorrection(LOAD, (), 1.0, 0.5),
@@ -49,7 +51,8 @@ def test_each_fold_is_judged_as_by_the_whole_residual(
     saturated = series.saturated.copy()
     saturated[4000:4040, 2] = True
     cut = [replace(series.segments[0], stop=9000), replace(series.segments[0], start=9300)]
-    log = replace(log, series=replace(series, saturated=saturated, segments=tuple(cut)))
+    heat = np.tile(np.linspace(30.0, 50.0, series.time_s.size)[:, None], (1, series.position_rad.shape[1]))
+    log = replace(log, series=replace(series, saturated=saturated, segments=tuple(cut), temperature_c=heat))
     fits = {joint: fit for joint, fit in friction.joints.items() if joint != "joint6"}
     slower = fits["joint3"].speed_range_rad_s
     assert slower is not None
@@ -58,7 +61,11 @@ def test_each_fold_is_judged_as_by_the_whole_residual(
     law_of = {joint: FrictionModel.of(fit) for joint, fit in fits.items()}
     by_fold = [
         {
-            joint: replace(law, values={s: (1.0 + 0.1 * k) * x for s, x in law.values.items()})
+            joint: replace(
+                law,
+                values={s: (1.0 + 0.1 * k) * x for s, x in law.values.items()},
+                temperature_model=WARM if joint == "joint4" else None,
+            )
             for joint, law in law_of.items()
             if law
         }

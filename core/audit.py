@@ -233,7 +233,7 @@ def _detect(
         control=control_modes(series, prepared.phases, config.detect),
     )
     step(7, 10)
-    if on_signals is not None:  # not sooner: what is done until here takes most memory
+    if on_signals is not None:  # not sooner: dynamic thresholds take memory, and so do rows on their way
         on_signals(signals, series.source.sha256)
     found += pattern_findings(signals, rule.gamma_nm)
     more = detection_findings(series, run, inputs, facts.friction_level)

@@ -121,4 +121,4 @@ def _share(part: float, time: TimeShares) -> str:
 
 
 def _newtons(force: float | None) -> str:
-    return "none alarms" if force is None else f"{force:.0f} N" if force >= 1000 else f"{significant(force)} N"
+    return "no force alarms" if force is None else f"{force:.0f} N" if force >= 1000 else f"{significant(force)} N"

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
@@ -48,40 +49,50 @@ class PositionPattern:
     high_rad: float
 
 
-def visits_of(time_s: FloatArray) -> IntArray:
-    """(n,) number of the visit that each sample belongs to: of its second."""
-    visit = np.empty(time_s.size, dtype=np.int64)
-    for part in blocks(visit.size):
-        visit[part] = np.floor(time_s[part] / _VISIT_S)
+def visits_of(time_s: FloatArray, there: BoolArray | None = None) -> IntArray:
+    """(k,) number of the visit that each sample (n,) belongs to, of its second; of those picked by ``there`` (n,)."""
+    visit = np.empty(time_s.size if there is None else np.count_nonzero(there), dtype=np.int64)
+    count = 0
+    for part in blocks(time_s.size):
+        picked = time_s[part] if there is None else time_s[part][there[part]]
+        visit[count : count + picked.size] = np.floor(picked / _VISIT_S)
+        count += picked.size
     return visit
 
 
 def position_pattern(
-    visit: IntArray, position: FloatArray, residual: FloatArray, direction: FloatArray
+    time_s: FloatArray,
+    position: FloatArray,
+    residual: FloatArray,
+    direction: NDArray[np.generic],
+    there: BoolArray | None = None,
 ) -> PositionPattern | None:
     """The pattern of one joint, or None where there is none, or too little motion or too few visits to tell.
 
     Args:
-        visit: (n,) as of :func:`visits_of`; worked on in its place, since columns of a long log are large.
-        position: (n,) samples.
-        residual: (n,) worked on in its place.
+        time_s, position, residual: (n,) samples.
         direction: (n,) sign of the motion.
+        there: (n,) which samples count; all of them without.
     """
-    if position.size < 2 * _BINS:
+    place = position if there is None else position[there]
+    if place.size < 2 * _BINS:
         return None
+    low, high = _ends(place)
+    if not high - low > _LEAST_RANGE_RAD:
+        return None
+    visit = visits_of(time_s, there)
+    middle = _median_of_rising(visit)
+    visit *= _BINS
+    for part in blocks(visit.size):
+        visit[part] += np.clip(((place[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
+    del place  # columns of a long log are large: one at a time
+    residual = residual.copy() if there is None else residual[there]
+    direction = direction if there is None else direction[there]
     for sign in (-1.0, 1.0):
         way = direction == sign
         if way.any():
             np.subtract(residual, median_of(residual[way]), out=residual, where=way)
     del direction
-    low, high = _ends(position)
-    if not high - low > _LEAST_RANGE_RAD:
-        return None
-    middle = _median_of_rising(visit)
-    visit *= _BINS
-    for part in blocks(visit.size):
-        visit[part] += np.clip(((position[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
-    del position
     key, mean = _means(visit, residual)
     of_bin, late = key % _BINS, key // _BINS > middle
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
@@ -158,10 +169,8 @@ def pattern_findings(signals: Signals, gamma_nm: Mapping[str, float]) -> list[Fi
             x[:, j] for x in (signals.position_rad, signals.residual_nm, signals.velocity_rad_s)
         )
         there = (signals.state[:, j] == State.JUDGED) & np.isfinite(residual)
-        if not there.any():
-            return []
-        way = ((velocity > 0).view(np.int8) - (velocity < 0).view(np.int8))[there]
-        found = position_pattern(visits_of(signals.time_s[there]), position[there], residual[there], way)
+        way = (velocity > 0).view(np.int8) - (velocity < 0).view(np.int8)
+        found = position_pattern(signals.time_s, position, residual, way, there)
         return _finding(joint, found, gamma_nm[joint], "the threshold")
 
     found = by_name(of_joint, [joint for joint in signals.joint_names if joint in gamma_nm])
@@ -175,7 +184,7 @@ def settled_pattern_findings(joint: str, left: Settled) -> list[Finding]:
         joint: its name.
         left: its settled motion.
     """
-    found = position_pattern(visits_of(left.time_s), left.position, left.residual.copy(), np.sign(left.friction))
+    found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
     return _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
 
 

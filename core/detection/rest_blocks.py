@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
@@ -175,16 +176,18 @@ class RunningSums:
     """Running sums of a signal of blocks: (m + 1,) of what is known, from its median, and of how many are unknown."""
 
     known: FloatArray
-    lost: IntArray
+    lost: NDArray[np.int32]
 
     @classmethod
     def of(cls, x: FloatArray) -> RunningSums:
         """Of the values (m,), NaN where one is unknown."""
         unknown = ~np.isfinite(x)
-        known, lost = np.zeros(x.size + 1), np.zeros(x.size + 1, dtype=np.int64)
+        known, lost = np.zeros(x.size + 1), np.zeros(x.size + 1, dtype=np.int32)
         if not unknown.all():
-            np.cumsum(np.where(unknown, 0.0, x - median_of(x[~unknown])), out=known[1:])
-        np.cumsum(unknown, out=lost[1:])
+            np.subtract(x, median_of(x[~unknown] if unknown.any() else x), out=known[1:])
+            known[1:][unknown] = 0.0
+            np.cumsum(known[1:], out=known[1:])
+        np.cumsum(unknown, out=lost[1:], dtype=np.int32)
         return cls(known, lost)
 
     def step(self, width: int, rise: int, rows: IntArray) -> FloatArray:

@@ -118,36 +118,42 @@ def learn_dynamic(
         motion: samples to velocity and acceleration of the joint there.
         clean: (n,) judged samples away from collisions.
         n: persistence, samples.
-        room: (n, 3) memory that is written to; fresh memory of that size costs as much time as the fit.
+        room: (n, 3) memory that is written to, in rows; fresh memory of that size costs as much time as the fit.
 
     Returns:
         None with fewer than 1,000 clean samples.
     """
     room = np.empty((residual.size, 3)) if room is None else room
-    size, use = np.abs(residual), np.empty(residual.size, dtype=np.bool_)
+    use = np.empty(residual.size, dtype=np.bool_)
     picked = np.empty(residual.size)  # |residual| of the samples that count, one after the other
     count = 0
     for block in blocks(residual.size):
-        velocity, acceleration = motion(block)
-        here = np.logical_and(clean[block], np.isfinite(size[block]), out=use[block])
+        (velocity, acceleration), left = motion(block), residual[block]
+        here = np.logical_and(clean[block], np.isfinite(left), out=use[block])
         here &= np.isfinite(velocity)
         here &= np.isfinite(acceleration)
         rows = slice(count, count + int(np.count_nonzero(here)))
         room[rows, 0] = 1.0
         np.abs(velocity[here], out=room[rows, 1])
         np.abs(acceleration[here], out=room[rows, 2])
-        picked[rows] = size[block][here]
-        size[block][~here] = 0.0
+        np.abs(left[here], out=picked[rows])
         count = rows.stop
     if count < _LEAST_SAMPLES:
         return None
     columns, level = room[:count], picked[:count]
     shape = dynamic_shape(level, columns)
     np.matmul(columns, shape, out=level)
-    lasting = whole_window_minima(size, n)
-    del size
-    np.divide(lasting[use], level, out=level)
-    scale = _MARGIN * max(float(np.max(level)), 1.0)
+    size, lasting = room.reshape(-1)[: 2 * residual.size].reshape(2, -1)  # the columns are not needed any more
+    for block in blocks(residual.size):
+        np.abs(residual[block], out=size[block])
+        size[block][~use[block]] = 0.0
+    whole_window_minima(size, n, lasting)
+    largest, count = 1.0, 0
+    for block in blocks(residual.size):
+        here = lasting[block][use[block]]
+        largest = max(largest, float(np.max(here / level[count : count + here.size], initial=0.0)))
+        count += here.size
+    scale = _MARGIN * largest
     return DynamicThreshold(*(float(scale * x) for x in shape))
 
 

@@ -20,14 +20,17 @@ _Number = TypeVar("_Number", bound=np.generic)
 _COARSE = 12
 
 
-def window_minima(x: FloatArray, n: int) -> FloatArray:
-    """(m - n + 1,) smallest of each ``n`` values in a row of ``x`` (m,), by their first; empty for m < n."""
-    return _windows(x, n, np.minimum)
+def window_minima(x: FloatArray, n: int, out: FloatArray | None = None) -> FloatArray:
+    """(m - n + 1,) smallest of each ``n`` values in a row of ``x`` (m,), by their first; empty for m < n.
+
+    ``out``: memory for them, fresh memory without.
+    """
+    return _windows(x, n, np.minimum, out)
 
 
-def window_maxima(x: FloatArray, n: int) -> FloatArray:
-    """(m - n + 1,) largest of each ``n`` values in a row of ``x`` (m,), by their first; empty for m < n."""
-    return _windows(x, n, np.maximum)
+def window_maxima(x: FloatArray, n: int, out: FloatArray | None = None) -> FloatArray:
+    """(m - n + 1,) largest of each ``n`` values in a row of ``x`` (m,), as of :func:`window_minima`."""
+    return _windows(x, n, np.maximum, out)
 
 
 def centred_range(x: FloatArray, n: int) -> FloatArray:
@@ -81,9 +84,13 @@ def range_exceeds(x: FloatArray, n: int, level: float) -> BoolArray:
     return out
 
 
-def whole_window_minima(x: FloatArray, n: int) -> FloatArray:
-    """(m,) smallest of the ``n`` values about each of ``x`` (m,), whose window begins at k - n // 2; 0 at the ends."""
-    out = np.zeros(x.size)
+def whole_window_minima(x: FloatArray, n: int, out: FloatArray | None = None) -> FloatArray:
+    """(m,) smallest of the ``n`` values about each of ``x`` (m,), whose window begins at k - n // 2; 0 at the ends.
+
+    ``out``: (m,) memory for them, fresh memory without.
+    """
+    out = np.empty(x.size) if out is None else out
+    out[: n // 2] = out[max(n // 2, x.size - (n - 1 - n // 2)) :] = 0.0
     _windows(x, n, np.minimum, out[n // 2 : max(n // 2, x.size - (n - 1 - n // 2))])
     return out
 

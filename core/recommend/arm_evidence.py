@@ -180,7 +180,10 @@ def evidence_of(
         causes += [LeftOutStretch(log.name, a - MARGIN_S, b + MARGIN_S, "contact") for a, b in contact]
     stretches = joined(causes)
     free = ~_inside(signals, [(s.start_s, s.end_s) for s in stretches])
-    clean = np.asarray(signals.state <= State.FRICTION_INTERVAL) & np.isfinite(signals.residual_nm) & free[:, None]
+    clean = np.isfinite(signals.residual_nm)
+    for own, states in zip(clean.T, signals.state.T, strict=True):  # a joint at a time: tables of a long log are large
+        own &= free
+        own &= states <= State.FRICTION_INTERVAL
     return LogEvidence(
         name=log.name,
         sha256=log.sha256,

@@ -71,8 +71,7 @@ def sustained_peaks(data: CleanResidual, n: int, block_s: float = BLOCK_S) -> Fl
     block of clean data exactly when gamma is below it. Blocks in which no window fits are left out.
     """
     level = np.full(data.residual_nm.size, -np.inf)
-    lowest = window_minima(data.level_nm(), n)
-    level[n // 2 : n // 2 + lowest.size] = lowest
+    window_minima(data.level_nm(), n, level[n // 2 : n // 2 + max(0, level.size - n + 1)])
     length = max(1, round(block_s / data.period_s))
     if level.size == 0:
         return level

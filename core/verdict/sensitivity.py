@@ -186,10 +186,13 @@ def level_at(known: FloatArray, count: int, shares: Sequence[float]) -> list[flo
 
 
 def _lasting(level: FloatArray, n: int) -> FloatArray:
-    """(n,) lowest, over the stretches of ``n`` samples that hold a sample, of their highest level."""
+    """(n,) lowest, over the stretches of ``n`` samples that hold a sample, of their highest level; in its place."""
     if n <= 1 or level.size == 0:
         return level
     if level.size < n:
-        return np.full_like(level, np.inf)
-    # Stretches that reach beyond an end do not exist: their peak is infinite.
-    return window_minima(np.pad(window_maxima(level, n), n - 1, constant_values=np.inf), n)
+        level[:] = np.inf
+        return level
+    highest = np.empty(level.size + n - 1)
+    highest[: n - 1] = highest[level.size :] = np.inf  # stretches that reach beyond an end do not exist
+    window_maxima(level, n, highest[n - 1 : level.size])
+    return window_minima(highest, n, level)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from origins import NOBODY
+from scipy import ndimage
 
 from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
@@ -15,7 +16,7 @@ from collaudit.core.config import load_config
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.detection_result import DynamicThreshold
-from collaudit.core.detection.threshold import dynamic_level, learn_dynamic, pooled_dynamic
+from collaudit.core.detection.threshold import dynamic_level, dynamic_shape, learn_dynamic, pooled_dynamic
 from collaudit.core.prepare.phases import PHASES, find_phases, phase_findings
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, score
 from collaudit.core.scoring.truth_events import read_truth, true_events
@@ -168,6 +169,37 @@ def test_a_dynamic_threshold_never_fires_on_what_it_was_learnt_from() -> None:
     longest = max((len(run) for run in "".join("x" if x else " " for x in above).split()), default=0)
     assert longest < 5
     assert learn_dynamic(residual[:500], lambda part: (v[:500][part], a[:500][part]), np.ones(500, bool), 5) is None
+
+
+@pytest.mark.parametrize("rows", [None, 9, 4000])
+def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against the same in a few lines over the whole column, in used memory, in blocks of any size."""
+    if rows is not None:
+        monkeypatch.setattr("collaudit.core.detection.threshold.blocks", lambda n: _blocks(n, rows))
+    rng = np.random.default_rng(4)
+    v, a = np.sin(np.linspace(0, 90, 5000)), 3 * np.cos(np.linspace(0, 400, 5000))
+    residual = rng.normal(0, 0.2 + 0.5 * np.abs(v))
+    clean = np.repeat(rng.random(500) < 0.9, 10)
+    clean[7] = False
+    residual[~clean] += 40.0
+    residual[[50, 51, 900]] = np.nan
+    residual[2000:2004] = 30.0  # of clean samples, but no longer than n
+    residual[3000:3008] = 6.0
+    a[70], v[71] = np.nan, np.nan
+    use = clean & np.isfinite(residual) & np.isfinite(v) & np.isfinite(a)
+    columns = np.column_stack([np.ones(v.size), np.abs(v), np.abs(a)])[use]
+    shape = dynamic_shape(np.abs(residual[use]), columns)
+    lasting = ndimage.minimum_filter1d(np.where(use, np.abs(residual), 0.0), 5, mode="constant")
+    scale = max(1.0, float(np.max(lasting[use] / (columns @ shape))))
+    law = learn_dynamic(residual, lambda part: (v[part], a[part]), clean, 5, np.full((5000, 3), 7.0))
+    assert law is not None
+    found = (law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad)
+    assert scale > 1.5
+    assert found == pytest.approx(tuple(1.3 * scale * shape), rel=1e-12)
+
+
+def _blocks(count: int, rows: int) -> list[slice]:
+    return [slice(start, min(start + rows, count)) for start in range(0, count, rows)]
 
 
 def test_a_pooled_dynamic_threshold_covers_every_run() -> None:

@@ -97,6 +97,14 @@ def test_persistence_rounds_up(milliseconds: float, period: float, n: int) -> No
     assert persistence_samples(milliseconds / 1e3, period) == n
 
 
+@pytest.mark.parametrize(("first", "block"), [(494, 0), (495, 1), (990, 1), (990 + 5, 2)])
+def test_a_sustained_level_belongs_to_the_block_of_its_middle(first: int, block: int) -> None:
+    x = np.ones(1500)
+    x[first : first + 10] = 5.0
+    peaks = sustained_peaks(CleanResidual(x, np.ones(1500, dtype=bool), 0.002), 10, block_s=1.0)
+    np.testing.assert_array_equal(peaks, np.where(np.arange(3) == block, 5.0, 1.0))
+
+
 @given(arrays(np.float64, st.integers(20, 200), elements=st.floats(-10, 10)), MASKS, st.integers(1, 12))
 def test_the_sustained_level_is_the_threshold_at_which_alarms_stop(x: np.ndarray, seed: int, n: int) -> None:
     clean = mask_for(x, seed)

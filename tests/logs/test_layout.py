@@ -337,6 +337,22 @@ def test_a_column_of_which_one_number_is_known_holds_something(at: int | None, e
     assert (group.holds("effort"), group.holds("velocity")) == (expected, False)
 
 
+@pytest.mark.parametrize(("claimed", "rows"), [
+    (0, 110_000), (100_000, 100_000), (219_000, 219_000), (10**12, 110_000), (9_999, 110_000),
+])  # fmt: skip
+def test_room_is_what_the_file_claims_where_that_is_likely(claimed: int, rows: int) -> None:
+    """A tenth was read, 10,000 messages: 110,000 are foreseen."""
+    out = Decoded(share=0.1, claimed=claimed)
+    room = out.room(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": 2}, range(10_000))
+    room["effort"][:] = np.arange(20_000.0).reshape(-1, 2)
+    (group,) = out.groups.values()
+    assert group.columns["effort"]._array.shape == (rows, 2)
+    more = out.room(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": 2}, range(10_000, 10_000 + rows))
+    more["effort"][:] = 1.0  # more than was claimed, or foreseen
+    np.testing.assert_array_equal(group.look("effort")[:10_000], np.arange(20_000.0).reshape(-1, 2))
+    assert len(group.columns["effort"]) == 10_000 + rows
+
+
 @pytest.mark.parametrize(("placed", "one_run"), [
     ([np.arange(4), range(4, 9)], True), ([np.arange(2), np.arange(2, 5)], True), ([range(3), np.array([5, 6])], False),
     ([np.array([0, 2]), np.array([3])], False), ([np.array([1, 3, 4])], False), ([range(2), range(4, 6)], False),

@@ -38,6 +38,20 @@ def test_windows_that_fit(x: np.ndarray[tuple[int], np.dtype[np.float64]], n: in
 
 
 @pytest.mark.parametrize("n", (*SIZES, 1500))
+def test_memory_that_is_handed_in_is_written_to_altogether(
+    x: np.ndarray[tuple[int], np.dtype[np.float64]], n: int
+) -> None:
+    for function, size in ((window_minima, max(0, x.size - n + 1)), (window_maxima, max(0, x.size - n + 1))):
+        used = np.full(size, np.nan)
+        if size:
+            assert function(x, n, used) is used
+        np.testing.assert_array_equal(used, function(x, n))
+    used = np.full(x.size, np.nan)
+    np.testing.assert_array_equal(whole_window_minima(x, n, used), whole_window_minima(x, n))
+    np.testing.assert_array_equal(used, whole_window_minima(x, n))
+
+
+@pytest.mark.parametrize("n", (*SIZES, 1500))
 @pytest.mark.parametrize("mode", ["nearest", "reflect"])
 def test_windows_that_are_cut_at_the_ends(x: np.ndarray[tuple[int], np.dtype[np.float64]], n: int, mode: str) -> None:
     x = np.where(np.isinf(x), 9.0, x)

@@ -52,6 +52,22 @@ def test_no_value_crosses_the_threshold(values: list[float], gamma: float, step:
         assert np.all(plain[:-1] / step == np.round(plain[:-1].astype(float) / step))
 
 
+@pytest.mark.parametrize("rows", [300, 999, 1000])
+def test_parts_that_are_written_one_after_the_other_do_not_mix(
+    tmp_path: Path, rows: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    audit = samples.failed(2000)
+    wrench = np.random.default_rng(3).normal(0.0, 5.0, (2000, 6))
+    audit = replace(audit, signals=replace(audit.signals, wrench=wrench))
+    write_run(tmp_path / "whole", audit, None)
+    monkeypatch.setattr("collaudit.reports.files.signals_file._ROWS", rows)
+    write_run(tmp_path / "parts", audit, None)
+    whole, parts = (pq.read_table(tmp_path / name / "signals.parquet") for name in ("whole", "parts"))
+    assert whole.column_names == parts.column_names
+    for name in whole.column_names:
+        np.testing.assert_array_equal(parts[name].to_numpy(), whole[name].to_numpy(), err_msg=name)
+
+
 def test_the_file_states_its_steps_and_keeps_to_them(
     tmp_path: Path, noise: np.ndarray[tuple[int], np.dtype[np.float64]]
 ) -> None:

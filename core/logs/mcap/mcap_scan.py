@@ -138,7 +138,7 @@ class McapIndex:
             return None
         schema, topic, encoding = self.channels[number]
         name, schema_encoding, data = self.schemas.get(schema, ("", "", b""))
-        return Channel(number, topic, ros_type(name), encoding, schema_encoding, data)
+        return Channel(number, topic, ros_type(name), encoding, schema_encoding, data, self.counts.get(number, 0))
 
 
 def _text(body: bytes, at: int) -> tuple[str, int]:

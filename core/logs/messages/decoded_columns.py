@@ -71,17 +71,18 @@ class Group:
         return len(self.places) == 1 and isinstance(self.places[0], range)
 
     def room(
-        self, widths: Mapping[str, int], count: int, share: float, settle: Callable[[], None]
+        self, widths: Mapping[str, int], count: int, share: float, claimed: int, settle: Callable[[], None]
     ) -> dict[str, Column]:
         """So many further rows of its columns, to be written to; every call names the same columns.
 
         Args:
             widths: column name to numbers of a row, 0 for one integer.
             count, share, settle: as of :meth:`Growing.room`.
+            claimed: messages of the topic that the file claims to hold; 0 where it states no number.
         """
         for name, width in widths.items():
             if name not in self.columns:
-                self.columns[name] = Growing(width)
+                self.columns[name] = Growing(width, claimed)
         return {name: self.columns[name].room(count, share, settle) for name in widths}
 
     def take(self, name: str) -> FloatArray | IntArray | None:
@@ -151,6 +152,7 @@ class Decoded:
         slow: messages that went through the generic decoder.
         latency: how long after publishing messages were recorded.
         share: how much of the log's bytes has been read, 0 … 1.
+        claimed: messages that the file claims to hold; 0 where it states no number.
         bounds: how much may be read; None for no bounds.
         beside: does the writing of columns; None to have it done at once.
     """
@@ -162,6 +164,7 @@ class Decoded:
     slow: int = 0
     latency: Latency = field(default_factory=lambda: Latency())
     share: float = 0.0
+    claimed: int = 0
     bounds: ReadingBounds | None = None
     beside: Beside | None = None
 
@@ -195,7 +198,7 @@ class Decoded:
             self.bounds.take_values(rows, _OWN_COLUMNS + sum(count for _, count in key.present))
         group = self.group(key)
         group.place(places)
-        return group.room(widths, rows, self.share, self._settle)
+        return group.room(widths, rows, self.share, self.claimed, self._settle)
 
     def write(self, work: Callable[[], None], held: int) -> None:
         """Have rows written to, in any order and beside what comes next; until then so many bytes are held."""

@@ -13,6 +13,8 @@ from collaudit.core.numeric.tables import table
 _LEAST_ROWS = 4096
 #: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
 _MARGIN, _MOST_FORESEEN = 1.1, 1000
+#: A number of rows that the file claims is believed up to so many times what the share foretells.
+_BELIEVED = 2.0
 Column = IntArray | FloatArray
 
 
@@ -20,11 +22,13 @@ class Growing:
     """An array that grows at its end, with room for all that is to come by the share of the log read so far.
 
     Memory that is not written to costs nothing, so room is taken generously and once: growing by resizing would write
-    zeros into the new rows first, and in small pages.
+    zeros into the new rows first, and in small pages. Room for just the rows that come costs least: where columns end
+    within pages of 2 MB, the rest of those is held, too.
     """
 
-    def __init__(self, width: int) -> None:
-        """``width``: numbers of a row; 0 for one integer."""
+    def __init__(self, width: int, claimed: int = 0) -> None:
+        """``width``: numbers of a row; 0 for one integer. ``claimed``: rows that the file claims; 0 for no number."""
+        self._claimed = claimed
         self._array: Column = np.empty((0, width)) if width else np.empty(0, dtype=np.int64)
         self._used = 0
 
@@ -39,7 +43,7 @@ class Growing:
         start, self._used = self._used, self._used + count
         if self._used > self._array.shape[0]:
             settle()
-            self._array = _with_room(self._array[:start], self._used, share)
+            self._array = _with_room(self._array[:start], self._used, share, self._claimed)
         return self._array[start : self._used]
 
     def so_far(self) -> Column:
@@ -50,11 +54,12 @@ class Growing:
         return int(self._used)
 
 
-def _with_room(rows: Column, least: int, share: float) -> Column:
+def _with_room(rows: Column, least: int, share: float, claimed: int) -> Column:
     """A copy of rows with room for at least ``least``, and for the whole log when a share of it is known."""
     wanted = 2 * least + _LEAST_ROWS
     foreseen = int(least * min(_MARGIN / share, _MOST_FORESEEN)) if share > 0 else 0
-    for capacity in (max(wanted, foreseen), wanted):
+    believed = least <= claimed <= _BELIEVED * foreseen
+    for capacity in (claimed if believed else max(wanted, foreseen), wanted):
         try:
             out = np.empty_like(rows, shape=capacity) if rows.ndim == 1 else table(capacity, rows.shape[1])
             break

@@ -76,6 +76,7 @@ def topics_of(
         out.append(_topic(name, channels, extra) if own is None else read_by(name, channels, own, extra))
     for topic in out:
         topic.decoded.bounds = bounds
+        topic.decoded.claimed = sum(channel.messages for channel in topic.channels)
     return out
 
 

@@ -16,6 +16,7 @@ from collaudit.core.arm_states.noisy_drives import noisy_zero
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import quantile_of
 
 #: Efforts below this share of their usual size are zero; the load that they do not bear is this many times larger.
 _ZERO_SHARE, _LOAD_TIMES = 0.02, 5.0
@@ -123,7 +124,9 @@ def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> B
     none, limits = np.ones(effort.shape[0], dtype=np.bool_), []
     for j in known:
         size = np.abs(effort[:, j])
-        limits.append(_ZERO_SHARE * np.nanquantile(size, 0.95))
+        limits.append(
+            _ZERO_SHARE * (quantile_of(size, 0.95) if np.isfinite(size.sum()) else np.nanquantile(size, 0.95))
+        )
         none &= size <= limits[-1]
         if not none.any():  # most often no sample is without effort, and nobody need know the rest
             return none

@@ -12,8 +12,10 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.numeric.tables import copied
 
 #: A value that repeats for less than this, or for fewer samples, is no stuck sensor.
@@ -94,7 +96,8 @@ def without_stuck(recorded: JointLog) -> JointLog:
 def _period(time_s: FloatArray) -> float | None:
     if time_s.size < 3 * _LEAST:
         return None
-    period = float(np.nanmedian(np.diff(time_s)))
+    steps = np.diff(time_s)
+    period = median_of(steps) if np.isfinite(steps.sum()) else float(np.nanmedian(steps))
     return period if period > 0 else None
 
 
@@ -102,13 +105,17 @@ def _moving(recorded: JointLog, period: float) -> BoolArray:
     """(n, j) rows in which a joint moves, by its logged or by its differentiated speed."""
     half = max(1, ceil(_SPEED_S / period / 2))
     out = np.zeros(recorded.position_rad.shape, dtype=np.bool_, order="F")
-    for j in range(len(recorded.joint_names)):
+
+    def fill_joint(j: int) -> None:
         q = recorded.position_rad[:, j]
         if q.size > 2 * half:
             way = q[2 * half :] - q[: -2 * half]
             out[half:-half, j] = np.abs(way, out=way) > MOVING_RAD_S * (2 * half * period)
         if recorded.velocity_rad_s is not None:
-            out[:, j] |= np.abs(recorded.velocity_rad_s[:, j]) > MOVING_RAD_S
+            out[:, j] |= exceeds(recorded.velocity_rad_s[:, j], MOVING_RAD_S)
+
+    for _ in ordered_map(fill_joint, range(len(recorded.joint_names))):
+        pass
     return out
 
 

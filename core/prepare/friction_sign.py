@@ -72,7 +72,10 @@ def friction_signs(
     effort, velocity = series.effort, series.velocity_rad_s
 
     def one(j: int) -> FrictionSign | None:
-        known = model_torque[:, j] if contact_nm is None else model_torque[:, j] + np.nan_to_num(contact_nm[:, j])
+        known = model_torque[:, j]
+        if contact_nm is not None:
+            contact = contact_nm[:, j]
+            known = known + (contact if np.isfinite(contact.sum()) else np.nan_to_num(contact))
         rates = Slope(known[:, None], series.segments, series.period_s)
         told = exceeds(velocity[:, j], MOVING_RAD_S) & ~series.edge
         if not np.isfinite(effort[:, j].sum() + known.sum()):

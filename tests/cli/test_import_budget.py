@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -60,11 +61,11 @@ def _processor_s(code: str) -> float:
 
 
 def test_the_imports_of_detect_are_within_their_budget() -> None:
-    """In turns, the least of several: the machine may be busy with other things."""
-    pairs: list[tuple[float, float]] = []
-    for _ in range(6):
-        pairs.append((_processor_s("import numpy"), _processor_s(IMPORTS)))
-        base, ours = (min(column) for column in zip(*pairs, strict=True))
-        if ours <= BUDGET * base and len(pairs) > 1:
+    """In turns, the median of several ratios: the speed of a shared machine changes while they are taken."""
+    ratios: list[float] = []
+    for _ in range(9):
+        base = _processor_s("import numpy")
+        ratios.append(_processor_s(IMPORTS) / base)
+        if len(ratios) >= 3 and median(ratios) <= BUDGET:
             return
-    raise AssertionError(f"imports of detect {ours:.2f} s, of NumPy {base:.2f} s, budget {BUDGET:g} times that")
+    raise AssertionError(f"imports of detect take {median(ratios):.2f} imports of NumPy, budget {BUDGET:g}")

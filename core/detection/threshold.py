@@ -118,10 +118,10 @@ def learn_dynamic(
         motion: samples to velocity and acceleration of the joint there.
         clean: (n,) judged samples away from collisions.
         n: persistence, samples.
-        room: (n, 3) memory that is written to, in rows; fresh memory of that size costs as much time as the fit.
+        room: (n, 3) memory that is written to, row by row in one piece; fresh memory costs as much time as the fit.
 
     Returns:
-        None with fewer than 1,000 clean samples.
+        None with fewer than 1,000 clean samples, or where the residual of all is zero.
     """
     room = np.empty((residual.size, 3)) if room is None else room
     use = np.empty(residual.size, dtype=np.bool_)
@@ -142,6 +142,8 @@ def learn_dynamic(
         return None
     columns, level = room[:count], picked[:count]
     shape = dynamic_shape(level, columns)
+    if not shape[0] > 0.0:  # every residual is zero
+        return None
     np.matmul(columns, shape, out=level)
     size, lasting = room.reshape(-1)[: 2 * residual.size].reshape(2, -1)  # the columns are not needed any more
     for block in blocks(residual.size):

@@ -89,7 +89,7 @@ def whole_window_minima(x: FloatArray, n: int, out: FloatArray | None = None) ->
 
     ``out``: (m,) memory for them, fresh memory without.
     """
-    out = np.empty(x.size) if out is None else out
+    out = np.zeros(x.size) if out is None else out
     out[: n // 2] = out[max(n // 2, x.size - (n - 1 - n // 2)) :] = 0.0
     _windows(x, n, np.minimum, out[n // 2 : max(n // 2, x.size - (n - 1 - n // 2))])
     return out

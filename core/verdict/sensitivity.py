@@ -186,7 +186,7 @@ def level_at(known: FloatArray, count: int, shares: Sequence[float]) -> list[flo
 
 
 def _lasting(level: FloatArray, n: int) -> FloatArray:
-    """(n,) lowest, over the stretches of ``n`` samples that hold a sample, of their highest level; in its place."""
+    """(n,) lowest, over the stretches of ``n`` samples that hold a sample, of their highest; overwrites ``level``."""
     if n <= 1 or level.size == 0:
         return level
     if level.size < n:

@@ -129,7 +129,7 @@ def _rows(
 ) -> pa.Table:
     """A part of the table, whose 32-bit columns lie in ``room`` (columns, rows).
 
-    That is used again and again: many small arrays, put where large ones were freed, would leave no place for these.
+    That is used again and again: many small arrays, where large ones were freed, would leave no place for large ones.
     """
     arrays, idle = [column_of(signals.time_s[rows])], iter(room[:, : rows.stop - rows.start])
 

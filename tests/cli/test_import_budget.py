@@ -61,11 +61,12 @@ def _processor_s(code: str) -> float:
 
 
 def test_the_imports_of_detect_are_within_their_budget() -> None:
-    """In turns, the median of several ratios: the speed of a shared machine changes while they are taken."""
+    """In turns, since the speed of a shared machine changes: the median of five ratios, or of nine where it is more."""
     ratios: list[float] = []
-    for _ in range(9):
-        base = _processor_s("import numpy")
-        ratios.append(_processor_s(IMPORTS) / base)
-        if len(ratios) >= 3 and median(ratios) <= BUDGET:
+    for count in (5, 4):
+        for _ in range(count):
+            base = _processor_s("import numpy")
+            ratios.append(_processor_s(IMPORTS) / base)
+        if median(ratios) <= BUDGET:
             return
     raise AssertionError(f"imports of detect take {median(ratios):.2f} imports of NumPy, budget {BUDGET:g}")

@@ -185,6 +185,10 @@ def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monke
     residual[[50, 51, 900]] = np.nan
     residual[2000:2004] = 30.0  # of clean samples, but no longer than n
     residual[3000:3008] = 6.0
+    clean[3500:3510] = True
+    clean[3503:3505] = False
+    residual[3500:3510] = 50.0  # as long as n only together with samples that are not clean
+    residual[3505:3510] = 0.1
     a[70], v[71] = np.nan, np.nan
     use = clean & np.isfinite(residual) & np.isfinite(v) & np.isfinite(a)
     columns = np.column_stack([np.ones(v.size), np.abs(v), np.abs(a)])[use]
@@ -193,9 +197,15 @@ def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monke
     scale = max(1.0, float(np.max(lasting[use] / (columns @ shape))))
     law = learn_dynamic(residual, lambda part: (v[part], a[part]), clean, 5, np.full((5000, 3), 7.0))
     assert law is not None
+    assert scale < 20.0, "not what lasts n samples only with those that are not clean"
     found = (law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad)
     assert scale > 1.5
     assert found == pytest.approx(tuple(1.3 * scale * shape), rel=1e-12)
+
+
+def test_a_residual_of_zero_has_no_dynamic_threshold() -> None:
+    v = np.sin(np.linspace(0, 90, 5000))
+    assert learn_dynamic(np.zeros(5000), lambda part: (v[part], v[part]), np.ones(5000, bool), 5) is None
 
 
 def _blocks(count: int, rows: int) -> list[slice]:

@@ -19,6 +19,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import read_log
 from collaudit.core.logs.mcap.mcap_file import open_mcap
 from collaudit.core.logs.storage.joined_recording import JoinedRecording
+from collaudit.core.logs.topics.log_topics import topics_of
 
 COUNT = 100
 PERIOD_S = w.PERIOD / 1e9
@@ -165,6 +166,8 @@ def test_each_file_claims_its_messages_and_files_together_claim_none(tmp_path: P
     files = [w.write_mcap(tmp_path / f"{k}.mcap", states(500 * k, count)) for k, count in enumerate((500, 300))]
     readers = [(file, open_mcap(file)) for file in files]
     assert [[channel.messages for channel in reader.channels] for _, reader in readers] == [[500], [300]]
+    (topic,) = topics_of(readers[0][1], None)
+    assert topic.decoded.claimed == 500
     joined = JoinedRecording(readers, ())
     assert [channel.messages for channel in joined.channels] == [0]
     joined.close()

@@ -338,7 +338,8 @@ def test_a_column_of_which_one_number_is_known_holds_something(at: int | None, e
 
 
 @pytest.mark.parametrize(("claimed", "rows"), [
-    (0, 110_000), (100_000, 100_000), (219_000, 219_000), (10**12, 110_000), (9_999, 110_000),
+    (0, 110_000), (100_000, 100_000), (164_000, 164_000), (56_000, 56_000), (166_000, 110_000), (54_000, 110_000),
+    (10**12, 110_000), (9_999, 110_000),
 ])  # fmt: skip
 def test_room_is_what_the_file_claims_where_that_is_likely(claimed: int, rows: int) -> None:
     """A tenth was read, 10,000 messages: 110,000 are foreseen."""

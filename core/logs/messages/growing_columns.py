@@ -13,8 +13,8 @@ from collaudit.core.numeric.tables import table
 _LEAST_ROWS = 4096
 #: Room beyond what the share of the log read so far foretells, and how many times the rows so far at most.
 _MARGIN, _MOST_FORESEEN = 1.1, 1000
-#: A number of rows that the file claims is believed up to so many times what the share foretells.
-_BELIEVED = 2.0
+#: A number of rows that the file claims is believed between so many times what the share foretells.
+_BELIEVED = (0.5, 1.5)
 Column = IntArray | FloatArray
 
 
@@ -22,8 +22,8 @@ class Growing:
     """An array that grows at its end, with room for all that is to come by the share of the log read so far.
 
     Memory that is not written to costs nothing, so room is taken generously and once: growing by resizing would write
-    zeros into the new rows first, and in small pages. Room for just the rows that come costs least: where columns end
-    within pages of 2 MB, the rest of those is held, too.
+    zeros into the new rows first, and in small pages. Room for just the rows that come costs least: of the page of
+    2 MB in which a column ends, all is held.
     """
 
     def __init__(self, width: int, claimed: int = 0) -> None:
@@ -58,7 +58,7 @@ def _with_room(rows: Column, least: int, share: float, claimed: int) -> Column:
     """A copy of rows with room for at least ``least``, and for the whole log when a share of it is known."""
     wanted = 2 * least + _LEAST_ROWS
     foreseen = int(least * min(_MARGIN / share, _MOST_FORESEEN)) if share > 0 else 0
-    believed = least <= claimed <= _BELIEVED * foreseen
+    believed = max(least, _BELIEVED[0] * foreseen) <= claimed <= _BELIEVED[1] * foreseen
     for capacity in (claimed if believed else max(wanted, foreseen), wanted):
         try:
             out = np.empty_like(rows, shape=capacity) if rows.ndim == 1 else table(capacity, rows.shape[1])

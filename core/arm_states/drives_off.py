@@ -124,9 +124,7 @@ def _zero(effort: FloatArray, same: BoolArray, rigid_nm: FloatArray | None) -> B
     none, limits = np.ones(effort.shape[0], dtype=np.bool_), []
     for j in known:
         size = np.abs(effort[:, j])
-        limits.append(
-            _ZERO_SHARE * (quantile_of(size, 0.95) if np.isfinite(size.sum()) else np.nanquantile(size, 0.95))
-        )
+        limits.append(_ZERO_SHARE * quantile_of(size[~np.isnan(size)], 0.95))
         none &= size <= limits[-1]
         if not none.any():  # most often no sample is without effort, and nobody need know the rest
             return none

@@ -97,7 +97,7 @@ def _period(time_s: FloatArray) -> float | None:
     if time_s.size < 3 * _LEAST:
         return None
     steps = np.diff(time_s)
-    period = median_of(steps) if np.isfinite(steps.sum()) else float(np.nanmedian(steps))
+    period = median_of(steps[~np.isnan(steps)])
     return period if period > 0 else None
 
 

@@ -49,12 +49,12 @@ class PositionPattern:
     high_rad: float
 
 
-def visits_of(time_s: FloatArray, there: BoolArray | None = None) -> IntArray:
-    """(k,) number of the visit that each sample (n,) belongs to, of its second; of those picked by ``there`` (n,)."""
-    visit = np.empty(time_s.size if there is None else np.count_nonzero(there), dtype=np.int64)
+def _visits(time_s: FloatArray, there: BoolArray) -> IntArray:
+    """(k,) number of the visit, of its second, that each sample picked by ``there`` (n,) belongs to."""
+    visit = np.empty(np.count_nonzero(there), dtype=np.int64)
     count = 0
     for part in blocks(time_s.size):
-        picked = time_s[part] if there is None else time_s[part][there[part]]
+        picked = time_s[part][there[part]]
         visit[count : count + picked.size] = np.floor(picked / _VISIT_S)
         count += picked.size
     return visit
@@ -65,29 +65,28 @@ def position_pattern(
     position: FloatArray,
     residual: FloatArray,
     direction: NDArray[np.generic],
-    there: BoolArray | None = None,
+    there: BoolArray,
 ) -> PositionPattern | None:
     """The pattern of one joint, or None where there is none, or too little motion or too few visits to tell.
 
     Args:
         time_s, position, residual: (n,) samples.
         direction: (n,) sign of the motion.
-        there: (n,) which samples count; all of them without.
+        there: (n,) which samples count.
     """
-    place = position if there is None else position[there]
+    place = position[there]
     if place.size < 2 * _BINS:
         return None
     low, high = _ends(place)
     if not high - low > _LEAST_RANGE_RAD:
         return None
-    visit = visits_of(time_s, there)
+    visit = _visits(time_s, there)
     middle = _median_of_rising(visit)
     visit *= _BINS
     for part in blocks(visit.size):
         visit[part] += np.clip(((place[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     del place  # columns of a long log are large: one at a time
-    residual = residual.copy() if there is None else residual[there]
-    direction = direction if there is None else direction[there]
+    residual, direction = residual[there], direction[there]
     for sign in (-1.0, 1.0):
         way = direction == sign
         if way.any():
@@ -184,7 +183,8 @@ def settled_pattern_findings(joint: str, left: Settled) -> list[Finding]:
         joint: its name.
         left: its settled motion.
     """
-    found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction))
+    there = np.ones(left.time_s.size, dtype=np.bool_)
+    found = position_pattern(left.time_s, left.position, left.residual, np.sign(left.friction), there)
     return _finding(joint, found, float(np.mean(np.abs(left.friction))), "friction's mean")
 
 

@@ -118,7 +118,7 @@ def learn_dynamic(
         motion: samples to velocity and acceleration of the joint there.
         clean: (n,) judged samples away from collisions.
         n: persistence, samples.
-        room: (n, 3) memory that is written to, row by row in one piece; fresh memory costs as much time as the fit.
+        room: (n, 3) memory in C order that is written to; fresh memory of that size costs as much time as the fit.
 
     Returns:
         None with fewer than 1,000 clean samples, or where the residual of all is zero.

@@ -13,6 +13,7 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, lugre, make_log, strokes
 
+from collaudit.core.arm_states.drives_off import _zero
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Audit, FrictionFile
@@ -147,3 +148,14 @@ def test_a_flag_that_marks_true_events_is_no_state(friction: FrictionFile) -> No
     found = audit(log, friction, {"detect": {"true_events": ["protective_stop"]}})
     assert len(found.result.collisions) == 1
     assert states(found) == []
+
+
+def test_zero_is_told_against_the_usual_size_of_known_efforts() -> None:
+    """An effort that is mostly near zero: its 95 % quantile tells what it bears, not its median."""
+    effort = np.full((1000, 3), 0.01)
+    effort[::10] = 8.0
+    effort[5::50] = np.nan
+    load = np.full((1000, 3), 20.0)
+    found = _zero(effort, np.zeros(1000, dtype=bool), load)
+    known = np.isfinite(effort[:, 0])
+    np.testing.assert_array_equal(found, known & (effort[:, 0] < 1.0))

@@ -7,7 +7,7 @@ import pytest
 from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.stuck_signals import without_stuck
+from collaudit.core.conditioning.stuck_signals import _period, without_stuck
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog
 
@@ -108,3 +108,11 @@ def test_a_joint_that_stops_is_not_frozen() -> None:
     effort = np.random.default_rng(0).normal(0, 0.1, t.size)
     log = make_log(t, q[:, None], v[:, None], effort[:, None])
     assert without_stuck(log) is log
+
+
+def test_the_usual_step_is_told_beside_unknown_stamps() -> None:
+    t = 0.002 * np.arange(1000.0)
+    t[1:] += 0.001 * (np.arange(999) % 5 < 2).cumsum()  # two in five of the steps are longer
+    t[100::7] = np.nan
+    assert _period(t) == np.nanmedian(np.diff(t)) == pytest.approx(0.002)
+    assert _period(np.full(1000, np.nan)) is None

@@ -25,6 +25,10 @@ def swings(seconds: float = 60.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return t, q, np.sign(0.63 * np.cos(0.9 * t) + 0.92 * np.cos(2.3 * t))
 
 
+def every(t: np.ndarray) -> np.ndarray:
+    return np.ones(t.size, dtype=bool)
+
+
 def noise(n: int, seed: int = 0) -> np.ndarray:
     """Noise that is alike over a third of a second, unit standard deviation."""
     slow = np.convolve(np.random.default_rng(seed).standard_normal(n), np.ones(80) / 80, "same")
@@ -33,7 +37,7 @@ def noise(n: int, seed: int = 0) -> np.ndarray:
 
 def test_a_cable_is_found_with_its_stiffness() -> None:
     t, q, way = swings()
-    found = position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size) + 1.0 * way, way)
+    found = position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size) + 1.0 * way, way, every(t))
     assert found is not None
     assert found.stiffness_nm_per_rad == pytest.approx(3.0, rel=0.1)
     assert found.amplitude_nm == pytest.approx(3.0, rel=0.2)
@@ -43,7 +47,7 @@ def test_a_cable_is_found_with_its_stiffness() -> None:
 
 def test_what_is_no_straight_line_has_no_stiffness() -> None:
     t, q, way = swings()
-    found = position_pattern(t, q, 3.0 * np.cos(3 * q) + 0.5 * noise(t.size), way)
+    found = position_pattern(t, q, 3.0 * np.cos(3 * q) + 0.5 * noise(t.size), way, every(t))
     assert found is not None
     assert found.stiffness_nm_per_rad is None
     assert found.share > 0.8
@@ -52,17 +56,17 @@ def test_what_is_no_straight_line_has_no_stiffness() -> None:
 @pytest.mark.parametrize("rows", [None, 999])
 def test_samples_that_do_not_count_change_nothing(rows: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
     t, q, way = swings()
-    whole = position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size), way)
+    whole = position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size), way, every(t))
     if rows is not None:
         parts = lambda n: [slice(start, min(start + rows, n)) for start in range(0, n, rows)]  # noqa: E731
         monkeypatch.setattr("collaudit.core.detection.position_pattern.blocks", parts)
-    assert position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size), way) == whole
+    assert position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size), way, every(t)) == whole
     rest = 3.0 * (q - 0.2) + 0.5 * noise(t.size) + 1.0 * way
     there = np.random.default_rng(5).random(t.size) < 0.7
     spoilt = [np.where(there, x, value) for x, value in ((q, 9.0), (rest, np.nan), (way, 1.0))]
     found = position_pattern(t, *spoilt, there)
     assert found is not None
-    assert found == position_pattern(t[there], q[there], rest[there], way[there])
+    assert found == position_pattern(t[there], q[there], rest[there], way[there], every(t[there]))
     assert position_pattern(t, q, rest, way, np.zeros(t.size, dtype=bool)) is None
 
 
@@ -70,15 +74,15 @@ def test_samples_that_do_not_count_change_nothing(rows: int | None, monkeypatch:
 def test_noise_friction_and_one_contact_are_no_pattern(seed: int) -> None:
     t, q, way = swings()
     push = np.where((t > 20.0) & (t < 21.5), 15.0, 0.0)
-    assert position_pattern(t, q, noise(t.size, seed) + 2.0 * way + push, way) is None
+    assert position_pattern(t, q, noise(t.size, seed) + 2.0 * way + push, way, every(t)) is None
 
 
 def test_an_arm_that_gives_under_touches_visits_no_places() -> None:
     t = np.arange(0, 60.0, 0.005)
     touch = np.where(t % 2.0 < 0.5, np.abs(np.sin(2 * np.pi * t)), 0.0)
     q, way = 0.06 + 0.003 * touch, np.sign(np.gradient(touch))
-    assert position_pattern(t, q, 12.0 * touch + 0.2 * noise(t.size), way) is None
-    assert position_pattern(t, 20.0 * q, 12.0 * touch + 0.2 * noise(t.size), way) is not None
+    assert position_pattern(t, q, 12.0 * touch + 0.2 * noise(t.size), way, every(t)) is None
+    assert position_pattern(t, 20.0 * q, 12.0 * touch + 0.2 * noise(t.size), way, every(t)) is not None
 
 
 def test_springs_that_no_model_knows_are_said_beside_their_alarms(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -67,3 +68,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest tests first: begun last, one of them would keep a single process busy while the others wait."""
     rank = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.name.partition("[")[0], len(rank)))
+
+
+def pytest_collection_finish() -> None:
+    """Take modules and thousands of tests out of the garbage collector's rounds: they took 3 % of the tests' time."""
+    gc.collect()
+    gc.freeze()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 from collaudit.cli.docs import with_picture
@@ -50,6 +51,7 @@ def sources() -> list[Path]:
     return [path for package in PACKAGES for path in sorted((TOP / package).rglob("*.py"))]
 
 
+@cache
 def everything() -> dict[str, set[str]]:
     out: dict[str, set[str]] = {}
     for package in PACKAGES:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import random
 import resource
-import signal
 import sys
 import traceback
 import warnings
@@ -21,7 +20,7 @@ from pathlib import Path
 import log_writers as w
 import numpy as np
 from faulty_case import clean_signals
-from mutant_worker import Overtime, mutate, on_overtime
+from mutant_worker import Overtime, at_most, mutate
 from small_arm import small_arm
 
 from collaudit.core import api
@@ -98,15 +97,13 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, object]:
     path = folder / f"mutant{''.join(original.suffixes)}"
     for number in range(count):
         path.write_bytes(mutate(random.Random(f"audit-{kind}-{seed}-{number}"), data))
-        signal.setitimer(signal.ITIMER_REAL, SECONDS)
         try:
-            became, wrong = judge(path, settings, friction, known), ""
+            with at_most(SECONDS):
+                became, wrong = judge(path, settings, friction, known), ""
         except Overtime:
-            became, wrong = "hang", f"took more than {SECONDS} s"
+            became, wrong = "hang", f"took more than {SECONDS} s of the processor"
         except Exception:  # noqa: BLE001 (whatever it is, it is what is looked for)
             became, wrong = "crash", traceback.format_exc(limit=-4)
-        finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
         outcomes[became] += 1
         if wrong or became == "silent":
             kept = folder / f"complaint-{seed}-{number}{''.join(original.suffixes)}"
@@ -119,6 +116,5 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, object]:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    signal.signal(signal.SIGALRM, on_overtime)
     kind = sys.argv[1].removeprefix("audit-")
     print(json.dumps(run(kind, int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))))

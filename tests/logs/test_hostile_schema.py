@@ -31,7 +31,7 @@ def test_values_that_are_computed_are_refused(schema: str, word: str, tmp_path: 
     with sqlite3.connect(file) as db:
         db.executescript(schema)
     db.close()
-    started = time.perf_counter()
+    started = time.process_time()
     with pytest.raises(CollauditError, match=word):
         read_log([file], LogConfig(), robot_joints=None)
-    assert time.perf_counter() - started < 5
+    assert time.process_time() - started < 5

@@ -11,6 +11,8 @@ import json
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -44,3 +46,17 @@ def test_mutants(kind: str, tmp_path: Path) -> None:
     assert not result["complaints"], "\n".join(result["complaints"])
     assert sum(result["outcomes"].values()) == count
     assert result["outcomes"].get("refused", 0) < count
+
+
+@pytest.mark.parametrize("endless", [lambda: None, lambda: time.sleep(1)], ids=["working", "waiting"])
+def test_a_mutant_that_goes_on_for_ever_is_noticed(endless: Callable[[], None], monkeypatch) -> None:
+    monkeypatch.syspath_prepend(WORKER.parent)
+    from mutant_worker import Overtime, at_most
+
+    end = time.monotonic() + 20
+    with pytest.raises(Overtime), at_most(0.05):
+        while time.monotonic() < end:
+            endless()
+    with at_most(0.05):
+        pass
+    time.sleep(0.1)  # a timer that was left on would go off here

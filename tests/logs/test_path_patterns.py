@@ -35,9 +35,9 @@ def test_as_glob_without_links(pattern: str, absolute: bool, tree: Path) -> None
 def test_a_circle_of_links_ends(tree: Path) -> None:
     for number in range(6):
         (tree / "a" / f"up{number}").symlink_to(tree)
-    started = time.perf_counter()
+    started = time.process_time()
     assert matching_paths("**/*.csv") == ["a/b/x.csv", "a/x.csv", "c [1]/x.csv", "x.csv"]
-    assert time.perf_counter() - started < 5
+    assert time.process_time() - started < 5
 
 
 def test_pipes_and_devices_are_no_logs(tmp_path: Path) -> None:

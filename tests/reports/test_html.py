@@ -234,9 +234,9 @@ def test_several_logs_come_worst_first() -> None:
 
 def test_many_events_are_all_listed_and_some_drawn_and_it_says_so() -> None:
     audit = samples.many_events(300)
-    start = time.perf_counter()
+    start = time.process_time()
     page = Page(html_text([audit]))
-    assert time.perf_counter() - start < 60
+    assert time.process_time() - start < 60
     assert "Cards: contacts 299 and 300, furthest above the threshold; all: in the table." in page.text
     assert {f"log1-contact-{k}" for k in range(1, 301)} <= set(page.values("id"))
     assert page.tags["article"] == 3, "the log and two cards"

@@ -15,6 +15,7 @@ from collaudit.core.numeric.parallel import use_threads
 one_thread_of_linear_algebra()  # as the commands do, and as early
 if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) >= (os.cpu_count() or 1):
     use_threads(1)  # as the workers of an audit: the other cores have processes of their own
+gc.set_threshold(200_000, 10, 20)  # as the commands do
 
 # Where this package is installed, jsonschema builds its grammars of web addresses: a second, and no schema here asks.
 sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]

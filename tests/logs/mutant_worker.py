@@ -42,22 +42,26 @@ class Overtime(BaseException):
 
 @contextmanager
 def at_most(seconds: float) -> Iterator[None]:
-    """A context of so many seconds of the processor, and of what a busy machine makes of them; then Overtime."""
-    timers = {signal.SIGPROF: (signal.ITIMER_PROF, seconds), signal.SIGALRM: (signal.ITIMER_REAL, 12 * seconds)}
-    before = {number: signal.signal(number, _on_overtime) for number in timers}
+    """A context of so many seconds of the processor, and of 12 times as many by the clock; then Overtime says which."""
+    limits = {
+        signal.SIGPROF: (signal.ITIMER_PROF, seconds, "of the processor"),
+        signal.SIGALRM: (signal.ITIMER_REAL, 12 * seconds, "by the clock"),
+    }
+
+    def end(number: int, _frame: object) -> None:
+        _, limit, by = limits[signal.Signals(number)]
+        raise Overtime(f"took more than {limit:g} s {by}")
+
+    before = {number: signal.signal(number, end) for number in limits}
     try:
-        for timer, limit in timers.values():
+        for timer, limit, _ in limits.values():
             signal.setitimer(timer, limit)
         yield
     finally:
-        for timer, _ in timers.values():
+        for timer, _, _ in limits.values():
             signal.setitimer(timer, 0)
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _on_overtime(*_: object) -> None:
-    raise Overtime
 
 
 def make(kind: str, folder: Path) -> Path:
@@ -158,8 +162,8 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, Any]:
         try:
             with at_most(SECONDS):
                 outcome, wrong = judge(kind, path, reference)
-        except Overtime:
-            outcome, wrong = "hang", f"took more than {SECONDS} s of the processor"
+        except Overtime as error:
+            outcome, wrong = "hang", str(error)
         except Exception:  # noqa: BLE001 (whatever it is, it is what the test looks for)
             outcome, wrong = "crash", traceback.format_exc(limit=-4)
         outcomes[outcome] += 1

@@ -100,8 +100,8 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, object]:
         try:
             with at_most(SECONDS):
                 became, wrong = judge(path, settings, friction, known), ""
-        except Overtime:
-            became, wrong = "hang", f"took more than {SECONDS} s of the processor"
+        except Overtime as error:
+            became, wrong = "hang", str(error)
         except Exception:  # noqa: BLE001 (whatever it is, it is what is looked for)
             became, wrong = "crash", traceback.format_exc(limit=-4)
         outcomes[became] += 1

@@ -77,7 +77,7 @@ def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str
     from importlib.metadata import version
 
     from collaudit.core.config.relative_paths import located
-    from collaudit.core.logs.tables.joined_tables import also_files
+    from collaudit.core.logs.opening import also_files
     from collaudit.core.provenance import versions
 
     config = loaded.config

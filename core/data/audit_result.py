@@ -6,7 +6,7 @@ Plain Python numbers only; None stands for "not known", never for zero.
 """
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
@@ -15,11 +15,13 @@ from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.recommendation_result import TailFacts
-from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.findings import Finding
+
+if TYPE_CHECKING:
+    from collaudit.core.data.rule_study_result import RuleStudy
 
 Verdict = Literal["pass", "fail", "not_judged"]
 Phase = Literal["approach", "contact", "retreat", "free"]
@@ -311,4 +313,4 @@ class Audit:
 
     result: AuditResult
     signals: Signals
-    study: RuleStudy | None = None
+    study: "RuleStudy | None" = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import glob
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,12 +10,11 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import ConfigError, LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import is_bag_folder, is_log, is_table
-from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.path_patterns import matching_paths
-from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, quantity_of_file
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
+    from collaudit.core.logs.table_part import TablePart
 
 
 def expand_inputs(args: Sequence[str | Path]) -> list[Path]:
@@ -92,7 +90,7 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
     Returns:
         One tuple per log, in the order of its first file. Files that cannot be looked into stand alone.
     """
-    groups: list[tuple[tuple[Path, ...], list[_Part]]] = []
+    groups: list[tuple[tuple[Path, ...], list[TablePart]]] = []
     alike: dict[tuple[object, ...], list[int]] = {}  # groups by what their parts share: thousands of logs stay quick
     for path in paths:
         part = _part(path, settings) if not path.is_dir() and path.exists() and is_table(path) else None
@@ -107,38 +105,7 @@ def group_inputs(paths: Sequence[Path], settings: LogConfig) -> list[tuple[Path,
     return [members for members, _ in groups]
 
 
-class _Part:
-    """What a table holds, and the beginning of its time column."""
+def _part(path: Path, settings: LogConfig) -> TablePart | None:
+    from collaudit.core.logs.table_part import table_part  # a recording is opened without what reads tables
 
-    def __init__(self, table: AssignedTable) -> None:
-        self.folder = table.reader.path.resolve().parent
-        self.quantities = set(table.assignment.quantities)
-        time = table.assignment.time
-        self.stamps = () if time is None else table.reader.first_cells(time)
-        self.timeless = _timeless_name(table) if time is None else None
-
-    @property
-    def shared(self) -> tuple[object, ...]:
-        """What all parts of one log have in common."""
-        return self.folder, self.stamps, self.timeless
-
-    def joins(self, others: Sequence[_Part]) -> bool:
-        """Whether this table, which shares the log's folder and stamps, is a further part of it."""
-        if not self.quantities or (not self.stamps and self.timeless is None):
-            return False
-        return not any(self.quantities & other.quantities for other in others)
-
-
-def _timeless_name(table: AssignedTable) -> tuple[object, ...] | None:
-    """What files without a time column that belong together share: their columns, and the numbers in their names."""
-    name = table.reader.path.name
-    if quantity_of_file(name) is None:
-        return None
-    return (*re.findall(r"\d+", name), len(table.reader.names))
-
-
-def _part(path: Path, settings: LogConfig) -> _Part | None:
-    try:
-        return _Part(assign_columns(open_tables([path], settings.csv), settings.csv)[0])
-    except LogError:
-        return None
+    return table_part(path, settings)

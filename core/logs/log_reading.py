@@ -12,6 +12,7 @@ from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.log_hashing import Hashing, sha256_of
 from collaudit.core.logs.opening import (
+    also_files,
     check_there,
     data_files,
     log_name,
@@ -23,7 +24,6 @@ from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.logs.storage.partial_file import hash_findings, partial_file
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Progress
-from collaudit.core.logs.tables.joined_tables import also_files
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig

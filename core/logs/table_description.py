@@ -11,11 +11,11 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
-from collaudit.core.logs.opening import log_name, open_tables
+from collaudit.core.logs.opening import also_files, log_name, open_tables
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.tables.column_roles import describe_columns
 from collaudit.core.logs.tables.file_quantities import assign_columns
-from collaudit.core.logs.tables.joined_tables import JointTable, also_files, join_tables
+from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.proposed_lines import proposed_lines
 
 if TYPE_CHECKING:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from collaudit.core.data.recommendation_result import (
     SetRule,
     StretchToConfirm,
 )
-from collaudit.core.data.rule_study_result import PersistenceChoice
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
@@ -32,6 +32,9 @@ from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_
 from collaudit.core.recommend.recommendation import CleanResidual
 from collaudit.core.recommend.set_rule import judge_set_rules
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, sustained_level
+
+if TYPE_CHECKING:
+    from collaudit.core.data.rule_study_result import PersistenceChoice
 
 #: Gamma that is higher than recommended by more than this where nothing touched the arm is worth a word.
 _DIFFERS = 1.05

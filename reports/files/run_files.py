@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter, ValidationError
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
-from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
 from collaudit.reports.files.json_writer import json_text
 
 if TYPE_CHECKING:
+    from collaudit.core.data.rule_study_result import RuleStudy
     from collaudit.reports.files.stored_signals import StoredSignals
 
 __all__ = [
@@ -68,7 +68,7 @@ def study_json(study: RuleStudy) -> str:
     Raises:
         ValueError: the study breaks its own types: a bug.
     """
-    return _sound(json_text(study), RuleStudy)
+    return _sound(json_text(study), type(study))
 
 
 def write_friction(path: Path, file: FrictionFile) -> None:
@@ -135,6 +135,8 @@ def _result(run_dir: Path) -> AuditResult:
 def _study(run_dir: Path) -> RuleStudy | None:
     if not (run_dir / STUDY_NAME).is_file():
         return None
+    from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
+
     return read_result(run_dir / STUDY_NAME, RuleStudy, STUDY_SCHEMA)
 
 

@@ -74,7 +74,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     """Read one log from one or several tables.
 
     Args:
-        readers: the tables, those of :func:`also_files` among them.
+        readers: the tables, those of :func:`~collaudit.core.logs.opening.also_files` among them.
         settings: patterns and units.
 
     Raises:
@@ -121,18 +121,6 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     counted = any(counts_message(found.pattern) for found in motion)
     units = stated_units(files)
     return JointTable(time_s, start_ns, names, numbered, counted, columns, wrench, units, findings, texts)
-
-
-def also_files(paths: Sequence[Path], settings: CsvConfig) -> list[Path]:
-    """The further files of the configuration, beside the log when relative."""
-    out = []
-    for extra in settings.also:
-        path = extra if extra.is_absolute() or extra.is_file() else paths[0].parent / extra
-        if not path.is_file():
-            raise LogError(f"the file {extra} of [log.csv] also does not exist", where=str(paths[0]))
-        if path.resolve() not in {p.resolve() for p in paths}:
-            out.append(path)
-    return out
 
 
 def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:

@@ -21,6 +21,7 @@ _COARSE = 161
 _DENSE = 121
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
 _ALIKE = 1e-6  # sums of squares closer than this may be ordered by rounding
+_FLAT = 1e-13  # diagonal element of a triangle of columns of length one: the column is gone in rounding
 _GONE = 1e-24  # power of a column of length one that others explain wholly
 _REACH = 5.0  # standard errors of C to either side of the best
 
@@ -319,9 +320,11 @@ def interval_of_linear(prof: Profile, weights: FloatArray, allowance: float) -> 
 
 def _solvable(r: FloatArray) -> FloatArray:
     """(…, k, k) triangles in which a column gone in rounding is kept, its variance then beyond all bounds."""
+    if r.ndim == 2 and min(map(abs, r.diagonal().tolist())) >= _FLAT:
+        return r  # what almost every one of hundreds of thousands of small fits is
     index = np.arange(r.shape[-1])
     diagonal = r[..., index, index]
-    flat = np.abs(diagonal) < 1e-13
+    flat = np.abs(diagonal) < _FLAT
     if flat.any():
-        r[..., index, index] = np.where(flat, 1e-13, diagonal)
+        r[..., index, index] = np.where(flat, _FLAT, diagonal)
     return r

@@ -88,7 +88,7 @@ def _seconds(results, count: int) -> float:
 
 
 def test_a_steady_process_outlives_what_its_tasks_do() -> None:
-    process = SteadyProcess(eval, int, timeout_s=3.0)
+    process = SteadyProcess(eval, int, timeout_s=1.5)
     try:
         first = process.run(("__import__('os').getpid()",), lambda: False)
         assert process.run(("__import__('os').getpid()",), lambda: False) == first

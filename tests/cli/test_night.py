@@ -82,7 +82,7 @@ def test_debug_keeps_the_traceback_beside_the_log(arm, tmp_path: Path) -> None:
 
 def test_a_dead_or_hanging_worker_costs_its_log_only(arm, tmp_path: Path) -> None:
     command, out = _night(tmp_path, arm, "killed", "clean", "hanging", "pushed", "killed")
-    run = subprocess.run([*command, "-j", "2", "--timeout", "12"], capture_output=True, text=True)
+    run = subprocess.run([*command, "-j", "2", "--timeout", "6"], capture_output=True, text=True)
     assert run.returncode == 1, run.stderr
     assert _verdicts(out) == {
         "0-killed.csv": "not_judged",
@@ -92,7 +92,7 @@ def test_a_dead_or_hanging_worker_costs_its_log_only(arm, tmp_path: Path) -> Non
         "4-killed.csv": "not_judged",
     }
     assert "SIGKILL" in _reason(out, "0-killed.csv")
-    assert "12 s" in _reason(out, "2-hanging.csv")
+    assert "6 s" in _reason(out, "2-hanging.csv")
 
 
 def test_a_log_that_needs_too_much_memory(arm, tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def test_each_way_to_be_lost_costs_one_item(tmp_path: Path) -> None:
 
 def test_a_late_one_is_ended_and_the_others_go_on(tmp_path: Path) -> None:
     started = time.monotonic()
-    found = _results(["sleeps", "does", "does"], tmp_path, timeout_s=2.0)
+    found = _results(["sleeps", "does", "does"], tmp_path, timeout_s=1.0)
     assert found["0 sleeps"] == Lost("late")
     assert found["1 does"] == found["2 does"] == LARGE
     assert time.monotonic() - started < 30

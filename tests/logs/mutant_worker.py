@@ -5,6 +5,7 @@ Run as a script: ``mutant_worker.py KIND COUNT SEED FOLDER``.
 
 from __future__ import annotations
 
+import gc
 import json
 import random
 import resource
@@ -176,4 +177,5 @@ def run(kind: str, count: int, seed: int, folder: Path) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    gc.set_threshold(200_000, 10, 20)  # as in the commands
     print(json.dumps(run(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))))

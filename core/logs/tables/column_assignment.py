@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
@@ -17,13 +18,15 @@ from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 
 if TYPE_CHECKING:
-    from collaudit.core.config.config_table import ColumnPattern
     from collaudit.core.config.schema import CsvConfig
 
 #: Words that say the numbers are currents.
 CURRENT_WORDS = ("current", "i_act")
 MOTION = ("position", "velocity", "effort")
 QUANTITIES = (*MOTION, "temperature", "joint_torque")
+#: Tables with other columns whose assignments are kept.
+_KEPT = 64
+_Pattern = str | tuple[str | int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,22 +46,37 @@ class Assignment:
     """
 
     time: int | None
-    quantities: dict[str, Found]
+    quantities: Mapping[str, Found]
     wrench: tuple[int, ...]
     guessed: tuple[str, ...] = field(default=())
-    passed_over: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    open: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    passed_over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    open: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     labels: tuple[str, ...] = field(default=())
     fraction: int | None = None
     wrench_offered: WrenchColumns | None = None
 
 
-def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """What the configuration states of a file's columns.
+
+    Attributes:
+        patterns: of each of :data:`QUANTITIES`.
+        time: the time column.
+        wrench: the six columns of the wrench.
+    """
+
+    patterns: tuple[_Pattern | None, ...]
+    time: str | int | None
+    wrench: tuple[str | int, ...] | None
+
+
+def _configured(names: Sequence[str], pattern: _Pattern, quantity: str) -> Found | None:
     if isinstance(pattern, str):
         if "{" in pattern:
             found = match_pattern(names, pattern)
             return found if found is None else replace(found, unit=_unit_in(names, found))
-        pattern = [pattern]
+        pattern = (pattern,)
     indices = [column_index(names, key) for key in pattern]
     if all(index is None for index in indices):
         return None
@@ -86,6 +104,9 @@ def _unit_in(names: Sequence[str], found: Found) -> str:
 def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assignment:
     """Assign a file's columns.
 
+    A table is asked for its columns several times, and the tables of a night mostly have the same: they are assigned
+    once.
+
     Args:
         names: column names.
         settings: the configuration's patterns; what it leaves open is recognised by common names.
@@ -94,24 +115,34 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
     Raises:
         LogError: the configuration names columns the file does not have.
     """
+    patterns = [getattr(settings, quantity) for quantity in QUANTITIES]
+    stated = _Stated(
+        tuple(tuple(pattern) if isinstance(pattern, list) else pattern for pattern in patterns),
+        settings.time,
+        None if settings.wrench is None else tuple(settings.wrench),
+    )
+    return _assigned(tuple(names), stated, header)
+
+
+@lru_cache(maxsize=_KEPT)
+def _assigned(names: tuple[str, ...], stated: _Stated, header: bool) -> Assignment:
     quantities: dict[str, Found] = {}
     guessed: list[str] = []
-    stated = {quantity: getattr(settings, quantity) for quantity in QUANTITIES}
-    for quantity, pattern in stated.items():
+    for quantity, pattern in zip(QUANTITIES, stated.patterns, strict=True):
         if pattern is not None:
             found = _configured(names, pattern, quantity)
             if found is not None:
                 quantities[quantity] = found
     choices: dict[str, Choice] = {}
-    if header and all(pattern is None for pattern in stated.values()):
+    if header and all(pattern is None for pattern in stated.patterns):
         quantities, choices = recognise(names, guess_time(names))
         guessed += list(quantities)
-    time = column_index(names, settings.time) if settings.time is not None else None
-    if settings.time is None and header:
+    time = column_index(names, stated.time) if stated.time is not None else None
+    if stated.time is None and header:
         time = guess_time(names)
         if time is not None:
             guessed.append("time")
-    wrench = [column_index(names, key) for key in settings.wrench or ()]
+    wrench = [column_index(names, key) for key in stated.wrench or ()]
     six = tuple(index for index in wrench if index is not None)
     passed = {q: tuple(group.said for group in choice.passed) for q, choice in choices.items() if choice.passed}
     undecided = {q: tuple(group.pattern for group in choice.open) for q, choice in choices.items() if choice.open}
@@ -124,5 +155,5 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
         undecided,
         tuple(name for name in names if header and is_label(name)),
         fraction_of(names, time) if time is not None and header else None,
-        find_wrench(names) if header and settings.wrench is None else None,
+        find_wrench(names) if header and stated.wrench is None else None,
     )

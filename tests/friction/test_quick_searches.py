@@ -49,3 +49,13 @@ def test_waves_of_a_ripple_are_sums_over_all_samples() -> None:
     cycles = np.arange(7, 60)
     plain = np.array([np.sum(values * np.exp(-1j * n * position)) for n in cycles])
     np.testing.assert_allclose(friction_variation.wave_sums(position, values, cycles), plain, atol=1e-10)
+
+
+@pytest.mark.parametrize("gone", [lambda x: 0.0 * x, lambda x: x, lambda x: np.ones(x.size)])
+def test_a_column_that_others_explain_is_kept_without_bounds(gone) -> None:
+    x = np.linspace(1.0, 2.0, 9)
+    design = np.column_stack([x, np.ones(x.size), gone(x)])
+    found = ls.solve(design, 2.0 * x)
+    np.testing.assert_allclose(design @ found.estimate, 2.0 * x, atol=1e-9)
+    assert np.all(np.isfinite(found.covariance)) and found.covariance[2, 2] > 1e20
+    assert ls.sum_squares_of(design, 2.0 * x) == found.sum_squares < 1e-18

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -189,6 +190,18 @@ def test_a_failed_write_leaves_the_old_file_and_no_parts(tmp_path: Path, monkeyp
     assert caught.value.found == "No space left on device"
     assert path.read_text() == "old"
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_the_disk_has_a_file_before_it_gets_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, kept = tmp_path / "audit.json", []
+
+    def fsync(file: int) -> None:
+        kept.append((Path(f"/proc/self/fd/{file}").read_text(), path.exists()))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    atomic_write(path, "whole")
+    assert kept == [("whole", False)]
+    assert path.read_text() == "whole"
 
 
 def test_a_run_that_cannot_be_finished_leaves_nothing(tmp_path: Path, audit: Audit, monkeypatch) -> None:

@@ -25,7 +25,7 @@ def rooms_entered(log: Path, friction: FrictionFile) -> list[str]:
             return
         room = room_of(str(frame.f_globals.get("__name__")))
         caller = frame.f_back.f_globals.get("__name__")
-        own_code = frame.f_code.co_name.startswith("<")  # a comprehension is no stage
+        own_code = frame.f_code.co_name.startswith("<") or frame.f_code.co_name == "__getattr__"  # no stages
         if room in SHARED or room is None or own_code or caller not in {composition.__name__, api.__name__}:
             return
         if room != "api" and stays[-1:] != [room]:

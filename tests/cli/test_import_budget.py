@@ -26,7 +26,7 @@ HEAVY = (
 #: Not needed to draw the page of a log that has been judged.
 COMPUTING = ("pinocchio", "collaudit.core.prepare.prepared", "collaudit.core.config", "scipy.signal", "pandas")
 #: Processor time of importing all modules of ``detect``, in imports of NumPy (with the start of Python both times).
-BUDGET = 6.5
+BUDGET = 7.5
 
 #: Modules are compiled once, as an installation does, also where the environment forbids to keep them.
 _COMPILED = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}

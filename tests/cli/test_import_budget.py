@@ -38,9 +38,8 @@ code = run(sys.argv[2:])
 print(code, *sorted(set(sys.argv[1].split(",")) & set(sys.modules)), file=sys.stderr)
 """
 IMPORTS = """
-import collaudit.cli.log_arguments, collaudit.core.audit, collaudit.core.logs.inputs, collaudit.core.logs.log_reading
-import collaudit.core.logs.mcap.mcap_file, collaudit.core.logs.topics.message_reading
-import collaudit.reports.files.signals_file, collaudit.reports.terminal.screen_text
+import collaudit.core.audit, collaudit.cli.log_arguments, collaudit.core.logs.inputs, collaudit.core.logs.log_reading
+import collaudit.reports.files.signals_file
 """
 
 

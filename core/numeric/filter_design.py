@@ -13,11 +13,15 @@ from collaudit.core.numeric.compiled_scipy import compiled_function
 _EXPONENTIAL = "linalg/_matfuncs_expm"
 
 
+@functools.lru_cache(maxsize=64)
 def butterworth_low_pass(corner: float) -> tuple[FloatArray, FloatArray]:
     """Numerator and denominator (3,) of the second-order Butterworth low-pass: ``scipy.signal.butter(2, corner)``.
 
     Args:
         corner: -3 dB frequency as a share of half the sample rate, above 0 and below 1.
+
+    Returns:
+        Both are read-only: a log asks for the same ones a hundred times.
 
     Poles of the prototype at exp(±3πi/4), scaled to the warped corner, and the bilinear transform at twice the rate of
     the frequencies (A. V. Oppenheim, R. W. Schafer, *Discrete-Time Signal Processing*, ch. 7).
@@ -27,6 +31,7 @@ def butterworth_low_pass(corner: float) -> tuple[FloatArray, FloatArray]:
     gain = warped**2 * np.real(1.0 / np.prod(4.0 - poles))
     numerator: FloatArray = gain * np.poly(np.array([-1.0, -1.0]))
     denominator: FloatArray = np.real(np.poly((4.0 + poles) / (4.0 - poles)))
+    numerator.flags.writeable = denominator.flags.writeable = False
     return numerator, denominator
 
 
@@ -36,14 +41,25 @@ def settled_state(b: FloatArray, a: FloatArray) -> FloatArray:
     Args:
         b, a: numerator and denominator in z, the first value of the denominator not 0.
 
+    Returns:
+        The state, read-only.
+
     It solves z = A z + B with A the transposed companion matrix of the denominator and B = b_k - a_k b_0.
     """
+    return _settled(tuple(b.tolist()), tuple(a.tolist()))
+
+
+@functools.lru_cache(maxsize=64)
+def _settled(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> FloatArray:
+    b, a = np.array(numerator), np.array(denominator)
     size = max(b.size, a.size)
     b, a = (np.concatenate([x / a[0], np.zeros(size - x.size)]) for x in (b, a))
     companion = np.zeros((size - 1, size - 1))
     companion[0] = -a[1:]
     companion[np.arange(1, size - 1), np.arange(size - 2)] = 1.0
-    return np.linalg.solve(np.eye(size - 1) - companion.T, b[1:] - a[1:] * b[0])
+    state: FloatArray = np.linalg.solve(np.eye(size - 1) - companion.T, b[1:] - a[1:] * b[0])
+    state.flags.writeable = False
+    return state
 
 
 def first_order_hold(numerator: FloatArray, denominator: FloatArray, period_s: float) -> tuple[FloatArray, FloatArray]:

@@ -22,6 +22,14 @@ def test_the_low_pass_and_its_settled_state() -> None:
         np.testing.assert_array_equal(settled_state(*ours), signal.lfilter_zi(*theirs))
 
 
+def test_nobody_can_change_what_others_get() -> None:
+    b, a = butterworth_low_pass(0.1)
+    for values in (b, a, settled_state(b, a)):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0.0
+    assert settled_state(2.0 * b, a)[0] != settled_state(b, a)[0]
+
+
 @pytest.mark.parametrize(
     ("numerator", "denominator"),
     [

@@ -59,6 +59,11 @@ def everything() -> dict[str, set[str]]:
     return {name: {other for other in found if other in out} - {name} for name, found in out.items()}
 
 
+@cache
+def rooms() -> dict[str, set[str]]:
+    return room_imports(TOP / "core")
+
+
 def test_every_folder_of_core_is_a_room() -> None:
     found = {p.stem for p in (TOP / "core").iterdir() if p.suffix == ".py" and p.stem != "__init__"}
     found |= {p.name for p in (TOP / "core").iterdir() if (p / "__init__.py").exists()}
@@ -68,7 +73,7 @@ def test_every_folder_of_core_is_a_room() -> None:
 def test_rooms_import_only_rooms_before_them() -> None:
     wrong = [
         f"{room} imports {other}"
-        for room, found in room_imports(TOP / "core").items()
+        for room, found in rooms().items()
         for other in found
         if ROOMS.index(other) > ROOMS.index(room)
     ]
@@ -125,7 +130,7 @@ def test_no_modules_import_each_other() -> None:
 
 
 def test_rooms_make_no_circles() -> None:
-    assert not circles(room_imports(TOP / "core"))
+    assert not circles(rooms())
 
 
 def test_folders_of_logs_make_no_circles() -> None:

@@ -25,6 +25,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.stats import quantile_of
 
 #: Blocks, s; window that must show it, blocks; samples looked at in a second.
 _BLOCK_S, _WINDOW, _RATE_HZ = 0.1, 10, 50.0
@@ -163,7 +164,7 @@ def _noise(rest: FloatArray, speed: FloatArray, block: IntArray) -> FloatArray:
     for j in range(rest.shape[1]):
         some = count[:, j] > 0
         if some.any():
-            out[j] = float(np.sqrt(np.quantile(size[some, j] / count[some, j], _QUIET)))
+            out[j] = float(np.sqrt(quantile_of(size[some, j] / count[some, j], _QUIET)))
     return out
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds, widened
+from collaudit.core.numeric.stats import median_of, quantile_of
 
 #: Means are taken over this time, and brakes take so long to grip or let go, s.
 _MEAN_S, _GRIP_S = 0.3, 0.15
@@ -47,7 +48,7 @@ def noisy_zero(
     if known.size == 0:
         return none
     load = np.zeros(effort.shape[1])
-    load[known] = np.nanquantile(np.abs(rigid_nm[some][:, known]), 0.95, axis=0)
+    load[known] = [_usual(column) for column in np.abs(rigid_nm[some][:, known]).T]
     limit = np.maximum(_ERRORS * _noise(effort) / sqrt(width), _BIAS * load.max())
     out, bears = still.copy(), np.zeros(still.size, dtype=np.int64)
     for j in known[np.argsort(-load[known])]:
@@ -80,13 +81,18 @@ def _mean(x: FloatArray, width: int) -> FloatArray:
     return mean
 
 
+def _usual(load: FloatArray) -> float:
+    told = load[~np.isnan(load)]
+    return quantile_of(told, 0.95) if told.size else np.nan
+
+
 def _noise(effort: FloatArray) -> FloatArray:
     """(j,) standard deviation of white noise, from second differences of some samples."""
     at = _every(effort[:-2], _NOISE_SAMPLES)
     bend = np.abs(effort[at] - 2.0 * effort[at + 1] + effort[at + 2])
     known = np.isfinite(bend).any(axis=0)
     out = np.zeros(effort.shape[1])
-    out[known] = np.nanmedian(bend[:, known], axis=0) / (0.6745 * sqrt(6.0))
+    out[known] = [median_of(column[~np.isnan(column)]) / (0.6745 * sqrt(6.0)) for column in bend[:, known].T]
     return out
 
 

@@ -16,7 +16,7 @@ from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.stats import SD_PER_MAD
+from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.robot.robot_model import RobotModel
 
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
@@ -132,7 +132,7 @@ def _step(
 
 def _cuts(count: int) -> list[int]:
     """Blocks before which the step may lie: all of few, 40 of many."""
-    return [int(k) for k in np.unique(np.linspace(_LEAST_BLOCKS, count - _LEAST_BLOCKS, min(40, count)).astype(int))]
+    return sorted({int(k) for k in np.linspace(_LEAST_BLOCKS, count - _LEAST_BLOCKS, min(40, count))})
 
 
 def _neighbours(cut: int, count: int) -> range:
@@ -211,14 +211,14 @@ def _stands_out(
         friction = own @ np.linalg.lstsq(own, beside[:, j] - known, rcond=None)[0]
         top += np.bincount(block, per_kg[:, j] * (beside[:, j] - friction) / scale, count)
         bottom += np.bincount(block, per_kg[:, j] ** 2 / scale, count)
-    usable = bottom > 0.05 * np.median(bottom)
+    usable = bottom > 0.05 * median_of(bottom)
     each = top / np.maximum(bottom, 1e-12)
     before, behind = each[:cut][usable[:cut]], each[cut:][usable[cut:]]
     if min(before.size, behind.size) < _LEAST_BLOCKS:
         return None
-    low, high = float(np.median(before)), float(np.median(behind))
+    low, high = median_of(before), median_of(behind)
     change, middle = high - low, 0.5 * (low + high)
-    spread = SD_PER_MAD * float(np.median(np.abs(np.concatenate((before - low, behind - high)))))
+    spread = robust_sd(np.concatenate((before - low, behind - high)))
     sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
     if abs(change) < max(_LEAST_KG, _SPREADS * spread) or min(sides) < _ON_SIDE:
         return None

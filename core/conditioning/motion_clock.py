@@ -17,7 +17,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import SD_PER_MAD, robust_sd
+from collaudit.core.numeric.stats import SD_PER_MAD, median_of, robust_sd
 
 #: Robust spread of the steps about whole periods, in periods: stamps this good need no help.
 _STEADY = 0.1
@@ -79,7 +79,7 @@ def motion_clock(
     steps = np.diff(stamps)
     if steps.size < _LEAST_STEPS:
         return None
-    usual = float(np.median(steps))
+    usual = median_of(steps)
     usual = usual if usual > 0.0 else float(np.mean(steps))
     if usual <= 0.0 or (_steady(steps, usual) and np.mean(steps <= 0.0) <= _MOST_ALIKE):
         return None

@@ -8,7 +8,7 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
-from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 
 _PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb are a perfect comb
 
@@ -16,7 +16,7 @@ _PERIODIC_SHARE = 1e-3  # stamps within this share of a period of a perfect comb
 def comb_error(stamps: FloatArray, places: IntArray, period: float) -> FloatArray:
     """(m,) deviation of stamps from the best comb of this period, s."""
     off = stamps - period * places
-    off -= np.median(off)
+    off -= median_of(off)
     return off
 
 
@@ -96,7 +96,7 @@ def jitter_finding(
         how += f"; the motion does not show a steady clock behind the stamps: {weak}"
     text = (
         f"Stamps scatter by {spread * 1e3:.2g} ms about a period of {period * 1e3:.6g} ms (robust standard deviation; "
-        f"95 % of the steps are within {np.percentile(np.abs(apart), 95) * 1e3:.2g} ms of it, the farthest stamp is "
+        f"95 % of the steps are within {quantile_of(np.abs(apart), 0.95) * 1e3:.2g} ms of it, the farthest stamp is "
         f"{worst * 1e3:.3g} ms off an even clock); {how}."
     )
     return [Finding("time-jitter", "info", text)]

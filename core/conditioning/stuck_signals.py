@@ -15,7 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
 
 #: A value that repeats for less than this, or for fewer samples, is no stuck sensor.
@@ -176,7 +176,7 @@ def _coarse(x: FloatArray) -> bool:
     change = change[np.isfinite(change) & (change > 0)]
     if change.size < 2:
         return True
-    return float(np.median(change)) < 2.5 * float(np.quantile(change, 0.01))
+    return median_of(change) < 2.5 * quantile_of(change, 0.01)
 
 
 def _frozen(recorded: JointLog, j: int, period: float) -> list[tuple[int, int]]:

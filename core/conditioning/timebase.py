@@ -14,7 +14,7 @@ from collaudit.core.conditioning.stamp_order import clocked
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.stats import median_of, robust_sd
 
 MIN_SEGMENT_SAMPLES = 12
 #: Of a longer gap only so much stands on the grid: memory follows what was recorded, not what was not.
@@ -95,7 +95,7 @@ def make_timebase(
             expected=f"at least {MIN_SEGMENT_SAMPLES}",
         )
     steps = np.diff(stamps)
-    period = float(np.median(steps))
+    period = median_of(steps)
     limit = _gap_limit(steps, period, gap_factor)
     none = np.zeros(steps.size, dtype=bool)
     bridged = none if bandwidth_of is None else bridged_steps(steps, period, limit, bandwidth_of(period))

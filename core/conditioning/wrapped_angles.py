@@ -12,6 +12,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import distinct
 from collaudit.core.numeric.tables import copied
 
 _TURN_RAD = 2.0 * np.pi
@@ -87,7 +88,7 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
         elif cuts.size:
             breaks.append(cuts)
             findings.append(_broken(joint, position, log.time_s, cuts, j))
-    return Continued(out, np.unique(np.concatenate(breaks)), tuple(findings))
+    return Continued(out, distinct(np.concatenate(breaks)), tuple(findings))
 
 
 def _range(log: JointLog) -> range:

@@ -9,6 +9,7 @@ from collaudit.core.conditioning.lost_samples import SEVERAL, picked_rows
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.numeric.tables import table
 
 
@@ -52,7 +53,7 @@ def _within(stamps: FloatArray, time_s: FloatArray, recorded: BoolArray, bandwid
     if stamps.size < 2:
         return slice(0, 0)
     steps = np.diff(stamps)
-    period = float(np.median(steps))
+    period = median_of(steps)
     limit = max(2.5 * period, SEVERAL / bandwidth_hz)
     first, last = stamps[0] - 0.5 * period, stamps[-1] + 0.5 * period
     if steps.max() <= limit and recorded.all():

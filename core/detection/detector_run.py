@@ -20,6 +20,7 @@ from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -78,9 +79,9 @@ def friction_levels(residual: Residual, followed: bool) -> dict[str, LevelFacts]
         share = 1.0 + deviation
         facts[joint] = LevelFacts(
             lowest=float(share.min()),
-            median=float(np.median(share)),
+            median=median_of(share),
             highest=float(share.max()),
-            sd=float(np.median(sd)),
+            sd=median_of(sd),
             followed=followed,
             mean=1.0 + level.mean,
         )

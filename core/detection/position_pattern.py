@@ -148,7 +148,7 @@ def _by_bin(mean: FloatArray, of_bin: IntArray, use: BoolArray) -> FloatArray:
     for b in range(_BINS):
         visits = mean[use & (of_bin == b)]
         if visits.size >= _LEAST_VISITS:
-            out[b] = float(np.median(visits))
+            out[b] = median_of(visits)
     return out
 
 

@@ -14,6 +14,7 @@ from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES
 
 #: Strokes shorter than this are encoder noise of a standing joint, rad.
@@ -140,4 +141,4 @@ def _reversals(q: FloatArray, v: FloatArray, contact: BoolArray, period_s: float
         seconds += (b - a) * period_s
     if count == 0 or seconds == 0:
         return 0.0, 0.0
-    return count / seconds, float(np.median(np.concatenate(strokes)))
+    return count / seconds, median_of(np.concatenate(strokes))

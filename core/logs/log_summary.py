@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import median_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,5 +104,5 @@ def rate_and_gap(time_s: FloatArray) -> tuple[float | None, float | None]:
     steps = np.diff(time_s)
     if not steps.size or not np.isfinite(steps).all():
         return None, None
-    middle = float(np.median(steps))
+    middle = median_of(steps)
     return (1.0 / middle if middle > 0 else None), float(steps.max())

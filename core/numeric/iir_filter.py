@@ -17,6 +17,7 @@ from collaudit.core.numeric.filter_design import settled_state
 from collaudit.core.numeric.linear_filter import linear_filter
 from collaudit.core.numeric.parallel import ordered_map, threads
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import distinct
 from collaudit.core.numeric.tables import table
 
 #: Values at a time, of all columns of a group: a block and what the filter makes of it stay in the cache.
@@ -202,7 +203,7 @@ def _bridged(part: FloatArray) -> tuple[FloatArray, BoolArray | None]:
     for column in np.flatnonzero(missing.any(axis=0)):
         hole = missing[:, column]
         starts, stops = run_bounds(hole)
-        known = np.unique([starts - 1, stops])  # of the known samples the holes' neighbours are enough
+        known = distinct(np.concatenate([starts - 1, stops]))  # of the known samples the holes' neighbours are enough
         known = known[(known >= 0) & (known < hole.size)]
         filled[hole, column] = np.interp(np.flatnonzero(hole), known, part[known, column]) if known.size else 0.0
     return filled, missing

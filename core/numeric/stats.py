@@ -51,9 +51,9 @@ def in_order(x: FloatArray, place: int) -> tuple[float, float]:
     """The values at a place and at the next in rising order of (n,) numbers, none of them NaN; the last one twice."""
     if x.size > _MANY:
         x, place = _near(x, place)
-    parted = np.partition(x, place)
-    low = float(parted[place])
-    return low, float(parted[place + 1 :].min()) if place + 1 < x.size else low
+    after = min(place + 1, x.size - 1)
+    parted = np.partition(x, [place, after])  # one place alone: 3 times as long, 40 where many are alike
+    return float(parted[place]), float(parted[after])
 
 
 def _near(x: FloatArray, place: int) -> tuple[FloatArray, int]:
@@ -77,6 +77,14 @@ def _near(x: FloatArray, place: int) -> tuple[FloatArray, int]:
     first = place - below
     needed = 1 if place == x.size - 1 else 2  # the value and the next
     return (inside, first) if 0 <= first <= inside.size - needed else (x, place)
+
+
+def distinct(x: np.ndarray) -> np.ndarray:
+    """``np.unique`` of (n,) numbers, none of them NaN, without its import of masked arrays."""
+    ordered = np.sort(x)
+    first = np.ones(ordered.size, dtype=np.bool_)
+    np.not_equal(ordered[1:], ordered[:-1], out=first[1:])
+    return ordered[first]
 
 
 def drawn_places(size: int) -> IntArray:

@@ -14,6 +14,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.usual_force import ExcessForce, excess_findings, meant_share
 from collaudit.core.robot.robot_model import RobotModel, SensorReading
@@ -235,7 +236,7 @@ def _bias(
                 f"The zero offset of the wrench sensor could not be taken from {where}; it was taken as zero.",
             )
         ]
-    bias = np.median(readings, axis=0)
+    bias = np.array([median_of(column) for column in readings.T])
     scatter = np.std(readings, axis=0)
     text = ", ".join(f"{b:.3g}" for b in bias)
     return bias, [

@@ -18,6 +18,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
+from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.prepared import Prepared, without_effort
 
 #: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
@@ -111,7 +112,7 @@ def _line(stretch: FloatArray, velocity: FloatArray, rest: FloatArray) -> tuple[
     speed = np.bincount(stretch, np.abs(velocity), size)[whole] / count[whole]
     level = np.bincount(stretch, np.sign(velocity) * rest, size)[whole] / count[whole]
     columns = np.column_stack([np.ones_like(speed), speed])
-    found = np.array([np.quantile(level, _QUANTILE), 0.0])
+    found = np.array([quantile_of(level, _QUANTILE), 0.0])
     for _ in range(_STEPS):
         off = level - columns @ found
         weight = np.where(off > 0, _QUANTILE, 1.0 - _QUANTILE) / np.maximum(np.abs(off), 1e-3 * np.std(level) + 1e-9)

@@ -7,6 +7,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Most joints stay within two turns either way from their zero; degrees pass this at once.
@@ -77,7 +78,7 @@ def _top_speed(series: UniformSeries, j: int) -> float:
     at = np.arange(0, series.position_rad.shape[0] - 1, step)
     speed = np.abs(series.position_rad[at + 1, j] - series.position_rad[at, j]) / series.period_s
     speed = speed[np.isfinite(speed)]
-    return float(np.percentile(speed, 99.0)) if speed.size else 0.0
+    return quantile_of(speed, 0.99) if speed.size else 0.0
 
 
 def _beyond(joint: str, reach: float, speed: float, limit: float | None, degrees: bool, stated: bool) -> Finding:

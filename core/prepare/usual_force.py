@@ -11,6 +11,7 @@ from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.stats import quantile_of
 
 #: A force this many times the level that contact keeps below for 95 % of its time, and this much above it, stands out.
 _TIMES, _ABOVE_N = 1.5, 5.0
@@ -60,7 +61,7 @@ def meant_share(
     if limit is None:
         if not known.any():
             return share, ()
-        limit = _TIMES * float(np.quantile(force_n[known], _SHARE)) + _ABOVE_N
+        limit = _TIMES * quantile_of(force_n[known], _SHARE) + _ABOVE_N
     where = known if contact.any() else np.isfinite(force_n)
     above = where & (np.nan_to_num(force_n) > limit)
     share[above] = limit / force_n[above]

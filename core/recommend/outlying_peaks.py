@@ -18,6 +18,7 @@ import numpy as np
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.special_functions import fisher_tail
+from collaudit.core.numeric.stats import distinct, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
 from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks
 
@@ -116,17 +117,17 @@ def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) ->
         speed[own] = np.abs(velocity[at])
         turn[own] = np.abs(velocity[after] - velocity[before]) / (2.0 * _STEP_S)
     like = _CLASSES[1] * _class(speed, _CLASSES[0]) + _class(turn, _CLASSES[1])
-    usual = np.full(peaks.level_nm.size, max(float(np.median(peaks.level_nm)), 1e-12))
-    for label in np.unique(like):
+    usual = np.full(peaks.level_nm.size, max(median_of(peaks.level_nm), 1e-12))
+    for label in distinct(like):
         same = like == label
         if np.count_nonzero(same) >= _FEWEST_IN_CLASS:
-            usual[same] = max(float(np.median(peaks.level_nm[same])), 1e-12)
+            usual[same] = max(median_of(peaks.level_nm[same]), 1e-12)
     return usual
 
 
 def _class(values: FloatArray, count: int) -> IntArray:
     known = np.nan_to_num(values)
-    edges = np.quantile(known, np.linspace(0.0, 1.0, count + 1)[1:-1])
+    edges = [quantile_of(known, share) for share in np.linspace(0.0, 1.0, count + 1)[1:-1].tolist()]
     return np.searchsorted(edges, known, side="right").astype(np.int64)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile, student_share
+from collaudit.core.numeric.stats import median_of
 from collaudit.core.recommend.sustained_levels import SustainedPeaks
 from collaudit.core.recommend.tail_likelihood import TailLikelihood, tail_likelihood
 
@@ -210,7 +211,7 @@ def _drift(peaks: SustainedPeaks) -> float | None:
     The units that scatter by chance are logs where there are enough of them, and minutes otherwise; between a few logs
     a drift and another day look the same, and less change than that between days is not called one.
     """
-    medians = np.array([np.median(x) if x.size else np.nan for x in _by_window(peaks, peaks.window_hours.size)])
+    medians = np.array([median_of(x) if x.size else np.nan for x in _by_window(peaks, peaks.window_hours.size)])
     with np.errstate(divide="ignore"):
         size = np.log(medians)
     known = np.isfinite(size)

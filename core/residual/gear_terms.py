@@ -9,7 +9,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.ripple_fit import ripple_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.stats import robust_sd
+from collaudit.core.numeric.stats import median_of, robust_sd
 from collaudit.core.prepare.prepared import Prepared
 
 #: A residual beyond so many robust standard deviations may be a contact: it counts as this much of the ripple's check.
@@ -65,7 +65,7 @@ def known_ripple(
     rows = usable & np.isfinite(left_nm) & np.isfinite(wave)
     if np.count_nonzero(rows) < _FEWEST_SAMPLES:
         return 0.0, amplitude
-    w, left = wave[rows], left_nm[rows] - float(np.median(left_nm[rows]))
+    w, left = wave[rows], left_nm[rows] - median_of(left_nm[rows])
     bound = _CLIP * robust_sd(left)
     power = float(w @ w)
     if power <= 0.0 or float(w @ np.clip(left, -bound, bound)) < _CONFIRMED * power:

@@ -14,6 +14,7 @@ import numpy as np
 
 from collaudit.core.data.sensitivity_result import ForceLevel, ForceSensitivity
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.stats import in_order
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
@@ -132,5 +133,5 @@ def _at_share(force_n: FloatArray, moments: int, share: float) -> float | None:
     place = _place_of(share, moments)
     if place >= force_n.size:
         return None
-    value = float(np.partition(force_n, place)[place])
+    value = in_order(force_n, place)[0]
     return value if np.isfinite(value) else None

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import quantile_of
 
 #: A torque's step is at most this share of gamma, and at most this share of the residual's own spread.
 GAMMA_SHARE = 1.0 / 1000.0
@@ -36,8 +37,8 @@ def torque_step_nm(residual_nm: FloatArray, gamma_nm: float) -> float:
     seen = seen[np.isfinite(seen)]
     if not gamma_nm > 0.0 or seen.size == 0:
         return 0.0
-    low, high = np.quantile(seen, (0.16, 0.84))
-    largest = min(GAMMA_SHARE * gamma_nm, SPREAD_SHARE * 0.5 * float(high - low))
+    low, high = quantile_of(seen, 0.16), quantile_of(seen, 0.84)
+    largest = min(GAMMA_SHARE * gamma_nm, SPREAD_SHARE * 0.5 * (high - low))
     return 2.0 ** math.floor(math.log2(largest)) if largest > 1e-12 else 0.0
 
 

@@ -19,7 +19,7 @@ from collaudit.reports.files.run_files import write_friction
 HEAVY = (
     "scipy.signal", "scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.ndimage", "scipy.spatial",
     "scipy.sparse", "scipy.special", "scipy.linalg", "rosbags.typesys.stores.ros2_humble", "pandas", "jinja2", "numba",
-    "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble", "numpy.random", "wcwidth",
+    "cvxpy", "tsdownsample", "tomlkit", "IPython", "pebble", "numpy.random", "numpy.ma", "wcwidth",
     "collaudit.core.logs.tables.column_assignment", "collaudit.core.logs.log_description",
     "collaudit.core.data.rule_study_result",
 )  # fmt: skip

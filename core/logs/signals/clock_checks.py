@@ -10,6 +10,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.sample_clock import EPOCH_FLOOR_NS, steadiness
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.stats import median_of
 
 #: A drift is told from this share of the time on, when it adds up to ``DRIFT_S`` at least.
 DRIFT_SHARE = 100e-6
@@ -91,7 +92,7 @@ def _jumps(clocks: _Clocks) -> IntArray:
         found.append(np.flatnonzero(apart > JUMP_S) + (block.start + 1))
     limit = JUMP_S
     if 2 * short <= count:  # else the median step is among the short ones, and the limit as it is
-        limit = max(JUMP_S, JUMP_PERIODS * float(np.median(np.diff(clocks.log_s(_ALL)))))
+        limit = max(JUMP_S, JUMP_PERIODS * median_of(np.diff(clocks.log_s(_ALL))))
     at = np.concatenate(found)
     steps = at[np.abs(clocks.ahead_s(at) - clocks.ahead_s(at - 1)) > limit]
     if steps.shape[0] > count // 10:
@@ -101,7 +102,7 @@ def _jumps(clocks: _Clocks) -> IntArray:
 
 
 def _level(clocks: _Clocks, start: int, stop: int) -> float:
-    return float(np.median(clocks.ahead_s(slice(max(start, 0), stop))))
+    return median_of(clocks.ahead_s(slice(max(start, 0), stop)))
 
 
 def _jump_findings(jumps: IntArray, clocks: _Clocks, topic: str) -> list[Finding]:
@@ -123,8 +124,8 @@ def _drift(clocks: _Clocks, topic: str) -> list[Finding]:
     """Drift from the medians of the first and last tenth, which a few late messages do not move."""
     tenth = max(clocks.log_ns.shape[0] // 10, 1)
     first, last = slice(0, tenth), slice(-tenth, None)
-    gained = float(np.median(clocks.ahead_s(last)) - np.median(clocks.ahead_s(first)))
-    over = float(np.median(clocks.log_s(last)) - np.median(clocks.log_s(first)))
+    gained = median_of(clocks.ahead_s(last)) - median_of(clocks.ahead_s(first))
+    over = median_of(clocks.log_s(last)) - median_of(clocks.log_s(first))
     if over <= 0 or abs(gained) < DRIFT_S or abs(gained / over) < DRIFT_SHARE:
         return []
     text = (

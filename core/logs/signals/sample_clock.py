@@ -10,6 +10,7 @@ import numpy as np
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.numeric.stats import quantile_of
 
 Clock = Literal["header", "log"]
 #: Stamps before this (1980) are not taken as times since the epoch.
@@ -50,7 +51,7 @@ def steadiness(stamps_ns: IntArray | None) -> Steadiness:
         return Steadiness(0.0, 0.0, False, why)
     stride = -(-before.shape[0] // _SAMPLE)
     steps = (after[::stride] - before[::stride]).astype(np.float64) / 1e9
-    low, middle, high = np.percentile(steps, [5, 50, 95]).tolist()
+    low, middle, high = (quantile_of(steps, share) for share in (0.05, 0.5, 0.95))
     if forward < 0.5 * before.shape[0]:
         return Steadiness(middle, high - low, False, "most of its steps are not forward")
     return Steadiness(middle, high - low, True)

@@ -10,6 +10,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import steps_exceed
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import median_of, quantile_of
 
 #: So many samples must contradict: one is a spike.
 _FEW = 5
@@ -96,7 +97,7 @@ def _springing(values: FloatArray) -> IntArray:
     some = some[np.isfinite(some) & (some > 0)]
     if some.size < _CROWD:
         return np.zeros(0, dtype=np.int64)
-    far = steps_exceed(values, _MEDIANS * float(np.median(some)))
+    far = steps_exceed(values, _MEDIANS * median_of(some))
     at: IntArray = np.flatnonzero(far[:-1] & far[1:])
     before, after = values[at + 1] - values[at], values[at + 2] - values[at + 1]
     least = np.minimum(np.abs(before), np.abs(after))
@@ -112,7 +113,7 @@ def _apart(values: FloatArray, fresh: BoolArray) -> BoolArray:
     here, there, after = course[group], values[again], course[np.minimum(group + 1, kept.size - 1)]
     changes = np.abs(np.diff(course))
     known = changes[np.isfinite(changes)]
-    least = _TIMES * float(np.quantile(known, 0.9)) + 1e-9 * float(np.nanmax(np.abs(course), initial=0.0))
+    least = _TIMES * quantile_of(known, 0.9) + 1e-9 * float(np.nanmax(np.abs(course), initial=0.0))
     off = np.abs(there - here)
     few = np.bincount(group, minlength=kept.size)[group] <= _MOST_ALIKE
     return np.asarray(few & (off > least) & (np.abs(there - after) > least) & (off > _MOTIONS * np.abs(after - here)))

@@ -6,6 +6,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.stats import median_of
 
 #: A value is interpolated only between neighbours closer than this many of their own periods.
 NEIGHBOUR_PERIODS = 2.5
@@ -41,7 +42,7 @@ def interpolate(at_s: FloatArray, time_s: FloatArray, values: FloatArray) -> Flo
     out[exact] = values[right[exact]]
     if time_s.shape[0] < 2:
         return out
-    limit = NEIGHBOUR_PERIODS * float(np.median(np.diff(time_s)))
+    limit = NEIGHBOUR_PERIODS * median_of(np.diff(time_s))
     inside = ~exact & (right > 0) & (right < time_s.shape[0])
     hi = right[inside]
     step = time_s[hi] - time_s[hi - 1]

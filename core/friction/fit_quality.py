@@ -146,7 +146,7 @@ def _excess(data: ls.Points, law: SeparableLaw, c: float) -> Callable[[float], f
     columns, freedom = data.raw(law, c), max(1, data.n - _free(data, law))
 
     def excess(variance: float) -> float:
-        weighed = replace(data, sd=np.sqrt(data.sd**2 + variance))
+        weighed = data.with_sd(np.sqrt(data.sd**2 + variance))
         return ls.sum_squares_of(weighed.weighted(columns), weighed.target) - freedom
 
     return excess

@@ -9,13 +9,14 @@ of A, B, D by profiling over C (Bates and Watts, Nonlinear Regression Analysis, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.scalar_search import bounded_minimum
-from collaudit.core.numeric.stats import parabola_minimum
+from collaudit.core.numeric.stats import distinct, parabola_minimum
 
 _COARSE = 161
 _DENSE = 121
@@ -63,7 +64,7 @@ class Points:
         """
         shape = law.shape(self.speed, self.direction, c)
         parts = [*shape] if self.offset is None or law.directional else [*shape, self.offset]
-        out = np.empty((*np.broadcast_shapes(*(part.shape for part in parts)), len(parts)))
+        out = np.empty((*max((part.shape for part in parts), key=len), len(parts)))
         for k, part in enumerate(parts):
             out[..., k] = part
         return out
@@ -82,6 +83,10 @@ class Points:
         share = (1.0 - 1.0 / np.sqrt(1.0 + size)) / size
         along = shared @ x
         return np.asarray(x - share * (shared * along if x.ndim == 1 else shared[:, None] * along[..., None, :]))
+
+    def with_sd(self, sd: FloatArray) -> Points:
+        """The same points with other standard deviations (n,); many times in a row, where ``replace`` is slow."""
+        return Points(self.speed, self.friction, sd, self.offset, self.direction, self.timing)
 
     def take(self, rows: IntArray) -> Points:
         """Only these rows."""
@@ -162,6 +167,14 @@ def search_range(points: Points) -> tuple[float, float]:
     return 0.03 / float(points.speed.max()), 12.0 / float(points.speed.min())
 
 
+@lru_cache(maxsize=256)
+def _coarse_rates(low: float, high: float) -> FloatArray:
+    """(161,) rates, read-only: fits without some of the points, and of other laws, mostly ask for the same ones."""
+    grid = np.geomspace(low, high, _COARSE)
+    grid.flags.writeable = False
+    return grid
+
+
 def profile(points: Points, law: SeparableLaw) -> Profile:
     """Fit the linear coefficients along a logarithmic grid of C, dense around the best.
 
@@ -171,14 +184,14 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
     low, high = search_range(points)
     best = best_rate(points, law)
     near = _near(points, law, best, low, high)
-    grid = np.unique(np.concatenate([np.geomspace(low, high, _COARSE), near, [best]]))
+    grid = distinct(np.concatenate([_coarse_rates(low, high), near, [best]]))
     estimate, covariance, sums = _solve_all(points, law, grid)
     return Profile(grid, sums, estimate, covariance, int(np.argmin(sums)))
 
 
 def best_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares, by a grid and a bounded search about its minimum."""
-    grid = np.geomspace(*search_range(points), _COARSE)
+    grid = _coarse_rates(*search_range(points))
     k = _lowest(points, law, grid)
     low, high = np.log(grid[max(k - 1, 0)]), np.log(grid[min(k + 1, _COARSE - 1)])
     target = points.target
@@ -192,11 +205,11 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
 
 def quick_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares on a grid, a parabola through the three lowest; for many fits in a row."""
-    grid = np.geomspace(*search_range(points), _COARSE)
+    grid = _coarse_rates(*search_range(points))
     k = _lowest(points, law, grid)
     if k in (0, _COARSE - 1):
         return float(grid[k])
-    near = _solve_all(points, law, grid[k - 1 : k + 2])[2]
+    near = _decomposed(points, law, grid[k - 1 : k + 2])[3]
     return float(grid[k] * (grid[1] / grid[0]) ** float(parabola_minimum(*near)))
 
 
@@ -204,7 +217,7 @@ def _lowest(points: Points, law: SeparableLaw, grid: FloatArray) -> int:
     """Index of the rate with the smallest sum of squares; by whole fits where several are alike to rounding."""
     sums = rate_sums(points, law, grid)
     alike = np.count_nonzero(sums <= float(sums.min()) * (1.0 + _ALIKE))
-    return int(np.argmin(sums if alike == 1 else _solve_all(points, law, grid)[2]))
+    return int(np.argmin(sums if alike == 1 else _decomposed(points, law, grid)[3]))
 
 
 def rate_sums(points: Points, law: SeparableLaw, grid: FloatArray) -> FloatArray:
@@ -217,7 +230,7 @@ def rate_sums(points: Points, law: SeparableLaw, grid: FloatArray) -> FloatArray
     parts = law.shape(points.speed, points.direction, grid[:, None])
     moved = [points.weighted(part.T) for part in parts if part.ndim == 2]
     if not 1 <= len(moved) <= 2:
-        return _solve_all(points, law, grid)[2]
+        return _decomposed(points, law, grid)[3]
     same = [part for part in parts if part.ndim == 1]
     if points.offset is not None and not law.directional:
         same.append(points.offset)
@@ -245,19 +258,26 @@ def _explained(free: list[FloatArray], rest: FloatArray) -> FloatArray:
 
 def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Estimates (m, k), unscaled covariances (m, k, k) and sums of squares (m,) at every rate, all at once."""
+    estimate, inverse, scale, sums = _decomposed(points, law, grid)
+    with np.errstate(over="ignore"):  # where the exponential is all but gone, its coefficient may be anything
+        covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
+    return estimate, np.clip(covariance, -_UNBOUNDED, _UNBOUNDED), sums
+
+
+def _decomposed(
+    points: Points, law: SeparableLaw, grid: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """At every rate: estimates (m, k), inverse triangles (m, k, k) of the scaled columns, scales (m, k), sums (m,)."""
     design = points.design(law, grid[:, None])
     target = points.target
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0] = 1.0
     q, r = np.linalg.qr(design / scale[:, None, :])
-    inverse = np.linalg.inv(_solvable(r))
+    inverse = np.asarray(np.linalg.inv(_solvable(r)), dtype=np.float64)
     projected = np.einsum("mnk,n->mk", q, target)
     estimate = np.einsum("mij,mj->mi", inverse, projected) / scale
-    with np.errstate(over="ignore"):  # where the exponential is all but gone, its coefficient may be anything
-        covariance = np.einsum("mij,mkj->mik", inverse, inverse) / (scale[:, :, None] * scale[:, None, :])
-    covariance = np.clip(covariance, -_UNBOUNDED, _UNBOUNDED)
     rest = target - np.einsum("mnk,mk->mn", design, estimate)
-    return estimate, covariance, np.einsum("mn,mn->m", rest, rest)
+    return estimate, inverse, scale, np.einsum("mn,mn->m", rest, rest)
 
 
 def _near(points: Points, law: SeparableLaw, best: float, low: float, high: float) -> FloatArray:

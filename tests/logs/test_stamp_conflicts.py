@@ -51,6 +51,13 @@ def test_two_publishers_with_clocks_of_their_own(every: int, calm_first: bool) -
     assert one.code == "log-publishers-conflict"
 
 
+@pytest.mark.parametrize("known", [0, 1], ids=["no value", "one value"])
+def test_a_channel_that_is_not_known_contradicts_nothing(known: int) -> None:
+    effort = np.full(400, np.nan)
+    effort[:known] = 1.0
+    assert not found(np.repeat(0.002 * np.arange(200), 2), effort)
+
+
 def test_spikes_jumps_and_chatter_are_no_contradiction() -> None:
     rng = np.random.default_rng(4)
     time_s = 0.002 * np.arange(2000)

@@ -113,6 +113,8 @@ def _apart(values: FloatArray, fresh: BoolArray) -> BoolArray:
     here, there, after = course[group], values[again], course[np.minimum(group + 1, kept.size - 1)]
     changes = np.abs(np.diff(course))
     known = changes[np.isfinite(changes)]
+    if known.size == 0:  # a channel that is not known, or stamps that are all the same
+        return np.zeros(again.size, dtype=np.bool_)
     least = _TIMES * quantile_of(known, 0.9) + 1e-9 * float(np.nanmax(np.abs(course), initial=0.0))
     off = np.abs(there - here)
     few = np.bincount(group, minlength=kept.size)[group] <= _MOST_ALIKE

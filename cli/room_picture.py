@@ -8,6 +8,7 @@ from pathlib import Path
 
 #: The rooms in the order in which data flows: a room imports rooms before it, never after.
 ROOMS = (
+    "dataclass",
     "errors",
     "findings",
     "numeric",
@@ -36,7 +37,7 @@ ROOMS = (
     "api",
 )
 #: Rooms that every other one may use; arrows to them would hide the others.
-_EVERYWHERE = frozenset({"errors", "findings", "numeric", "data", "config", "provenance"})
+_EVERYWHERE = frozenset({"dataclass", "errors", "findings", "numeric", "data", "config", "provenance"})
 
 
 def module_imports(top: Path, package: str) -> dict[str, set[str]]:

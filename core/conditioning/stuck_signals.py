@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, log
 
 import numpy as np
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.blocks import exceeds

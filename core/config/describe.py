@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -14,6 +13,7 @@ from pydantic.fields import FieldInfo
 
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import to_toml
+from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 
 _PLAIN = {str: "text", bool: "true or false", Path: "a file name", float: "a number", int: "a whole number"}

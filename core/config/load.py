@@ -6,7 +6,6 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -16,6 +15,7 @@ from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_lines import key_lines
+from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 
 #: Keys that say the same thing in another way: a flag for the first takes the others out of the file's answer.

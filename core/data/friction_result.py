@@ -1,8 +1,9 @@
 """Result types of one joint's friction: points, law, intervals, what the data cannot determine."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.law_registry import LawName
 
 OpenSide = Literal["low", "high", "both"]

@@ -1,6 +1,6 @@
 """Result types of sensitivity over time: how small a torque or force would have alarmed, for how much of the time."""
 
-from dataclasses import dataclass
+from collaudit.core.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

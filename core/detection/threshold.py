@@ -8,7 +8,7 @@ while moving fast is blind while moving slowly.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from collaudit.core.config.schema_detect import DynamicConfig
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit

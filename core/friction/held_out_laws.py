@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points

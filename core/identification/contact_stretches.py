@@ -9,7 +9,6 @@ until it settles. Nothing here is a result of its own: friction and inertials ar
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import ceil
 
@@ -18,6 +17,7 @@ import numpy as np
 from collaudit.core.data.columns import Columns, OfTwo, read
 from collaudit.core.data.left_out import LeftOut, LeftOutBy, LeftOutSpan
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.lasting_contact import lasting_contact
 from collaudit.core.identification.lone_speeds import untold_beside
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

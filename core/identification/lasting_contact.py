@@ -8,10 +8,9 @@ once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.robust_regression import Columns, robust_fit
 from collaudit.core.numeric.stats import robust_sd

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.gains.load_pairs import pair_gains
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion

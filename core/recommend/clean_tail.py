@@ -7,11 +7,11 @@ friction and ripple have bounded or Gaussian tails, which fall faster: for them 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import exp, log
 
 import numpy as np
 
+from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.special_functions import gamma_quantile
 

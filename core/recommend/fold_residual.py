@@ -10,7 +10,7 @@ log.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
+from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.extrapolation import extrapolation_doubt
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_torque

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
+from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.corrected_laws import corrected_laws

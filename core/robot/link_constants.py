@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 
 

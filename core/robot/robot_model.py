@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.joint_log import JointType
+from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray

@@ -7,12 +7,12 @@ detectable there: from direction d at f = min_j s_j / |J_v,j · d|. Whatever is 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from collaudit.core.data.sensitivity_result import ForceLevel, ForceSensitivity
+from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import in_order
 from collaudit.core.prepare.prepared import Prepared

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares, TorqueLevel
 from collaudit.core.data.signals import State
+from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
 from collaudit.core.friction.friction_model import FrictionModel

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage
 from collaudit.core.data.sensitivity_result import JointSensitivity, TimeShares
+from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.verdict.exclusions import seconds_text, state_text
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
+from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_reader import read_result

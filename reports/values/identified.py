@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
@@ -14,6 +13,7 @@ from collaudit.core.data.identification_result import (
     SensorFacts,
     Trend,
 )
+from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import interval, percent, significant
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.sensitivity_result import ForceSensitivity, JointSensitivity, TimeShares
+from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.numbers import apart, duration, percent, significant, stated
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.words import reason_text, torque_unit

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from collaudit.core.dataclass import dataclass
 
 _NUMBER = re.compile(r"\d+")
 _MOST_CHAINS = 4

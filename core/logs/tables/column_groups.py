@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.tables.column_vocabulary import (
     CONVERTED,
     CURRENTS,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
+from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import robust_sd

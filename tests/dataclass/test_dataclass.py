@@ -193,11 +193,22 @@ def test_attributes_that_are_no_fields() -> None:
     assert not hasattr(loose, "depth")
 
 
-def test_a_list_that_holds_itself_is_shown() -> None:
-    kind = kinds(ours).Same
-    held: list[Any] = []
-    held.append(kind(held))
-    assert "..." in repr(held[0])
+def test_an_object_that_holds_itself_is_shown() -> None:
+    shown = []
+    for dataclass in (ours, dataclasses.dataclass):
+        made = kinds(dataclass).Same(None)
+        object.__setattr__(made, "value", made)
+        shown.append(repr(made))
+    assert shown[0] == shown[1] and "..." in shown[0]
+
+
+def test_init_is_compiled_once() -> None:
+    kind = kinds(ours).Point
+    before = kind.__init__
+    kind(1.0)
+    compiled = kind.__init__
+    kind(2.0)
+    assert before is not compiled and kind.__init__ is compiled
 
 
 @ours(frozen=True, slots=True)

@@ -59,8 +59,9 @@ def _made(cls: type, *, eq: bool = True, kw_only: bool = False, **_: object) -> 
         "__setstate__": _take_state,
     }
     if eq:
-        compared = attrgetter("__class__", *(field.name for field in fields if field.compare))
-        methods["__eq__"], methods["__hash__"] = _equality(compared), _hashing(compared)
+        methods["__eq__"] = _equality(_values_of([field.name for field in fields if field.compare]))
+        hashed = [field.name for field in fields if (field.compare if field.hash is None else field.hash)]
+        methods["__hash__"] = _hashing(_values_of(hashed))
     for name, method in methods.items():
         if name not in own or (name == "__hash__" and cls.__dict__[name] is None and "__eq__" in own):
             setattr(made, name, method)
@@ -110,6 +111,13 @@ def _compiled_init(cls: Any) -> Callable[..., None]:
     return compiled
 
 
+def _values_of(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
+    """What gives the values of these fields of an object: a tuple, of one or none as well."""
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda self: tuple(getattr(self, name) for name in names)
+
+
 def _equality(compared: Callable[[Any], Any]) -> Callable[[Any, object], bool]:
     def __eq__(self: Any, other: object) -> bool:  # noqa: N807
         return bool(compared(self) == compared(other)) if other.__class__ is self.__class__ else NotImplemented
@@ -117,9 +125,9 @@ def _equality(compared: Callable[[Any], Any]) -> Callable[[Any, object], bool]:
     return __eq__
 
 
-def _hashing(compared: Callable[[Any], Any]) -> Callable[[Any], int]:
+def _hashing(hashed: Callable[[Any], Any]) -> Callable[[Any], int]:
     def __hash__(self: Any) -> int:  # noqa: N807
-        return hash(compared(self))
+        return hash(hashed(self))
 
     return __hash__
 

@@ -86,6 +86,13 @@ def kinds(dataclass: Decorator) -> SimpleNamespace:
             return "own"
 
     @dataclass(frozen=True, slots=True)
+    class Part:
+        """Hashed by one of its fields."""
+
+        key: int
+        value: list[int] = field(hash=False)
+
+    @dataclass(frozen=True, slots=True)
     class Empty:
         """Nothing."""
 
@@ -135,6 +142,8 @@ DEEDS: dict[str, Callable[[SimpleNamespace], object]] = {
         len({k.Point(1.0), k.Point(1.0), k.Point(2.0)}),
         len({k.Same(1), k.Same(1)}),
     ),
+    "hashes": lambda k: [hash(x) for x in (k.Point(1.0), k.Mixed(1, b=2), k.Empty(), k.Part(1, [2]), k.Part(2, [2]))],
+    "compared but not hashed": lambda k: (k.Part(1, [2]) == k.Part(1, [3]), k.Part(1, [2]) == k.Part(1, [2])),
     "unhashable": lambda k: hash(k.Mixed([], b=1)),
     "own equality has no hash": lambda k: k.Own.__hash__ is None,
     "class variable": lambda k: (k.Point.shared, k.Point(1.0).shared, k.Point(1.0).sum),

@@ -55,7 +55,10 @@ class ExampleCommand(click.Command):
         if takes_config and self.name != "init" and (path := config_path()):  # init drafts it anew
             settings["config"] = str(path)
         refuse_input_as_output({**settings, **ctx.params})
-        return super().invoke(ctx)
+        try:
+            return super().invoke(ctx)
+        except EOFError as error:  # click would take it for Ctrl-D, and say "interrupted"
+            raise RuntimeError(f"a file ended too early: {error}") from error
 
 
 class LazyGroup(click.Group):

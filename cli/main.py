@@ -15,14 +15,15 @@ from collaudit.cli.console import note, silence_library_warnings
 from collaudit.cli.error_json import say_error_json, wants_json
 from collaudit.cli.group import CommandEntry, LazyGroup
 from collaudit.core.errors import EXIT_INTERRUPTED, EXIT_NOT_JUDGED, EXIT_TERMINATED, EXIT_USAGE, CollauditError
-from collaudit.core.numeric.allocator import keep_freed_memory, one_thread_of_linear_algebra
+from collaudit.core.numeric.allocator import keep_freed_memory, memory_is_limited, one_thread_of_linear_algebra
 
 #: Objects made before a round of garbage collection. Imports make many and leave next to no garbage.
 _COLLECT_AFTER = 200_000
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
 
-#: How the dynamic loader says that a library did not fit.
-_WITHOUT_MEMORY = "failed to map segment from shared object"
+#: How the dynamic loader says that a library did not fit, and Python that the stack of a thread did not.
+_WITHOUT_MEMORY = ("failed to map segment from shared object", "cannot map zero-fill pages", "Cannot allocate memory")
+_WITHOUT_THREAD = "can't start new thread"
 _COMMANDS = (
     CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
     CommandEntry("init", "Write a commented configuration for a log."),
@@ -79,6 +80,11 @@ class _Terminated(BaseException):
     """SIGTERM, as an exception: temporary files and worker processes end with the command."""
 
 
+def _interrupt(_number: int, _frame: object) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one would interrupt the clearing up; SIGTERM still ends it
+    raise KeyboardInterrupt
+
+
 def _terminate(_number: int, _frame: object) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one would interrupt the clearing up
     raise _Terminated
@@ -95,8 +101,15 @@ def main(args: Sequence[str] | None = None) -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     silence_library_warnings()
     signal.signal(signal.SIGTERM, _terminate)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who started us may have it ignored
+        signal.signal(signal.SIGINT, _interrupt)
     arguments = list(sys.argv[1:] if args is None else args)
-    sys.exit(run(arguments))
+    code = run(arguments)
+    if code == EXIT_NOT_JUDGED and memory_is_limited():
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)  # libraries that got no memory can crash at the end of a process, which changes its exit code
+    sys.exit(code)
 
 
 def run(args: list[str]) -> int:
@@ -144,8 +157,11 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
         found = f"\n  found:    {error}" if str(error) else ""
         note(f"not enough memory for this log: nothing was judged{found}")
         return EXIT_NOT_JUDGED
-    if isinstance(error, ImportError) and _WITHOUT_MEMORY in str(error):
+    if isinstance(error, ImportError) and any(words in str(error) for words in _WITHOUT_MEMORY):
         note(f"not enough memory to load the program: nothing was judged\n  found:    {error}")
+        return EXIT_NOT_JUDGED
+    if isinstance(error, RuntimeError) and _WITHOUT_THREAD in str(error):
+        note("no thread could be started, which memory or the number of processes forbids: nothing was judged")
         return EXIT_NOT_JUDGED
     _show_traceback(error, debug)
     if isinstance(error, OSError):

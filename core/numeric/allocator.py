@@ -1,9 +1,14 @@
-"""What the process asks of the libraries below NumPy: to keep freed memory, and one thread of linear algebra."""
+"""What the process asks of the libraries below NumPy: to keep freed memory, and one thread of linear algebra.
+
+Where memory is limited, linear algebra has to take its own in time.
+"""
 
 from __future__ import annotations
 
 import os
 import sys
+import threading
+from functools import cache
 
 #: Read by the libraries below NumPy and SciPy when they are loaded.
 _LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -46,3 +51,61 @@ def keep_freed_memory() -> bool:
     wanted = {_MMAP_THRESHOLD: _LARGEST_HEAP_ARRAY_BYTES, _TRIM_THRESHOLD: _KEPT_BYTES, _ARENAS: 1}
     taken = [mallopt(parameter, value) for parameter, value in wanted.items()]
     return all(taken)
+
+
+#: What OpenBLAS takes at a time, with a little to spare.
+_BUFFER_BYTES = 34 << 20
+#: Rows of a product that needs a buffer, and of one that takes long enough (10 ms) for threads to be at it together.
+_PRODUCT, _LONG_PRODUCT = 200, 600
+
+
+@cache
+def take_memory_of_linear_algebra(threads: int) -> None:
+    """Have linear algebra take its memory now, where that of the process is limited: later a log may leave none.
+
+    OpenBLAS takes 32 MB when it is loaded, 32 when it is first used, and as much for each further thread that uses it
+    at the same time. Where that is refused, some of its releases try again for ever, which no signal handler of
+    Python's interrupts; others end the process with exit code 1, which would say that a policy is broken. NumPy and
+    SciPy have a copy each; SciPy's is used by one thread at a time.
+
+    Args:
+        threads: that multiply at the same time.
+
+    Raises:
+        MemoryError: the limit leaves no room for it.
+    """
+    if not memory_is_limited():
+        return
+    import numpy as np
+
+    from collaudit.core.numeric.filter_design import matrix_exponential
+
+    wanted = _BUFFER_BYTES * (threads + 3)  # NumPy's copy is loaded already; one for what comes with SciPy's
+    try:
+        np.empty(wanted, dtype=np.uint8)
+    except MemoryError:
+        raise MemoryError(f"linear algebra needs {wanted / 1e6:.0f} MB more than the limit of this process") from None
+    matrix_exponential(np.array([[0.0, -0.1], [0.1, 0.0]]))
+    rows = _LONG_PRODUCT if threads > 1 else _PRODUCT
+    square, begun = np.zeros((rows, rows)), threading.Barrier(threads, timeout=10.0)
+
+    def multiply() -> None:
+        begun.wait()
+        np.matmul(square, square)
+
+    others = [threading.Thread(target=multiply) for _ in range(threads - 1)]
+    for one in others:
+        one.start()
+    multiply()
+    for one in others:
+        one.join()
+
+
+def memory_is_limited() -> bool:
+    """Whether this process may take less memory than there is (``ulimit -d`` or ``-v``, ``--memory-limit``)."""
+    if sys.platform == "win32":
+        return False
+    import resource
+
+    kinds = (resource.RLIMIT_DATA, resource.RLIMIT_AS)
+    return any(resource.getrlimit(kind)[0] != resource.RLIM_INFINITY for kind in kinds)

@@ -125,7 +125,11 @@ class _Asked(Generic[T, R]):
 
     def __init__(self, function: Callable[[T], R], item: T) -> None:
         self._box = [(function, item)]
-        self.future: Future[R] = _helpers(max(1, _threads - 1)).submit(_emptied, self._box)
+        self.future: Future[R]
+        try:
+            self.future = _helpers(max(1, _threads - 1)).submit(_emptied, self._box)
+        except RuntimeError:  # no thread can be started, for want of memory say: the caller does it
+            self._box, self.future = [(function, item)], Future()
 
     def do(self) -> None:
         """Do it, unless another thread is at it."""

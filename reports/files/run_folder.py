@@ -8,6 +8,7 @@ from pathlib import Path
 
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import Signals
+from collaudit.core.numeric.allocator import memory_is_limited
 from collaudit.core.numeric.parallel import threads
 from collaudit.reports.files.atomic import staged, write_synced
 from collaudit.reports.files.run_files import (
@@ -66,7 +67,7 @@ class RunFolder:
                 self._dir.rmdir()
 
     def take_signals(self, signals: Signals, log_sha256: str) -> None:
-        """Begin to write the signals in a thread of their own, where more than one thread is taken.
+        """Begin to write the signals in a thread of their own, where more than one is taken and memory is not limited.
 
         Args:
             signals: those of the audit that :meth:`write` will be given.
@@ -75,13 +76,17 @@ class RunFolder:
         Raises:
             CollauditError: the folder cannot be written to.
         """
-        if threads() == 1:
+        if threads() == 1 or memory_is_limited():  # a thread that gets no memory to begin with is waited for, for ever
             return
         from collaudit.reports.files.signals_file import write_signals
 
+        writer = ThreadPoolExecutor(1)
+        try:
+            wait([writer.submit(int)])
+        except RuntimeError:  # no thread can be started, for want of memory say: they are written with the rest
+            return
         unfinished = ExitStack()
         path = unfinished.enter_context(staged(self._dir / SIGNALS_NAME))
-        writer = ThreadPoolExecutor(1)
         self._begun = unfinished, writer.submit(write_signals, path, signals, log_sha256)
         writer.shutdown(wait=False)
 

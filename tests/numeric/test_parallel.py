@@ -134,3 +134,17 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
     while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < deadline:
         time.sleep(0.01)
     assert ended == (child, 0)
+
+
+def test_without_a_further_thread_the_caller_does_it_all(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    def refused(self: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    use_threads(count + 1)  # whose threads have not been begun yet
+    monkeypatch.setattr(threading.Thread, "start", refused)
+    assert list(ordered_map(lambda x: 2 * x, range(5))) == [0, 2, 4, 6, 8]
+    done: list[int] = []
+    with Beside(1) as beside:
+        for number in range(4):
+            beside.add(lambda number=number: done.append(number))  # type: ignore[misc]
+    assert done == [0, 1, 2, 3]

@@ -1,5 +1,6 @@
 """A run's folder whose signals are written while the log is still judged: the same files, or none."""
 
+import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -75,3 +76,23 @@ def test_one_thread_writes_at_the_end(tmp_path: Path) -> None:
         assert not (tmp_path / "run").exists()
         run.write(audit, None)
     assert read_run(tmp_path / "run").result == audit.result
+
+
+@pytest.mark.parametrize("refused", ["a thread", "memory without limit"])
+def test_without_a_further_thread_they_are_written_at_the_end(
+    refused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def start(self: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    if refused == "a thread":
+        monkeypatch.setattr(threading.Thread, "start", start)
+    else:
+        monkeypatch.setattr("collaudit.reports.files.run_folder.memory_is_limited", lambda: True)
+    audit = samples.failed(3000)
+    with RunFolder(tmp_path / "run") as run:
+        run.take_signals(audit.signals, audit.result.log.sha256)
+        assert not (tmp_path / "run").exists()
+        run.write(audit, None)
+    assert read_run(tmp_path / "run").result == audit.result
+    assert len(files(tmp_path / "run")) == 2

@@ -1,0 +1,91 @@
+"""A limit of memory, a second Ctrl-C, a file that ends too early: the right code, and no hang."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from collaudit.cli import main as entry
+
+MAIN = "from collaudit.cli.main import main; main()"
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux counts what RLIMIT_DATA limits")
+@pytest.mark.parametrize("megabytes", [90, 160, 210, 240, 260, 280])
+def test_a_limit_of_memory_ends_a_command_with_its_verdict_or_with_not_judged(
+    arm: Any, tmp_path: Path, megabytes: int
+) -> None:
+    import resource
+
+    limit = megabytes << 20
+    done = subprocess.run(
+        [sys.executable, "-c", MAIN, "detect", arm.pushed, "-c", arm.config, "-o", tmp_path / "run"],
+        capture_output=True,
+        text=True,
+        timeout=20,  # no library asks for ever
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit)),
+    )
+    if (tmp_path / "run").exists():
+        assert done.returncode == 1 and sorted(path.name for path in (tmp_path / "run").iterdir())[0] == "audit.json"
+    else:
+        assert done.returncode == 3, done.stderr
+        assert "not enough memory" in done.stderr or "no thread could be started" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux counts what RLIMIT_DATA limits")
+def test_what_crashes_at_the_end_for_want_of_memory_changes_no_exit_code(arm: Any, tmp_path: Path) -> None:
+    import resource
+
+    crash = "import atexit, os; atexit.register(os.abort); "
+    done = subprocess.run(
+        [sys.executable, "-c", crash + MAIN, "detect", arm.pushed, "-c", arm.config, "-o", tmp_path / "run"],
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=20,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (160 << 20, 160 << 20)),
+    )
+    assert done.returncode == 3 and "not enough memory" in done.stderr
+
+
+def test_a_second_interrupt_does_not_stop_the_clearing_up() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, entry._interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)  # would be raised here
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_a_file_that_ends_too_early_is_no_interrupt(
+    collaudit: Callable[..., Any], arm: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ended(*_: object, **__: object) -> None:
+        raise EOFError("Ran out of input")
+
+    monkeypatch.setattr("collaudit.core.logs.describe", ended)
+    done = collaudit("inspect", arm.pushed)
+    assert done.code == 2 and "a file ended too early: Ran out of input" in done.err
+    assert "interrupted" not in done.err
+
+
+def test_no_thread_to_be_had_is_not_judged(
+    collaudit: Callable[..., Any], arm: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr("collaudit.core.logs.describe", refused)
+    done = collaudit("inspect", arm.pushed)
+    assert done.code == 3 and "no thread could be started" in done.err

@@ -52,6 +52,7 @@ def _made(cls: type, *, eq: bool = True, kw_only: bool = False, **_: object) -> 
     params = made.__dataclass_params__  # what heirs and pydantic read
     params.init, params.repr, params.eq, params.frozen = True, True, eq, True
     fields = dataclasses.fields(made)
+    _check_order(fields)
     methods: dict[str, Callable[..., Any]] = {
         "__init__": _first_init(made),
         "__repr__": _repr,
@@ -69,6 +70,18 @@ def _made(cls: type, *, eq: bool = True, kw_only: bool = False, **_: object) -> 
     return cast(type, made)
 
 
+def _check_order(fields: tuple[dataclasses.Field[Any], ...]) -> None:
+    """Raise TypeError, as the standard library does, where a field without default follows one with a default."""
+    before = None
+    for field in fields:
+        if not field.init or field.kw_only:
+            continue
+        if field.default is not MISSING or field.default_factory is not MISSING:
+            before = field.name
+        elif before is not None:
+            raise TypeError(f"non-default argument {field.name!r} follows default argument {before!r}")
+
+
 def _first_init(cls: Any) -> Callable[..., None]:
     def __init__(self: object, *args: Any, **kwargs: Any) -> None:  # noqa: N807 (it stands for the compiled one)
         compiled = _compiled_init(cls)
@@ -82,28 +95,29 @@ def _first_init(cls: Any) -> Callable[..., None]:
 def _compiled_init(cls: Any) -> Callable[..., None]:
     """``__init__`` of the class's fields, in the order of the standard library: those by keyword last."""
     fields = dataclasses.fields(cls)
-    known: dict[str, Any] = {"_set": object.__setattr__, "_absent": _absent}
+    known: dict[str, Any] = {"__set__": object.__setattr__, "__absent__": _absent}  # names that no field has
     positional: list[str] = []
     keyword: list[str] = []
     lines: list[str] = []
     for k, field in enumerate(fields):
         value = field.name
         if field.default_factory is not MISSING:
-            known[f"_make{k}"] = field.default_factory
-            value = f"_make{k}() if {field.name} is _absent else {field.name}" if field.init else f"_make{k}()"
+            known[f"__make{k}__"] = field.default_factory
+            value = f"__make{k}__() if {field.name} is __absent__ else {field.name}" if field.init else f"__make{k}__()"
         elif field.default is not MISSING:
-            known[f"_default{k}"] = field.default
-            value = field.name if field.init else f"_default{k}"
+            known[f"__default{k}__"] = field.default
+            value = field.name if field.init else f"__default{k}__"
         elif not field.init:
             continue
-        lines.append(f"_set(self_, {field.name!r}, {value})")
+        lines.append(f"__set__(__self__, {field.name!r}, {value})")
         if field.init:
-            default = "=_absent" if f"_make{k}" in known else f"=_default{k}" if f"_default{k}" in known else ""
+            made, given = f"__make{k}__" in known, f"__default{k}__" in known
+            default = "=__absent__" if made else f"=__default{k}__" if given else ""
             (keyword if field.kw_only else positional).append(field.name + default)
     if hasattr(cls, "__post_init__"):
-        lines.append("self_.__post_init__()")
+        lines.append("__self__.__post_init__()")
     stars = ["*", *keyword] if keyword else []
-    text = f"def __init__({', '.join(['self_', *positional, *stars])}):\n  " + ("\n  ".join(lines) or "pass")
+    text = f"def __init__({', '.join(['__self__', *positional, *stars])}):\n  " + ("\n  ".join(lines) or "pass")
     exec(text, known)
     compiled: Callable[..., None] = known["__init__"]
     compiled.__qualname__, compiled.__module__ = f"{cls.__qualname__}.__init__", cls.__module__

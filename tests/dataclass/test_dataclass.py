@@ -280,3 +280,22 @@ def test_importing_compiles_few_methods() -> None:
         "assert len(asked) > 60 and sum(asked) < 10, (len(asked), sum(asked))\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("dataclass", [dataclasses.dataclass, ours])
+def test_a_field_without_default_after_one_with_it_is_refused(dataclass: Decorator) -> None:
+    for default in (field(default=1), field(default_factory=list)):
+        given = {"x": default, "__annotations__": {"x": "int", "y": "int"}, "__doc__": "Two."}
+        with pytest.raises(TypeError, match=r"non-default argument 'y' follows default argument( 'x')?"):
+            dataclass(frozen=True, slots=True)(type("Two", (), dict(given)))
+        named = dataclass(frozen=True, slots=True, kw_only=True)(type("Two", (), dict(given)))
+        assert named(y=2, x=3).y == 2
+
+
+@pytest.mark.parametrize("dataclass", [dataclasses.dataclass, ours])
+def test_fields_may_have_any_name(dataclass: Decorator) -> None:
+    names = ("self_", "_set", "_absent", "_make0", "_default0", "cls", "known")
+    given = {"__annotations__": dict.fromkeys(names, "int"), "__doc__": "Odd names."}
+    odd = dataclass(frozen=True, slots=True)(type("Odd", (), given | {"known": field(default_factory=int)}))
+    made = odd(*range(6))
+    assert [getattr(made, name) for name in names] == [0, 1, 2, 3, 4, 5, 0]

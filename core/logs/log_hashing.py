@@ -25,21 +25,25 @@ class Hashing:
     It is started when the files have been read, and awaited where it is written down, by which time it is there. Files
     that the page cache may not keep are hashed while they are read. Where nobody is known to want it (``soon`` is
     False) it is computed when asked for. Copied and pickled it is the hash itself.
+
+    It is made before the files are read. Where they have changed by the time that they are hashed, the hash would be of
+    other bytes than were read: it is refused with a LogError.
     """
 
     def __init__(self, paths: Sequence[Path], *, soon: bool = True) -> None:
         self._paths = tuple(paths)
         self._future: Future[str] | None = None
+        self._state: _State | None = None
         with contextlib.suppress(OSError, LogError):  # who reads them will say it better
-            files = [file for path in paths for file in data_files(path) if partial_file(file) is None]
-            if soon and sum(file.stat().st_size for file in files) > _AT_ONCE:
+            self._state = _state_of(paths)
+            if soon and sum(size for _, size, _, _ in self._state) > _AT_ONCE:
                 self.start()
 
     def start(self) -> None:
         """Begin, once."""
         if self._future is None:
             pool = ThreadPoolExecutor(1)
-            self._future = pool.submit(_politely, self._paths)
+            self._future = pool.submit(_politely, self._paths, self._state)
             pool.shutdown(wait=False)  # the thread ends with its work
 
     def result(self) -> str:
@@ -57,12 +61,34 @@ class Hashing:
         return str, (self.result(),)
 
 
-def _politely(paths: Sequence[Path]) -> str:
-    """:func:`sha256_of` in a thread of low priority, where threads have priorities."""
+#: Of each file its name, size, time of change in ns, and number.
+_State = list[tuple[str, int, int, int]]
+
+
+def _state_of(paths: Sequence[Path]) -> _State:
+    """What shows that files have changed. Files that are read over the network say so themselves."""
+    files = [file for path in paths for file in data_files(path) if partial_file(file) is None]
+    return [(str(file), (found := file.stat()).st_size, found.st_mtime_ns, found.st_ino) for file in files]
+
+
+def _politely(paths: Sequence[Path], before: _State | None) -> str:
+    """:func:`sha256_of` in a thread of low priority, where threads have priorities; refused if files have changed."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
-    return sha256_of(paths)
+    found = sha256_of(paths)
+    after: _State = []
+    with contextlib.suppress(OSError):  # gone
+        after = _state_of(paths)
+    if before is not None and before != after:
+        changed = sorted({name for name, *_ in set(before) ^ set(after)})
+        raise LogError(
+            "the log has changed while it was read",
+            where=changed[0],
+            found="another size or time of change than when reading began",
+            hint="judge it when its recording has ended",
+        )
+    return found
 
 
 def sha256_of(paths: Sequence[Path]) -> str:

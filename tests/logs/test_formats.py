@@ -272,7 +272,7 @@ def test_a_hash_that_nobody_wants_is_not_computed(tmp_path: Path, monkeypatch: p
     path = tmp_path / "log.csv"
     path.write_text("t,q1\n" + "".join(f"{k / 100},{k / 10}\n" for k in range(50)))
     computed: list[object] = []
-    monkeypatch.setattr(log_hashing, "_politely", lambda paths: computed.append(paths) or "0" * 64)
+    monkeypatch.setattr(log_hashing, "sha256_of", lambda paths: computed.append(paths) or "0" * 64)
     unwanted, wanted = (read_log((path,), LogConfig(), robot_joints=None, hashed=hashed) for hashed in (False, True))
     assert wanted.source.sha256 == "0" * 64
     assert computed == [(path,)]

@@ -61,7 +61,7 @@ class Hashing:
         return str, (self.result(),)
 
 
-#: Of each file its name, size, time of change in ns, and number.
+#: Of each file its name, size, time of change in ns, and inode.
 _State = list[tuple[str, int, int, int]]
 
 

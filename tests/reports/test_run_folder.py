@@ -68,24 +68,16 @@ def test_what_fails_while_the_signals_are_written_is_told(tmp_path: Path, monkey
     assert not any((tmp_path / "run").iterdir())
 
 
-def test_one_thread_writes_at_the_end(tmp_path: Path) -> None:
-    parallel.use_threads(1)
-    audit = samples.failed(3000)
-    with RunFolder(tmp_path / "run") as run:
-        run.take_signals(audit.signals, audit.result.log.sha256)
-        assert not (tmp_path / "run").exists()
-        run.write(audit, None)
-    assert read_run(tmp_path / "run").result == audit.result
-
-
-@pytest.mark.parametrize("refused", ["a thread", "memory without limit"])
+@pytest.mark.parametrize("refused", ["two threads", "another thread", "memory without limit"])
 def test_without_a_further_thread_they_are_written_at_the_end(
     refused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def start(self: threading.Thread) -> None:
         raise RuntimeError("can't start new thread")
 
-    if refused == "a thread":
+    if refused == "two threads":
+        parallel.use_threads(1)
+    elif refused == "another thread":
         monkeypatch.setattr(threading.Thread, "start", start)
     else:
         monkeypatch.setattr("collaudit.reports.files.run_folder.memory_is_limited", lambda: True)

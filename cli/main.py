@@ -128,10 +128,23 @@ def run(args: list[str]) -> int:
         _leave_stdout()
         return _EXIT_BROKEN_PIPE
     except BaseException as error:  # noqa: BLE001 - the last line of defence: a bug must not look like a verdict
+        return _answer(error, args, debug)
+
+
+def _answer(error: BaseException, args: list[str], debug: bool) -> int:
+    """Say what ended the command, to whoever still reads it, and return its exit code."""
+    try:
         code = _say_error(error, args, debug)
-        if wants_json(args):
+    except BrokenPipeError:
+        sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115 - lives until the interpreter ends
+        code = _say_error(error, args, debug)
+    if wants_json(args):
+        try:
             say_error_json(error, code)
-        return code
+            sys.stdout.flush()
+        except BrokenPipeError:
+            _leave_stdout()
+    return code
 
 
 def _run(args: list[str]) -> int:

@@ -1,4 +1,4 @@
-"""A limit of memory, a second Ctrl-C, a file that ends too early: the right code, and no hang."""
+"""A limit of memory, a second Ctrl-C, a file that ends too early, a reader that left: the right code, and no hang."""
 
 from __future__ import annotations
 
@@ -85,3 +85,21 @@ def test_what_a_file_that_ends_too_early_or_no_thread_says(
     done = collaudit("inspect", arm.pushed)
     assert done.code == code and said in done.err
     assert "interrupted" not in done.err
+
+
+@pytest.mark.parametrize("json", [(), ("--json",)])
+@pytest.mark.parametrize("closed", [("stdout",), ("stderr",), ("stdout", "stderr")])
+def test_an_error_that_nobody_reads_keeps_its_code(closed: tuple[str, ...], json: tuple[str, ...]) -> None:
+    """Not 1, which would say that a policy is broken."""
+    unread, written = os.pipe()
+    os.close(unread)
+    streams: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | dict.fromkeys(closed, written)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", MAIN, "inspect", "none.csv", *json], **streams, text=True, timeout=20, check=False
+        )
+    finally:
+        os.close(written)
+    assert done.returncode == 2
+    assert done.stderr is None or ("Traceback" not in done.stderr and "no such file" in done.stderr)
+    assert not json or done.stdout is None or '"exit_code": 2' in done.stdout

@@ -158,12 +158,11 @@ def prepare(
     Raises:
         CollauditError: any of it cannot be done.
     """
-    from collaudit.core.numeric.allocator import take_memory_of_linear_algebra
-    from collaudit.core.numeric.parallel import threads
+    from collaudit.core.numeric.allocator import settle_within_memory_limit
     from collaudit.core.prepare.calibration import Calibration
     from collaudit.core.prepare.prepared import conditioned, modelled
 
-    take_memory_of_linear_algebra(threads())
+    settle_within_memory_limit()
     step = stage(progress, 0.0, 1.0)
     log = open_log(files, settings, stage(progress, 0.0, 0.4), hashed=hashed)
     robot = load_robot(settings, log.joint_names)

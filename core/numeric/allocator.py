@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
-from contextlib import suppress
 from functools import cache
 
 #: Read by the libraries below NumPy and SciPy when they are loaded.
@@ -56,21 +54,18 @@ def keep_freed_memory() -> bool:
 
 #: What OpenBLAS takes at a time, with a little to spare.
 _BUFFER_BYTES = 34 << 20
-#: Rows of a product that needs a buffer, and of one that takes long enough (10 ms) for threads to be at it together.
-_PRODUCT, _LONG_PRODUCT = 200, 600
+#: Rows of a product that needs a buffer.
+_PRODUCT = 200
 
 
 @cache
-def take_memory_of_linear_algebra(threads: int) -> None:
-    """Have linear algebra take its memory now, where that of the process is limited: later a log may leave none.
+def settle_within_memory_limit() -> None:
+    """Where the memory of the process is limited, take one thread, and have linear algebra take its memory now.
 
     OpenBLAS takes 32 MB when it is loaded, 32 when it is first used, and as much for each further thread that uses it
     at the same time. Where that is refused, some of its releases try again for ever, which no signal handler of
-    Python's interrupts; others end the process with exit code 1, which would say that a policy is broken. NumPy and
-    SciPy have a copy each; SciPy's is used by one thread at a time.
-
-    Args:
-        threads: that multiply at the same time.
+    Python's interrupts; others end the process with exit code 1, which would say that a policy is broken. So it asks
+    before a log can leave none. With one thread, all of it is known: NumPy and SciPy have a copy each.
 
     Raises:
         MemoryError: the limit leaves no room for it.
@@ -80,27 +75,17 @@ def take_memory_of_linear_algebra(threads: int) -> None:
     import numpy as np
 
     from collaudit.core.numeric.filter_design import matrix_exponential
+    from collaudit.core.numeric.parallel import use_threads
 
-    wanted = _BUFFER_BYTES * (threads + 3)  # NumPy's copy is loaded already; one for what comes with SciPy's
+    use_threads(1)
+    wanted = 4 * _BUFFER_BYTES  # NumPy's copy is loaded already; one for what comes with SciPy's
     try:
         np.empty(wanted, dtype=np.uint8)
     except MemoryError:
         raise MemoryError(f"linear algebra needs {wanted / 1e6:.0f} MB more than the limit of this process") from None
     matrix_exponential(np.array([[0.0, -0.1], [0.1, 0.0]]))
-    rows = _LONG_PRODUCT if threads > 1 else _PRODUCT
-    square, begun = np.zeros((rows, rows)), threading.Barrier(threads, timeout=10.0)
-
-    def multiply() -> None:
-        with suppress(threading.BrokenBarrierError):  # too busy a machine for both at once
-            begun.wait()
-        np.matmul(square, square)
-
-    others = [threading.Thread(target=multiply) for _ in range(threads - 1)]
-    for one in others:
-        one.start()
-    multiply()
-    for one in others:
-        one.join()
+    square = np.zeros((_PRODUCT, _PRODUCT))
+    np.matmul(square, square)
 
 
 def memory_is_limited() -> bool:

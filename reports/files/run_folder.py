@@ -8,7 +8,6 @@ from pathlib import Path
 
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import Signals
-from collaudit.core.numeric.allocator import memory_is_limited
 from collaudit.core.numeric.parallel import threads
 from collaudit.reports.files.atomic import staged, write_synced
 from collaudit.reports.files.run_files import (
@@ -67,7 +66,7 @@ class RunFolder:
                 self._dir.rmdir()
 
     def take_signals(self, signals: Signals, log_sha256: str) -> None:
-        """Begin to write the signals in a thread of their own, where more than one is taken and memory is not limited.
+        """Begin to write the signals in a thread of their own, where more than one is taken.
 
         Args:
             signals: those of the audit that :meth:`write` will be given.
@@ -76,7 +75,7 @@ class RunFolder:
         Raises:
             CollauditError: the folder cannot be written to.
         """
-        if threads() == 1 or memory_is_limited():  # a thread that gets no memory to begin with is waited for, for ever
+        if threads() == 1:
             return
         from collaudit.reports.files.signals_file import write_signals
 

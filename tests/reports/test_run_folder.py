@@ -68,7 +68,7 @@ def test_what_fails_while_the_signals_are_written_is_told(tmp_path: Path, monkey
     assert not any((tmp_path / "run").iterdir())
 
 
-@pytest.mark.parametrize("refused", ["two threads", "another thread", "memory without limit"])
+@pytest.mark.parametrize("refused", ["two threads", "another thread"])
 def test_without_a_further_thread_they_are_written_at_the_end(
     refused: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -77,10 +77,8 @@ def test_without_a_further_thread_they_are_written_at_the_end(
 
     if refused == "two threads":
         parallel.use_threads(1)
-    elif refused == "another thread":
-        monkeypatch.setattr(threading.Thread, "start", start)
     else:
-        monkeypatch.setattr("collaudit.reports.files.run_folder.memory_is_limited", lambda: True)
+        monkeypatch.setattr(threading.Thread, "start", start)
     audit = samples.failed(3000)
     with RunFolder(tmp_path / "run") as run:
         run.take_signals(audit.signals, audit.result.log.sha256)

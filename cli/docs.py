@@ -10,15 +10,25 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
+import msgspec
 
 from collaudit.cli.main import collaudit
 from collaudit.cli.man_pages import man_pages
 from collaudit.cli.output_schemas import output_schema_texts
 from collaudit.cli.room_picture import ROOMS, picture
 from collaudit.core.config import schema as config_of_core
-from collaudit.core.config.describe import Key, all_keys, default_text, keys_of, value_text
+from collaudit.core.config.describe import (
+    Key,
+    all_keys,
+    choices_of_laws,
+    default_text,
+    keys_of,
+    names_of_entries,
+    value_text,
+)
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_writer import json_text
@@ -40,8 +50,17 @@ def pages() -> dict[str, str]:
 
 def config_schema() -> str:
     """The JSON Schema of collaudit.toml."""
-    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "collaudit.toml"}
-    schema |= {key: value for key, value in Config.model_json_schema().items() if key != "title"}
+    schema: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "collaudit.toml"}
+    (reference,), tables = msgspec.json.schema_components(
+        (Config,), schema_hook=lambda _path: {"type": "string", "format": "path"}, ref_template="#/$defs/{name}"
+    )
+    for key in all_keys():
+        published = tables[key.holder.__name__]["properties"][key.path[-1]]
+        if choices := choices_of_laws(key.field.type):
+            published["enum"] = [*choices]
+        if names := names_of_entries(key):
+            published["propertyNames"] = {"enum": [*names]}
+    schema |= {**tables.pop(reference["$ref"].rpartition("/")[2]), "$defs": tables}
     return json_text(schema, indent=2)
 
 
@@ -59,7 +78,7 @@ def config_page() -> str:
     ]
     tables = [key for key in all_keys() if key.table is not None]
     for key in tables:
-        lines += ["", f"## `{key.header}`", "", key.info.description or "", ""]
+        lines += ["", f"## `{key.header}`", "", key.description, ""]
         assert key.table is not None
         rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
         if rows:
@@ -118,11 +137,9 @@ def help_text(name: str) -> str:
 
 
 def _config_row(key: Key) -> str:
-    default = default_text(key.info)
+    default = default_text(key)
     shown = default if default == "absent" else f"`{default}`"
-    return (
-        f"| `{key.path[-1]}` | {_cell(value_text(key.info))} | {_cell(shown)} | {_cell(key.info.description or '')} |"
-    )
+    return f"| `{key.path[-1]}` | {_cell(value_text(key))} | {_cell(shown)} | {_cell(key.description)} |"
 
 
 def _finding_row(code: str, kind: Kind) -> str:

@@ -98,8 +98,6 @@ def main(args: Sequence[str] | None = None) -> None:
     gc.set_threshold(_COLLECT_AFTER, 10, 20)
     # What is left goes with the process: ending, Python would look through all of it several times for cycles.
     atexit.register(gc.freeze)
-    # Importing pydantic would read the metadata of every installed distribution, in search of plugins.
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     silence_library_warnings()
     signal.signal(signal.SIGTERM, _terminate)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who started us may have it ignored

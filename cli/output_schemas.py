@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import TypeAdapter
-
 from collaudit.cli.commands.check import CHECK_SCHEMA
 from collaudit.cli.commands.demo import DEMO_SCHEMA
 from collaudit.cli.commands.inspect import INSPECT_SCHEMA
@@ -38,7 +36,7 @@ from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.manifest_file import Difference
-from collaudit.reports.files.result_schemas import untitled
+from collaudit.reports.files.result_schemas import schema_of
 from collaudit.reports.files.score_file import SCORE_SCHEMA
 from collaudit.reports.formats.audits_json import AUDITS_SCHEMA
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
@@ -284,10 +282,8 @@ def output_schemas() -> dict[str, dict[str, Any]]:
     """``schema`` key to JSON Schema, of everything that commands print beside the result files."""
     made = {}
     for version, (kind, printed_by) in _PRINTED.items():
-        body = untitled(TypeAdapter(kind).json_schema(mode="serialization"))
+        body = schema_of(kind)
         body["properties"]["schema"] = {"const": version}
-        if kind is Failed:  # what is not known of an error is left out
-            body["required"] = ["schema", "exit_code", "kind", "message"]
         made[version] = {"$schema": _DIALECT, **body, "title": f"collaudit: {printed_by}"}
     return made
 

@@ -27,8 +27,8 @@ def with_study(loaded: LoadedConfig, per_hour: float, max_delay_ms: float | None
     asked: dict[str, object] = {"run": True, "per_hour": per_hour}
     if max_delay_ms is not None:
         asked["max_delay_ms"] = max_delay_ms
-    study = loaded.config.study.model_copy(update=asked)
-    return replace(loaded, config=loaded.config.model_copy(update={"study": study}))
+    study = loaded.config.study.changed(asked)
+    return replace(loaded, config=loaded.config.changed({"study": study}))
 
 
 def say_studies(audits: Sequence[Audit], detail: bool = False, answer: bool = True) -> None:

@@ -49,7 +49,7 @@ def _made(cls: type, *, eq: bool = True, kw_only: bool = False, **_: object) -> 
     """The class with its fields and slots, and methods that are shared or compiled later."""
     own = frozenset(cls.__dict__)
     made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, slots=True, kw_only=kw_only)(cls)
-    params = made.__dataclass_params__  # what heirs and pydantic read
+    params = made.__dataclass_params__  # what heirs read
     params.init, params.repr, params.eq, params.frozen = True, True, eq, True
     fields = dataclasses.fields(made)
     _check_order(fields)

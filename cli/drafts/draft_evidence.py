@@ -91,7 +91,7 @@ def _add_delays(log: Section, prepared: Prepared, config: Config, facts: Channel
         low, high = bounds or (None, None)
         if delay is None and channel == "effort":
             log.remarks.append("The motion of this log does not determine the delay of the effort.")
-        if delay is None or low is None or high is None or key in config.log.model_fields_set:
+        if delay is None or low is None or high is None or key in config.log.given:
             continue
         span = f"{low:.1f} to {high:.1f} ms, 95 %"
         if low <= 0 <= high or abs(delay) < 1e3 * prepared.series.period_s:

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import BaseModel
-
+from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.describe import all_keys
 from collaudit.core.config.relative_paths import located
 
@@ -24,7 +23,7 @@ def given_keys(loaded: LoadedConfig, folder: Path, paths: Mapping[str, str]) -> 
         holder: object = loaded.config
         for name in key.path[:-1]:
             holder = getattr(holder, name, None)
-        if isinstance(holder, BaseModel) and key.path[-1] in holder.model_fields_set:
+        if isinstance(holder, ConfigTable) and key.path[-1] in holder.given:
             value = getattr(holder, key.path[-1])
             if key.dotted in paths and isinstance(value, Path):
                 yield key.dotted, _placed(Path(paths[key.dotted]), Path(), folder)
@@ -41,8 +40,8 @@ def _placed(path: Path, base_dir: Path, folder: Path) -> str:
 
 
 def _plain(value: object, base_dir: Path, folder: Path) -> object:
-    if isinstance(value, BaseModel):
-        return value.model_dump(mode="json", exclude_unset=True)
+    if isinstance(value, ConfigTable):
+        return value.plain_given()
     if isinstance(value, Path):
         return _placed(value, base_dir, folder)
     if isinstance(value, list | tuple):

@@ -58,7 +58,7 @@ class LogSettings:
         policy = policy_of(self._common.config.policy, place, robot)
         key = f"{robot}\n{policy!r}"
         if key not in self._made:
-            config = base.config.model_copy(update={"policy": policy, "fleet": FleetConfig()})
+            config = base.config.changed({"policy": policy, "fleet": FleetConfig()})
             self._made[key] = replace(base, config=config, sha256=config_sha256(config))
         return self._made[key]
 
@@ -78,14 +78,14 @@ def policy_of(policy: PolicyConfig, place: str, robot: str | None) -> PolicyConf
         changes |= {name: value for name in _OVERRIDDEN if (value := getattr(override, name)) is not None}
         levels |= override.levels
         findings |= override.findings
-    return policy.model_copy(update={**changes, "levels": levels, "findings": findings})
+    return policy.changed({**changes, "levels": levels, "findings": findings})
 
 
 def _of_robot(common: LoadedConfig, flags: Mapping[str, object], name: str, robot: FleetRobot) -> LoadedConfig:
     """The robot's own configuration, or the common one; then what the fleet states of it; then the flags."""
     if robot.config is not None:
         own = load_config(robot.config).config
-        wrong = [table for table in ("policy", "fleet") if table in own.model_fields_set]
+        wrong = [table for table in ("policy", "fleet") if table in own.given]
         if wrong:
             raise ConfigError(
                 f"the configuration of robot {name!r} holds what is common to the fleet",

@@ -29,8 +29,8 @@ def fleet_robots(loaded: LoadedConfig) -> dict[str, FleetRobot]:
     if fleet.file is None:
         return dict(fleet.robots)
     there = load_config(fleet.file).config
-    strangers = there.model_fields_set - {"fleet", "friction", "log"}
-    strangers |= {name for name in ("friction", "log") if getattr(there, name).model_fields_set}
+    strangers = there.given - {"fleet", "friction", "log"}
+    strangers |= {name for name in ("friction", "log") if getattr(there, name).given}
     if strangers or there.fleet.file is not None:
         raise ConfigError(
             "a fleet file holds [fleet.robots.NAME] tables and nothing else",

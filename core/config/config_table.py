@@ -1,23 +1,173 @@
-"""What all sections of the configuration share: strict, frozen models, and types with bounds.
+"""What all sections of the configuration share: strict, frozen tables, and types with bounds.
 
-Annotations of the models are objects (no ``from __future__ import annotations``): pydantic would evaluate each text.
+Annotations of the tables are objects (no ``from __future__ import annotations``): msgspec would evaluate each text.
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+import msgspec
+from msgspec import Meta
 
 Vec3 = tuple[float, float, float]
 Vec6 = tuple[float, float, float, float, float, float]
 Interval = tuple[float, float]
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-ColumnPattern = str | list[int] | list[str]
+Positive = Annotated[float, Meta(gt=0)]
+NonNegative = Annotated[float, Meta(ge=0)]
+#: One kind in a list, which :meth:`ConfigTable.check_kinds` sees to: msgspec tells kinds of lists apart no further.
+ListOfColumns = list[int | str]
+ColumnPattern = str | ListOfColumns
 
 
-class ConfigTable(BaseModel):
-    """A table of the configuration: unknown keys are errors."""
+def about(text: str) -> Meta:
+    """What a key means: shown in the reference page and in the published schema."""
+    return Meta(description=text)
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+class KeyedError(ValueError):
+    """What a table finds out about one of its keys.
+
+    Attributes:
+        key: the key.
+        text: what is wrong; None where the value is none that the key accepts.
+    """
+
+    def __init__(self, key: str, text: str | None = None) -> None:
+        super().__init__(f"{key}: {text or 'a value that cannot be used'}")
+        self.key = key
+        self.text = text
+
+
+class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, dict=True):
+    """A table of the configuration: unknown keys are errors, and it remembers which keys were given."""
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> Self:
+        """The table of decoded TOML.
+
+        Raises:
+            msgspec.ValidationError: it does not fit; the first problem (``value_problems`` lists all).
+        """
+        table = msgspec.convert(data, cls, dec_hook=_path)
+        _note_given(table, data)
+        return table
+
+    @property
+    def given(self) -> frozenset[str]:
+        """Keys that a file or a flag stated; of a table made otherwise, those that differ from their defaults."""
+        stated: frozenset[str] | None = self.__dict__.get("given")
+        if stated is not None:
+            return stated
+        fields = msgspec.structs.fields(self)
+        return frozenset(field.name for field in fields if getattr(self, field.name) != _default(field))
+
+    def changed(self, values: Mapping[str, Any]) -> Self:
+        """A copy with other values, which count as given."""
+        table = msgspec.structs.replace(self, **values)
+        table.__dict__["given"] = self.given | values.keys()
+        return table
+
+    def plain(self) -> dict[str, Any]:
+        """The table as dictionaries, lists, text and numbers."""
+        values: dict[str, Any] = plain_values(self)
+        return values
+
+    def plain_given(self) -> dict[str, Any]:
+        """As :meth:`plain`, of the keys that were given."""
+        return {name: _plain_given(getattr(self, name)) for name in self.__struct_fields__ if name in self.given}
+
+    def check_kinds(self, *keys: str) -> None:
+        """See that no list of these keys mixes text with numbers, or numbers with lists.
+
+        Raises:
+            KeyedError: one does.
+        """
+        for key in keys:
+            value = getattr(self, key)
+            if isinstance(value, list) and len({_kind(item) for item in value}) > 1:
+                raise KeyedError(key)
+
+    def __copy__(self) -> Self:
+        """Nothing of it changes, so it stands for its copies."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """With the keys that were given, which msgspec's own way leaves out."""
+        values = tuple(getattr(self, name) for name in self.__struct_fields__)
+        return _rebuilt, (type(self), values, self.__dict__.get("given"))
+
+
+def plain_values(value: object) -> Any:
+    """Tables, mappings and lists as dictionaries, lists, text and numbers."""
+    return msgspec.to_builtins(value, enc_hook=_builtin)
+
+
+def not_finite(value: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Where decoded TOML holds ``inf`` or ``nan``, which no key accepts."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield path
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from not_finite(inner, (*path, key))
+    elif isinstance(value, list | tuple):
+        for index, inner in enumerate(value):
+            yield from not_finite(inner, (*path, index))
+
+
+def _rebuilt(kind: type[ConfigTable], values: tuple[object, ...], given: frozenset[str] | None) -> ConfigTable:
+    table = kind(**dict(zip(kind.__struct_fields__, values, strict=True)))
+    if given is not None:
+        table.__dict__["given"] = given
+    return table
+
+
+def _note_given(value: object, data: object) -> None:
+    """Note the keys of a converted value's tables, wherever they lie in it."""
+    if isinstance(value, ConfigTable) and isinstance(data, Mapping):
+        value.__dict__["given"] = frozenset(data)
+        for name, inner in data.items():
+            _note_given(getattr(value, name), inner)
+    elif isinstance(value, dict) and isinstance(data, Mapping):
+        for name, inner in data.items():
+            _note_given(value[name], inner)
+    elif isinstance(value, list) and isinstance(data, list | tuple):
+        for item, inner in zip(value, data, strict=True):
+            _note_given(item, inner)
+
+
+def _plain_given(value: object) -> Any:
+    if isinstance(value, ConfigTable):
+        return value.plain_given()
+    if isinstance(value, dict):
+        return {name: _plain_given(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain_given(inner) for inner in value]
+    return plain_values(value)
+
+
+def _builtin(value: object) -> str | float:
+    """What msgspec leaves to us: file names, and numbers of NumPy."""
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, float):
+        return float(value)
+    raise TypeError(f"{type(value).__name__} has no place in a configuration")
+
+
+def _default(field: msgspec.structs.FieldInfo) -> object:
+    return field.default_factory() if field.default_factory is not msgspec.NODEFAULT else field.default
+
+
+def _kind(item: object) -> type:
+    return float if isinstance(item, int | float) else type(item)
+
+
+def _path(kind: type, value: object) -> Path:
+    """File names, which msgspec leaves to us; it adds the place to the error."""
+    if kind is Path and isinstance(value, str | Path):
+        return Path(value)
+    raise TypeError(f"Expected a file name, got {type(value).__name__}")

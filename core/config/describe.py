@@ -5,19 +5,33 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Iterator
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
+import msgspec
+from msgspec import NODEFAULT, Meta
 
+from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import to_toml
 from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 
-_PLAIN = {str: "text", bool: "true or false", Path: "a file name", float: "a number", int: "a whole number"}
-_BOUNDS = (("gt", "above {:g}"), ("ge", "{:g} or more"), ("lt", "below {:g}"), ("le", "at most {:g}"))
+_PLAIN = {
+    str: "text",
+    bool: "true or false",
+    Path: "a file name",
+    date: "a date",
+    float: "a number",
+    int: "a whole number",
+}
+_BOUNDS = (
+    ("gt", "above {:g}"),
+    ("ge", "{:g} or more"),
+    ("lt", "below {:g}"),
+    ("le", "at most {:g}"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,14 +40,16 @@ class Key:
 
     Attributes:
         path: its name with the tables it is in; an array of tables stands as its name.
-        info: pydantic's field.
-        table: the model, when the key is a table or holds tables.
+        field: the field of its table.
+        holder: the class of that table.
+        table: the class, when the key is a table or holds tables.
         shape: a ``value``, a ``table``, an ``array`` of tables, or tables ``by-name``.
     """
 
     path: tuple[str, ...]
-    info: FieldInfo
-    table: type[BaseModel] | None
+    field: msgspec.structs.FieldInfo
+    holder: type[ConfigTable]
+    table: type[ConfigTable] | None
     shape: Literal["value", "table", "array", "by-name"]
 
     @property
@@ -42,17 +58,22 @@ class Key:
         return ".".join(self.path)
 
     @property
+    def description(self) -> str:
+        """What it means."""
+        return " ".join(item.description or "" for item in _notes(self.field.type) if isinstance(item, Meta)).strip()
+
+    @property
     def header(self) -> str:
         """The table's header as in TOML."""
         return {"array": f"[[{self.dotted}]]", "by-name": f"[{self.dotted}.NAME]"}.get(self.shape, f"[{self.dotted}]")
 
 
-def keys_of(model: type[BaseModel], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
+def keys_of(model: type[ConfigTable], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
     """The keys of one table, in the order of the schema."""
-    return tuple(_key((*front, name), info) for name, info in model.model_fields.items())
+    return tuple(_key((*front, field.name), field, model) for field in msgspec.structs.fields(model))
 
 
-def all_keys(model: type[BaseModel] = Config, front: tuple[str, ...] = ()) -> Iterator[Key]:
+def all_keys(model: type[ConfigTable] = Config, front: tuple[str, ...] = ()) -> Iterator[Key]:
     """Every key of the configuration, tables before what is in them."""
     for key in keys_of(model, front):
         yield key
@@ -62,7 +83,7 @@ def all_keys(model: type[BaseModel] = Config, front: tuple[str, ...] = ()) -> It
 
 def find_key(path: tuple[str | int, ...]) -> Key | None:
     """The key a data path leads to; paths into a key's own value lead to that key. None when there is none."""
-    model: type[BaseModel] | None = Config
+    model: type[ConfigTable] | None = Config
     found: Key | None = None
     name_follows = False
     for part in path:
@@ -80,40 +101,75 @@ def find_key(path: tuple[str | int, ...]) -> Key | None:
     return found
 
 
-def value_text(info: FieldInfo) -> str:
+def value_text(key: Key) -> str:
     """What a key accepts, in words: ``a number above 0, or a table of them by name``."""
-    return _type_text(Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation)
+    return _type_text(key.field.type)
 
 
-def default_text(info: FieldInfo) -> str:
+def default_text(key: Key) -> str:
     """The default as TOML, or ``absent``, or ``required``."""
-    if info.is_required():
+    if key.field.required:
         return "required"
-    value = info.get_default(call_default_factory=True)
-    if isinstance(value, BaseModel):
-        value = value.model_dump(mode="json", exclude_none=True)
+    made = key.field.default_factory
+    value = key.field.default if made is NODEFAULT else made()
+    if isinstance(value, ConfigTable):
+        value = _without_absent(value.plain())
     return "absent" if value is None else to_toml(value)
 
 
-def _key(path: tuple[str, ...], info: FieldInfo) -> Key:
-    annotation = info.annotation
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return Key(path, info, annotation, "table")
+def _without_absent(table: dict[str, Any]) -> dict[str, Any]:
+    """Without keys that have no value, at any depth: TOML has no word for them."""
+    return {
+        name: _without_absent(inner) if isinstance(inner, dict) else inner
+        for name, inner in table.items()
+        if inner is not None
+    }
+
+
+def choices_of_laws(annotation: Any) -> tuple[str, ...]:
+    """The names that a key or field of a friction law accepts; none when it is not one."""
+    if isinstance(annotation, NameOfLaw):
+        return annotation.choices
+    return next((found for part in get_args(annotation) if (found := choices_of_laws(part))), ())
+
+
+def names_of_entries(key: Key) -> tuple[str, ...]:
+    """The names that entries of a table may have, where it lists them."""
+    annotation = _bare(key.field.type)
+    names = get_args(annotation)[:1] if get_origin(annotation) is dict else ()
+    return get_args(names[0]) if names and get_origin(names[0]) is Literal else ()
+
+
+def _key(path: tuple[str, ...], field: msgspec.structs.FieldInfo, holder: type[ConfigTable]) -> Key:
+    annotation = _bare(field.type)
+    if _is_table(annotation):
+        return Key(path, field, holder, annotation, "table")
     inner = get_args(annotation)[-1:]
-    if inner and isinstance(inner[0], type) and issubclass(inner[0], BaseModel):
+    if inner and _is_table(inner[0]):
         if get_origin(annotation) is list:
-            return Key(path, info, inner[0], "array")
+            return Key(path, field, holder, inner[0], "array")
         if get_origin(annotation) is dict:
-            return Key(path, info, inner[0], "by-name")
-    return Key(path, info, None, "value")
+            return Key(path, field, holder, inner[0], "by-name")
+    return Key(path, field, holder, None, "value")
+
+
+def _is_table(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, ConfigTable)
+
+
+def _bare(annotation: Any) -> Any:
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+
+
+def _notes(annotation: Any) -> tuple[Any, ...]:
+    return get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
 
 
 def _type_text(annotation: Any) -> str:
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
-        named = [item for item in inner[1:] if isinstance(item, NameOfLaw)]
-        if named:
-            return " or ".join(to_toml(choice) for choice in named[0].choices)
+        if named := choices_of_laws(annotation):
+            return " or ".join(to_toml(choice) for choice in named)
         return _bounded(_type_text(inner[0]), inner[1:])
     if origin is Literal:
         return " or ".join(to_toml(value) for value in inner)
@@ -122,10 +178,11 @@ def _type_text(annotation: Any) -> str:
     if origin is tuple:
         return f"[{', '.join(_type_text(kind).removeprefix('a ') for kind in inner)}]"
     if origin is list:
-        return f"a list of {_plural(_type_text(inner[0]))}"
+        kinds = get_args(inner[0]) if get_origin(inner[0]) in (Union, types.UnionType) else inner  # one kind in a list
+        return ", or ".join(f"a list of {_plural(_type_text(kind))}" for kind in kinds)
     if origin is dict:
         return f"a table of name = {_type_text(inner[1])}"
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if _is_table(annotation):
         return "a table"
     return _PLAIN.get(annotation, str(annotation))
 
@@ -135,9 +192,15 @@ def _plural(text: str) -> str:
     return f"{noun.group(1)}s{text[noun.end() :]}" if noun else text
 
 
-def _bounded(text: str, metadata: tuple[Any, ...]) -> str:
-    limits: list[str] = []
-    for item in metadata:
-        for part in item.metadata if isinstance(item, FieldInfo) else (item,):
-            limits += [form.format(getattr(part, name)) for name, form in _BOUNDS if hasattr(part, name)]
+def _bounded(text: str, notes: tuple[Any, ...]) -> str:
+    limits = [
+        form.format(limit)
+        for item in notes
+        if isinstance(item, Meta)
+        for name, form in _BOUNDS
+        if (limit := getattr(item, name)) is not None
+    ]
+    shortest = max((item.min_length or 0 for item in notes if isinstance(item, Meta)), default=0)
+    if shortest:
+        limits.append("that is not empty" if shortest == 1 else f"of at least {shortest} characters")
     return f"{text} {' and '.join(limits)}" if limits else text

@@ -8,13 +8,12 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
-from pydantic import ValidationError
+import msgspec
 
-from collaudit.core.config.problems import Places, schema_problems, syntax_problem
+from collaudit.core.config.config_table import not_finite, plain_values
 from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
-from collaudit.core.config.toml_lines import key_lines
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 
@@ -75,14 +74,21 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
+        from collaudit.core.config.problems import syntax_problem
+
         raise syntax_problem(error, name or "") from error
-    changes = dict(overrides or {})
+    changes = plain_values(dict(overrides or {}))
     for rival in [name for dotted in changes for name in _REPLACES.get(dotted, ())]:
         _remove(data, rival)
     for dotted, value in changes.items():
         _override(data, dotted, value)
-    places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
-    config = _validate(data, places)
+    config = _validated(data)
+    if config is None:
+        from collaudit.core.config.problems import Places, schema_problems
+        from collaudit.core.config.toml_lines import key_lines
+
+        places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
+        raise schema_problems(data, places)
     base_dir = path.parent if path else Path()
     return LoadedConfig(_placed(config, base_dir), base_dir, config_sha256(config), path)
 
@@ -91,12 +97,12 @@ def _placed(config: Config, base_dir: Path) -> Config:
     """The configuration with its files and folders as they are found from the working folder."""
     friction, log = config.friction, config.log
     if friction.file is not None:
-        friction = friction.model_copy(update={"file": located(friction.file, base_dir)})
+        friction = friction.changed({"file": located(friction.file, base_dir)})
     if log.msg_path:
-        log = log.model_copy(update={"msg_path": [located(folder, base_dir) for folder in log.msg_path]})
-    placed = config.model_copy(update={"friction": friction, "log": log})
-    if "fleet" in config.model_fields_set:
-        placed = placed.model_copy(update={"fleet": located_fleet(config.fleet, base_dir)})
+        log = log.changed({"msg_path": [located(folder, base_dir) for folder in log.msg_path]})
+    placed = config.changed({"friction": friction, "log": log})
+    if "fleet" in config.given:
+        placed = placed.changed({"fleet": located_fleet(config.fleet, base_dir)})
     return placed
 
 
@@ -105,19 +111,11 @@ def config_sha256(config: Config) -> str:
 
     Which robots there are besides, and what is decided over finished audits, is no part of it.
     """
-    values = config.model_dump(mode="python", exclude={"fleet": True, "policy": set(OF_DECISION)})
-    canonical = json.dumps(_without_folders(values), sort_keys=True, separators=(",", ":"))
+    values: dict[str, dict[str, object]] = msgspec.to_builtins(config, enc_hook=lambda path: path.name)
+    del values["fleet"]
+    values["policy"] = {name: value for name, value in values["policy"].items() if name not in OF_DECISION}
+    canonical = json.dumps(values, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()
-
-
-def _without_folders(value: object) -> object:
-    if isinstance(value, Path):
-        return value.name
-    if isinstance(value, dict):
-        return {str(key): _without_folders(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_folders(inner) for inner in value]
-    return value
 
 
 def _read(path: Path) -> str:
@@ -168,9 +166,9 @@ def _remove(data: dict[str, object], dotted: str) -> None:
         table.pop(last, None)
 
 
-def _validate(data: dict[str, object], places: Places) -> Config:
-    # JSON mode is strict about types (no "4" for 4, no true for 1) and still takes arrays for tuples.
+def _validated(data: dict[str, object]) -> Config | None:
+    """The configuration; None where something does not fit."""
     try:
-        return Config.model_validate_json(json.dumps(data, default=str), strict=True)
-    except ValidationError as error:
-        raise schema_problems(error.errors(include_url=False), data, places) from error
+        return None if any(not_finite(data)) else Config.of(data)
+    except msgspec.ValidationError:
+        return None

@@ -5,19 +5,16 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING
+from typing import Any
 
 from collaudit.core.config.describe import all_keys, find_key, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.config.toml_text import to_toml
+from collaudit.core.config.value_problems import ValueProblem, value_problems
 from collaudit.core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
 
 _LONGEST = 60
 
@@ -74,77 +71,31 @@ def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
     )
 
 
-def schema_problems(details: Sequence[ErrorDetails], data: Mapping[str, object], places: Places) -> ConfigError:
-    """Pydantic's errors as one error that lists every problem once, in the order of the file."""
-    by_key: dict[KeyPath, list[tuple[KeyPath, tuple[str, ...], ErrorDetails]]] = defaultdict(list)
-    for detail in details:
-        path, tags = _data_path(detail["loc"], data)
-        key = find_key(path)
-        unknown = detail["type"] == "extra_forbidden"
-        depth = len(path) if unknown or key is None else _field_depth(path, key.path)
-        by_key[path[:depth]].append((path, tags, detail))
-    problems: list[tuple[int, ConfigError]] = []
-    for field, found in by_key.items():
-        for path in _innermost(field, found):
-            detail = next((d for p, _, d in found if p == path), found[0][2])
-            problems.append((places.line(path), _problem(path, detail, data, places)))
-    ordered = [problem for _, problem in sorted(problems, key=lambda item: item[0])]
-    return ordered[0] if len(ordered) == 1 else CombinedConfigError(ordered)
+def schema_problems(data: Mapping[str, Any], places: Places) -> ConfigError:
+    """What does not fit the schema, as one error that lists every problem once, in the order of the file."""
+    found = sorted(value_problems(data), key=lambda problem: places.line(problem.path))
+    problems = [_problem(problem, data, places) for problem in found]
+    return problems[0] if len(problems) == 1 else CombinedConfigError(problems)
 
 
-def _data_path(loc: tuple[str | int, ...], data: object) -> tuple[KeyPath, tuple[str, ...]]:
-    """Split pydantic's location into the path that exists in the data and the names of union branches."""
-    path: list[str | int] = []
-    tags: list[str] = []
-    for index, part in enumerate(loc):
-        if _has(data, part):
-            data = _step(data, part)
-            path.append(part)
-        elif index == len(loc) - 1 and isinstance(part, int):
-            break  # a missing element of an array: the array is what is wrong
-        else:
-            tags.append(str(part))
-    return tuple(path), tuple(tags)
-
-
-def _field_depth(path: KeyPath, names: tuple[str, ...]) -> int:
-    """How much of a data path leads to the key of these names (array indices and joint names are not in them)."""
-    for depth in range(1, len(path)):
-        key = find_key(path[:depth])
-        if key is not None and key.path == names:
-            return depth
-    return len(path)
-
-
-def _innermost(field: KeyPath, found: list[tuple[KeyPath, tuple[str, ...], ErrorDetails]]) -> list[KeyPath]:
-    """The deepest places of one key's errors; the key itself where union branches disagree about them."""
-    deepest = max(len(path) for path, _, _ in found)
-    last = [(path, tags) for path, tags, _ in found if len(path) == deepest]
-    branches = {tags for _, tags in last}
-    if len(branches) > 1:
-        return [field]
-    return list(dict.fromkeys(path for path, _ in last))
-
-
-def _problem(path: KeyPath, detail: ErrorDetails, data: Mapping[str, object], places: Places) -> ConfigError:
+def _problem(problem: ValueProblem, data: Mapping[str, object], places: Places) -> ConfigError:
+    path = problem.path
     name, where = _dotted(path), places.text(path)
-    if detail["type"] == "extra_forbidden":
+    if problem.kind == "unknown":
         return _unknown_key(path, data, where)
-    value = _lookup(path, data)
-    if detail["type"] == "value_error":
-        text = str(detail.get("ctx", {}).get("error", detail["msg"]))
-        return ConfigError(f"[{name}] {text}" if isinstance(value, Mapping) else f"{name}: {text}", where=where)
-    if detail["type"] == "missing" and isinstance(value, Mapping):
+    if problem.kind == "missing":
         return ConfigError(
-            f"[{name}] has no {detail['loc'][-1]}", where=where, hint="docs/config.md lists what is required"
+            f"[{_dotted(path[:-1])}] has no {path[-1]}",
+            where=places.text(path[:-1]),
+            hint="docs/config.md lists what is required",
         )
+    value = _lookup(path, data)
+    if problem.kind == "states":
+        text = problem.text
+        return ConfigError(f"[{name}] {text}" if isinstance(value, Mapping) else f"{name}: {text}", where=where)
     key = find_key(path)
-    expected = value_text(key.info) if key else detail["msg"]
-    if detail["type"] == "string_too_short":
-        expected = f"text of at least {detail['ctx']['min_length']} characters"
-    hint = None
-    if key is not None and isinstance(value, str):
-        hint = _similar_choice(value, expected)
+    expected = value_text(key) if key else None
+    hint = _similar_choice(value, expected) if expected and isinstance(value, str) else None
     return ConfigError(
         f"{name} has a value that cannot be used", where=where, found=_short(value), expected=expected, hint=hint
     )
@@ -181,12 +132,6 @@ def _similar_choice(value: str, expected: str) -> str | None:
     close = difflib.get_close_matches(value.lower(), [c.lower() for c in choices], n=1, cutoff=0.5)
     match = [c for c in choices if close and c.lower() == close[0]]
     return f'did you mean "{match[0]}"?' if match else None
-
-
-def _has(data: object, part: str | int) -> bool:
-    if isinstance(data, Mapping):
-        return part in data
-    return isinstance(data, list) and isinstance(part, int) and part < len(data)
 
 
 def _step(data: object, part: str | int) -> object:

@@ -21,10 +21,10 @@ def located_fleet(fleet: FleetConfig, base_dir: Path) -> FleetConfig:
     """The fleet with its files as they are found from the working folder; arguments as of :func:`located`."""
     file = None if fleet.file is None else located(fleet.file, base_dir)
     robots = {name: located_robot(robot, base_dir) for name, robot in fleet.robots.items()}
-    return fleet.model_copy(update={"file": file, "robots": robots})
+    return fleet.changed({"file": file, "robots": robots})
 
 
 def located_robot(robot: FleetRobot, base_dir: Path) -> FleetRobot:
     """A robot of the fleet with its files as they are found from the working folder."""
     names = {"config": robot.config, "urdf": robot.urdf, "friction": robot.friction}
-    return robot.model_copy(update={name: located(p, base_dir) for name, p in names.items() if p is not None})
+    return robot.changed({name: located(p, base_dir) for name, p in names.items() if p is not None})

@@ -3,6 +3,6 @@
 In: what a stage computed. Out: the same, read-only, in the shape of the JSON files where it becomes one.
 Elsewhere: every computation, every file.
 
-Where results are validated as JSON, annotations are objects (no ``from __future__ import annotations``): pydantic would
+Where results are validated as JSON, annotations are objects (no ``from __future__ import annotations``): msgspec would
 compile and evaluate the text of each.
 """

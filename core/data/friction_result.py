@@ -4,7 +4,7 @@ from dataclasses import field
 from typing import Literal
 
 from collaudit.core.dataclass import dataclass
-from collaudit.core.friction_laws.law_registry import LawName
+from collaudit.core.friction_laws.law_registry import LAWS, LawName
 
 OpenSide = Literal["low", "high", "both"]
 Bounds = tuple[float | None, float | None]
@@ -184,3 +184,8 @@ class FrictionFit:
     unphysical: tuple[str, ...] = ()
     dissipates: bool = True
     directions: DirectionDifference | None = None
+
+    def __post_init__(self) -> None:
+        """See that there is such a law."""
+        if self.model is not None and self.model not in LAWS:
+            raise ValueError(f"there is no friction law {self.model!r}: {', '.join(LAWS)}")

@@ -58,8 +58,8 @@ def with_fitted_thresholds(
         findings.append(_source(usable, fitted, series.joint_names))
         findings += [f for f in isolated_peak_findings(usable) if f.joint in fitted]
         findings += _beyond_drive(usable, fitted)
-    detect = config.detect.model_copy(update={"gamma_nm": gamma})
-    return config.model_copy(update={"detect": detect}), findings
+    detect = config.detect.changed({"gamma_nm": gamma})
+    return config.changed({"detect": detect}), findings
 
 
 def _persistence(config: Config, period_s: float) -> tuple[int, float]:

@@ -22,13 +22,13 @@ def with_rest_thresholds(config: Config, levels: Mapping[str, QuietLevel], joint
     """
     detect = config.detect
     automatic = detect.gamma_nm == "auto"
-    if not levels or ("gamma_nm" in detect.model_fields_set and not automatic):
+    if not levels or ("gamma_nm" in detect.given and not automatic):
         return config
     if automatic and len(levels) < len(joints):
         return config
     common = detect.gamma_nm if isinstance(detect.gamma_nm, float) else 0.0
     gamma = {joint: levels[joint].gamma_nm if joint in levels else common for joint in joints}
-    return config.model_copy(update={"detect": detect.model_copy(update={"gamma_nm": gamma})})
+    return config.changed({"detect": detect.changed({"gamma_nm": gamma})})
 
 
 def change_findings(

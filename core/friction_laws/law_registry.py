@@ -7,7 +7,7 @@ parameters. No other room compares or lists names of laws.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
@@ -18,10 +18,6 @@ from collaudit.core.friction_laws.saturating_viscous import SATURATING_VISCOUS
 from collaudit.core.friction_laws.smooth_coulomb import SMOOTH_COULOMB_VISCOUS
 from collaudit.core.friction_laws.straight_lines import ASYMMETRIC_COULOMB_VISCOUS, COULOMB_VISCOUS, DAMPING_COULOMB
 from collaudit.core.friction_laws.stribeck import STATIC_LUGRE, STRIBECK_GAUSS, STRIBECK_TUSTIN
-
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-    from pydantic_core import CoreSchema
 
 #: Simplest first: of laws that explain the points as well with as many parameters, the earlier is taken.
 LAWS: dict[str, FrictionLaw] = {
@@ -68,7 +64,9 @@ REFERENCE = _only("reference")
 
 @dataclass(frozen=True, slots=True)
 class NameOfLaw:
-    """Check of a text against the table, for pydantic: at the time of the check, so that a law added later is known.
+    """Which texts a key or field accepts: looked up in the table when asked, so that a law added later is known.
+
+    Whoever holds such a text checks it when it is made; the published schemas list the choices.
 
     Attributes:
         besides: other texts that are allowed.
@@ -80,24 +78,6 @@ class NameOfLaw:
     def choices(self) -> tuple[str, ...]:
         """All texts that are allowed."""
         return (*self.besides, *LAWS)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """A text, then the check."""
-        from pydantic_core import core_schema
-
-        return core_schema.no_info_after_validator_function(self._checked, handler(source))
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """The published schema lists the names."""
-        return {"enum": [*self.choices], **handler(schema)}
-
-    def _checked(self, name: str) -> str:
-        from pydantic_core import PydanticCustomError
-
-        if name not in self.choices:
-            expected = " or ".join(repr(choice) for choice in self.choices)
-            raise PydanticCustomError("literal_error", "Input should be {expected}", {"expected": expected})
-        return name
 
 
 #: The name of a law.

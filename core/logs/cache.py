@@ -44,8 +44,8 @@ def cache_key(
         judged: those that ``[robot] joints`` states.
     """
     joints = None if robot is None else list(robot)
-    stated = sorted(settings.units.model_fields_set)
-    parts = [CACHE_FORMAT, sha256, list(names), settings.model_dump(mode="json"), stated, joints, list(prismatic)]
+    stated = sorted(settings.units.given)
+    parts = [CACHE_FORMAT, sha256, list(names), settings.plain(), stated, joints, list(prismatic)]
     parts.append(list(judged))
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 

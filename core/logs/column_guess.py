@@ -68,7 +68,7 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     stated = {"time": next(times, None), **patterns, **tables[0].reader.stated}
     passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
     wrench = next((table.assignment.wrench_offered for table in tables if table.assignment.wrench_offered), None)
-    return ColumnGuess(CsvConfig.model_validate(stated), joints, stated_units(tables), passed, undecided, wrench)
+    return ColumnGuess(CsvConfig.of(stated), joints, stated_units(tables), passed, undecided, wrench)
 
 
 def _parts(tables: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:

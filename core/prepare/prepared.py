@@ -162,7 +162,7 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
     units = config.log.units
-    findings += position_findings(series, robot, units.position, "position" in units.model_fields_set)
+    findings += position_findings(series, robot, units.position, "position" in units.given)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     source, about_source = effort_source(config.log, robot.joint_names)
     if not config.detect.causal:
@@ -253,7 +253,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         if not switched:
             inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
             findings += payload_findings(series, robot, explained, [j for j in start.judged if j not in inverted])
-        late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.model_fields_set else None
+        late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
         signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found

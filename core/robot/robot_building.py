@@ -174,8 +174,7 @@ def _sha256(config: RobotConfig, content: str | None) -> str:
     """Hash of everything that changes the model and of nothing else: no paths."""
     # what brings a log to the joints is no part of the model; it counts where it is stated, as another arm's would
     log_side = {"reduction", "joint_offset_rad", "motor_side"}
-    settings = config.model_dump(mode="json", exclude={"urdf", "dh", "dh_convention", *log_side})
-    stated = config.model_dump(mode="json", include=log_side & config.model_fields_set)
-    settings |= stated
+    left_out = {"urdf", "dh", "dh_convention", *(log_side - config.given)}
+    settings = {name: value for name, value in config.plain().items() if name not in left_out}
     text = json.dumps([content, settings], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -133,6 +133,6 @@ def _describe_dh(rows: Sequence[DhRow], convention: str) -> Description:
         JointFacts(name, row.joint, f"link{i}", effort_limit=row.effort_limit_nm or math.nan)
         for i, (name, row) in enumerate(zip(names, rows, strict=True), 1)
     )
-    content = json.dumps([convention, [row.model_dump() for row in rows]], sort_keys=True)
+    content = json.dumps([convention, [row.plain() for row in rows]], sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()
     return Description(joints, None, tuple(rows), convention, digest, "robot.dh")

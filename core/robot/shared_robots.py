@@ -30,7 +30,7 @@ def shared_robot(config: RobotConfig, base_dir: Path, joints: Sequence[str]) -> 
     """
     description = describe_robot(config, base_dir)
     content = None if description is None else description.content_sha256
-    key = config.model_dump_json(), base_dir, tuple(joints), content
+    key = repr(config), config.given, base_dir, tuple(joints), content
     with _lock:
         if key not in _built:
             _built[key] = build_robot(config, base_dir, joints)

@@ -8,25 +8,30 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from pydantic import TypeAdapter, ValidationError
+import msgspec
 
+from collaudit.core.config.misfit_place import Place, misfit_place, without_place
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.json_writer import not_finite
 
 T = TypeVar("T")
 
-_SHOWN_PROBLEMS = 3
 _LARGEST_FILE = 1 << 30
 
 
-def adapter(kind: type[T]) -> TypeAdapter[T]:
-    """The validator of a result type, built once."""
-    return _adapter(cast("Hashable", kind))
+def checked(text: str, kind: type[T]) -> T:
+    """JSON as the dataclass that it should hold.
+
+    Raises:
+        msgspec.ValidationError: it does not fit the types of the fields; the first problem, with its place.
+    """
+    decoder: msgspec.json.Decoder[T] = _decoder(cast("Hashable", kind))
+    return decoder.decode(text)
 
 
 @cache
-def _adapter(kind: Hashable) -> TypeAdapter[Any]:
-    return TypeAdapter(cast("Any", kind))
+def _decoder(kind: Hashable) -> msgspec.json.Decoder[Any]:
+    return msgspec.json.Decoder(cast("Any", kind))
 
 
 def read_result(path: Path, kind: type[T], schema: str) -> T:
@@ -53,19 +58,10 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
     for place in not_finite(document):
         raise CollauditError("a number is out of range", where=f"{where}, {place}", expected="a finite number")
     try:
-        result = adapter(kind).validate_json(text, strict=True)
-    except ValidationError as error:
-        raise _misfit(error, where) from error
+        result = checked(text, kind)
+    except msgspec.ValidationError as error:
+        raise _misfit(error, document, kind, where) from error
     return result
-
-
-def describe_problems(error: ValidationError) -> str:
-    """The first problems of a validation, each with its place."""
-    problems = error.errors(include_url=False, include_context=False)
-    shown = [f"{_place(problem['loc'])}: {problem['msg']}" for problem in problems[:_SHOWN_PROBLEMS]]
-    if len(problems) > _SHOWN_PROBLEMS:
-        shown.append(f"and {len(problems) - _SHOWN_PROBLEMS} more")
-    return "; ".join(shown)
 
 
 def _load(path: Path) -> str:
@@ -123,18 +119,17 @@ def _check_schema(document: object, schema: str, where: str) -> None:
     )
 
 
-def _misfit(error: ValidationError, where: str) -> CollauditError:
+def _misfit(error: msgspec.ValidationError, document: object, kind: type[object], where: str) -> CollauditError:
+    place = misfit_place(error, document, lambda data: msgspec.convert(data, kind))
     return CollauditError(
         "the file does not have the content its schema promises",
         where=where,
-        found=describe_problems(error),
+        found=f"{json_path(place)}: {without_place(error)}",
         expected="a file as collaudit wrote it",
         hint="make the file again; it may have been edited",
     )
 
 
-def _place(loc: tuple[int | str, ...]) -> str:
-    text = "$"
-    for part in loc:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}"
-    return text
+def json_path(place: Place) -> str:
+    """A place as ``$.joints.elbow.points[3]``."""
+    return "$" + "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)

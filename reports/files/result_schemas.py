@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 from dataclasses import is_dataclass
-from typing import Any
+from inspect import cleandoc
+from typing import Any, get_type_hints
 
+import msgspec
 from docstring_parser import DocstringStyle, parse
-from pydantic import TypeAdapter
 
+from collaudit.core.config.describe import choices_of_laws
 from collaudit.core.data import audit_result as result_types
 from collaudit.core.data import (
     detection_result,
@@ -88,13 +90,17 @@ def schema_texts() -> dict[str, str]:
 
 
 def _published(kind: type, version: str, title: str) -> dict[str, Any]:
-    body = untitled(TypeAdapter(kind).json_schema(mode="serialization"))
+    body = schema_of(kind)
     body["properties"]["schema"] = {"const": version}
-    definitions = body.pop("$defs")
+    definitions = body.pop("$defs", {})
     if "Finding" in definitions:
         definitions["Finding"]["properties"]["code"] = {"type": "string", "pattern": "^[a-z0-9]+(-[a-z0-9]+)*$"}
     for name, definition in definitions.items():
-        _describe(definition, _dataclass(name))
+        found = _dataclass(name)
+        _describe(definition, found)
+        for field, annotation in get_type_hints(found, include_extras=True).items():
+            if choices := choices_of_laws(annotation):
+                definition["properties"][field] |= {"anyOf": [{"enum": [*choices]}, {"type": "null"}]}
     _describe(body, kind)
     return {"$schema": _DIALECT, "title": title, **body, "$defs": dict(sorted(definitions.items()))}
 
@@ -121,19 +127,15 @@ def _dataclass(name: str) -> type:
     return kind
 
 
-def untitled(schema: Any) -> Any:
-    """Without the titles pydantic derives from names; a property that is called title stays."""
-    if isinstance(schema, list):
-        return [untitled(item) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    return {
-        key: {name: untitled(item) for name, item in value.items()}
-        if key in ("properties", "$defs")
-        else untitled(value)
-        for key, value in schema.items()
-        if key != "title"
-    }
+def schema_of(kind: type) -> dict[str, Any]:
+    """The JSON Schema of a dataclass; ``$defs`` holds those within it."""
+    (reference,), definitions = msgspec.json.schema_components((kind,), ref_template="#/$defs/{name}")
+    for definition in definitions.values():
+        del definition["title"]
+        if "description" in definition:
+            definition["description"] = cleandoc(definition["description"])
+    own = definitions.pop(reference["$ref"].rpartition("/")[2])
+    return {**own, "$defs": definitions} if definitions else own
 
 
 def _describe(schema: dict[str, Any], kind: type) -> None:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pydantic import TypeAdapter, ValidationError
+import msgspec
 
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.json_reader import adapter, describe_problems, read_result
+from collaudit.reports.files.json_reader import checked, read_result
 from collaudit.reports.files.json_writer import json_text
 
 if TYPE_CHECKING:
@@ -163,8 +163,7 @@ def open_run(run_dir: Path) -> StoredRun:
 
 def _sound(text: str, kind: type[AuditResult] | type[FrictionFile] | type[RuleStudy]) -> str:
     try:
-        validator: TypeAdapter[Any] = adapter(kind)
-        validator.validate_json(text, strict=True)
-    except ValidationError as error:
-        raise ValueError(f"{kind.__name__} breaks its own types: {describe_problems(error)}") from error
+        checked(text, kind)
+    except msgspec.ValidationError as error:
+        raise ValueError(f"{kind.__name__} breaks its own types: {error}") from error
     return text

@@ -29,7 +29,7 @@ STOP_S, END_S = 20.0, 30.0
 
 def config(sections: Mapping[str, Any] | None = None) -> Config:
     robot = dh_robot([dh_row(6.0, (0, 0, 0), (0, 0, 0.05), a=0.4)], armature_kg_m2=[0.3], **LEVEL)
-    return Config.model_validate({"robot": robot, **(sections or {})})
+    return Config.of({"robot": robot, **(sections or {})})
 
 
 def torque(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ SPEEDS = np.geomspace(0.02, 1.2, 16)
 def config(**sections) -> Config:  # type: ignore[no-untyped-def]
     pendulum = dh_row(MASS, (0, 0, 0), (0, 0, INERTIA), a=LENGTH)
     robot = dh_robot([pendulum], armature_kg_m2=[ROTOR], **LEVEL)
-    return Config.model_validate({"robot": robot, **sections})
+    return Config.of({"robot": robot, **sections})
 
 
 def torque(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

@@ -91,8 +91,8 @@ class Bench:
         return replace(self, inputs=replace(self.inputs, laws=laws))
 
     def judged(self, name: str, causal: bool) -> DetectorRun:
-        detect = self.config.detect.model_copy(update={"causal": causal})
-        return run_detector(self.prepared, self.inputs, self.config.model_copy(update={"detect": detect}), name)
+        detect = self.config.detect.changed({"causal": causal})
+        return run_detector(self.prepared, self.inputs, self.config.changed({"detect": detect}), name)
 
     def score(
         self, found: DetectorRun, watch: Sequence[str] | None = None, factor: float = FACTOR

@@ -48,11 +48,11 @@ class Arm:
 
         config = parse_config(module.CONFIG, None).config  # type: ignore[attr-defined]
         rows = config.robot.dh
-        heavier = rows[1].model_copy(update={
+        heavier = rows[1].changed({
             "mass_kg": rows[1].mass_kg + TOOL_KG,
             "com_m": tuple(rows[1].mass_kg * c / (rows[1].mass_kg + TOOL_KG) for c in rows[1].com_m),
         })  # fmt: skip
-        other = config.robot.model_copy(update={"dh": (rows[0], heavier)})
+        other = config.robot.changed({"dh": (rows[0], heavier)})
         q, dq = module._motion()  # type: ignore[attr-defined]
         ddq = np.gradient(dq, 1 / 250.0, axis=0)
         part = slice(len(q) - SAMPLES - 13_000, len(q) - 13_000)

@@ -69,7 +69,7 @@ def judged(
     laws = {joint: FrictionModel.of(fit) for joint, fit in friction.joints.items()}
     size = {joint: float(law.torque(np.array([0.5]))[0]) for joint, law in laws.items() if law is not None}
     gamma = {joint: max(0.5, 0.25 * f) for joint, f in size.items()}
-    config = Config.model_validate({"detect": {"gamma_nm": gamma, "watch": list(arm.joints), **detect}})
+    config = Config.of({"detect": {"gamma_nm": gamma, "watch": list(arm.joints), **detect}})
     rms, doubt, hits, near = [], [], 0, 0
     for log in logs:
         result = audit_log(prepare(log, model, config), config, friction, NOBODY).result
@@ -87,7 +87,7 @@ def table(cache: Path) -> Iterator[str]:
     for robot in ("paper6", "seven"):
         arm = robot_named(robot)
         model = arm.model()
-        config = Config.model_validate({})
+        config = Config.of({})
         logs = [one_log(arm, model, *which, cache) for which in (("friction", 1), ("free-clean", 106))]
         rising = [heated(log, trace, arm, (20.0, 15.0, c)) for (log, trace), c in zip(logs, (200.0, 25.0), strict=True)]
         friction = fit_logs([prepare(log, model, config) for log in rising], config, NOBODY)

@@ -39,7 +39,7 @@ def of_seed(job: tuple[str, int, Path]) -> list[Row]:
     robot, seed, cache = job
     arm = robot_named(robot)
     model = arm.model()
-    config = Config.model_validate({"fit": {"estimate": ["gain"], "blocks": 2}, "log": {"units": {"effort": "raw"}}})
+    config = Config.of({"fit": {"estimate": ["gain"], "blocks": 2}, "log": {"units": {"effort": "raw"}}})
     rngs = streams(SCENARIO, seed)
     trace = motion(plan(SCENARIO, arm, model, rngs[0], SECONDS), arm, model, cache / f"{robot}-free60-{seed}.npz")
     identified = identify([prepare(logged(trace, arm, model, rngs[2], raw=True), model, config)], config)

@@ -81,7 +81,7 @@ def growth(few: Identified, many: Identified) -> tuple[float, float]:
 def main() -> None:
     """Print the stages, then the loss; with ``--json`` as last line a dictionary of them."""
     arm = robot_named("seven").model()
-    config = Config.model_validate({"fit": {"estimate": ["friction", "gain", "inertials", "tool"]}})
+    config = Config.of({"fit": {"estimate": ["friction", "gain", "inertials", "tool"]}})
     log = hour(arm)
     start = time.perf_counter()
     took, found = staged(log, arm, config)
@@ -90,7 +90,7 @@ def main() -> None:
         print(f"{name:28} {seconds:6.1f} s")
     print(f"{'in all':28} {sum(took.values()):6.1f} s of processor time, {wall:.1f} s by the clock")
     print(found.loss)
-    more = config.model_copy(update={"fit": config.fit.model_copy(update={"max_samples": 5 * config.fit.max_samples})})
+    more = config.changed({"fit": config.fit.changed({"max_samples": 5 * config.fit.max_samples})})
     median, most = growth(found, identify([prepare(log, arm, more)], more) or found)
     print(
         f"against five times the samples, intervals are wider by {100 * (median - 1):.0f} % (at most {most:.2f} times)"

@@ -56,7 +56,7 @@ def described(arm: FixtureRobot, rng: np.random.Generator, off: float, tool: boo
         if description.urdf is not None:
             keys["urdf"] = "arm.urdf"
             (Path(folder) / "arm.urdf").write_text(description.urdf, encoding="utf-8")
-        return load_robot(RobotConfig.model_validate(keys), Path(folder), arm.joints)
+        return load_robot(RobotConfig.of(keys), Path(folder), arm.joints)
 
 
 def true_offset(trace: Trace, arm: FixtureRobot, model: RobotModel, rng: np.random.Generator) -> np.ndarray:
@@ -77,7 +77,7 @@ def by_motion(robot: str, seed: int, cache: Path) -> Iterator[Row]:
     trace = motion(plan("free-clean", arm, model, rngs[0], SECONDS), arm, model, cache / f"{robot}-free60-{seed}.npz")
     log = logged(trace, arm, model, rngs[2])
     offset = true_offset(trace, arm, model, streams("free-clean", seed)[2])
-    config = Config.model_validate({"fit": {"estimate": ["inertials"], "blocks": 2, "cad_sd": OFF / np.sqrt(3)}})
+    config = Config.of({"fit": {"estimate": ["inertials"], "blocks": 2, "cad_sd": OFF / np.sqrt(3)}})
     file = described(arm, rngs[3], OFF, tool=True)
     found = identify([prepare(log, file, config)], config)
     assert found is not None
@@ -90,7 +90,7 @@ def by_motion(robot: str, seed: int, cache: Path) -> Iterator[Row]:
     yield from offsets(found, offset, "offset, file off")
     tool = described(arm, rngs[3], 0.0, tool=False)
     keys = {**arm.describe(lambda: 0.0).keys["tool"], "mass_kg": "estimate"}
-    config = Config.model_validate({"robot": {"tool": keys}, "fit": {"estimate": ["tool"], "blocks": 2}})
+    config = Config.of({"robot": {"tool": keys}, "fit": {"estimate": ["tool"], "blocks": 2}})
     found = identify([prepare(log, tool, config)], config)
     assert found is not None
     assert found.tool is not None
@@ -120,7 +120,7 @@ def by_sensor(robot: str, seed: int, cache: Path) -> Iterator[Row]:
     time_s = (recording.wrench_stamp_ns - recording.wrench_stamp_ns[0]) * 1e-9
     log = replace(log, wrench=WrenchSeries(time_s, recording.wrench, recording.wrench_topic))
     keys = {"wrench_frame": arm.sensor_frame, "wrench_sign": arm.log.wrench_sign}
-    config = Config.model_validate({"log": keys})
+    config = Config.of({"log": keys})
     calibration = calibrate_sensor(prepare(log, model, config), config)
     assert calibration is not None
     facts, tool = sensor_facts(calibration, config), model.tool

@@ -153,7 +153,7 @@ def _events(
     log: JointLog, arm: FixtureRobot, friction: FrictionFile
 ) -> tuple[Sequence[Contact], Sequence[RestDisturbance]]:
     """Contacts and disturbances of a log at the usual rule."""
-    config = Config.model_validate({"detect": {"gamma_nm": GAMMA_NM}})
+    config = Config.of({"detect": {"gamma_nm": GAMMA_NM}})
     prepared = prepare(log, arm.model(), config)
     laws, _ = friction_models(friction.joints, prepared.judged_series)
     rule, watch, _ = make_rule(prepared.judged_series, prepared.phases, config)

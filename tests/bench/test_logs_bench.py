@@ -31,7 +31,7 @@ import bench_logs_data as data
 pytestmark = pytest.mark.bench
 
 MINUTES = float(os.environ.get("COLLAUDIT_BENCH_MINUTES", "10"))
-SETTINGS = LogConfig.model_validate({"wrench": "/ft_sensor/wrench"})
+SETTINGS = LogConfig.of({"wrench": "/ft_sensor/wrench"})
 Table = dict[str, np.ndarray[Any, Any]]
 
 
@@ -225,7 +225,7 @@ def test_csv() -> None:
     import pandas as pd
 
     path = data.csv_log(MINUTES)
-    settings = LogConfig.model_validate(
+    settings = LogConfig.of(
         {
             "csv": {
                 "time": "t", "position": "q{i}", "velocity": "dq{i}", "effort": "tau{i}",

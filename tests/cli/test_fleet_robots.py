@@ -95,7 +95,7 @@ def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: 
     assert traits.topics == {"/joint_states", "/camera"} and traits.joints == {"joint1", "joint2"}
 
     def whose(*rules: dict[str, object]) -> str:
-        return robot_of(traits, {f"r{k}": FleetRobot.model_validate(rule) for k, rule in enumerate(rules, 1)})
+        return robot_of(traits, {f"r{k}": FleetRobot.of(rule) for k, rule in enumerate(rules, 1)})
 
     other = {"paths": ["cell2/*"]}
     for rule in (

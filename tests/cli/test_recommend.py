@@ -114,7 +114,7 @@ def test_the_delay_holds_for_the_compared_persistences(collaudit, studied: list[
 
 def test_snippets(collaudit, run: Path) -> None:
     made = tomllib.loads(collaudit("recommend", run, "--snippet", "config").out)
-    detect = Config.model_validate({"detect": made["detect"]}).detect
+    detect = Config.of({"detect": made["detect"]}).detect
     assert isinstance(detect.gamma_nm, dict) and set(detect.gamma_nm) == {"joint1", "joint2"}
     assert detect.persistence_ms == 26.0 and set(detect.evidence) == {"joint1", "joint2"}
     franka = collaudit("recommend", run, "--snippet", "franka").out

@@ -42,7 +42,7 @@ def motor_log(**changed: Any) -> JointLog:
 
 
 def config(**keys: Any) -> RobotConfig:
-    return RobotConfig.model_validate(keys)
+    return RobotConfig.of(keys)
 
 
 def test_angles_velocities_and_torques_come_to_the_joints() -> None:

@@ -20,7 +20,7 @@ def planar(
     tmp_path: Path, q: list[float], v: list[float], judged: tuple[str, ...] = ("joint1", "joint2")
 ) -> SimpleNamespace:
     rows = [dh_row(1.0, (-0.1, 0, 0), (0.01,) * 3 + (0, 0, 0), a=a) for a in LENGTHS]
-    robot = load_robot(RobotConfig(**dh_robot(rows)), tmp_path, ("joint1", "joint2"))
+    robot = load_robot(RobotConfig.of(dh_robot(rows)), tmp_path, ("joint1", "joint2"))
     series = SimpleNamespace(position_rad=np.array([q]), velocity_rad_s=np.array([v]), time_s=np.array([7.5]))
     columns = [robot.joint_names.index(joint) for joint in judged]
     return SimpleNamespace(robot=robot, series=series, judged=judged, columns=lambda: columns)

@@ -48,7 +48,7 @@ def moved() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     q, v = strokes(np.geomspace(0.08, 1.0, 8))
     q = np.concatenate([q, np.full(rest().size, q[-1])])
     v = np.concatenate([v, np.zeros(rest().size)])
-    model = load_robot(Config.model_validate(CONFIG).robot, Path(), ("joint1",))
+    model = load_robot(Config.of(CONFIG).robot, Path(), ("joint1",))
     rigid = model.inverse_dynamics(q[:, None], v[:, None], np.gradient(v, PERIOD)[:, None])[:, 0]
     return q, v, rigid + np.sign(v) * (5.0 + 2.0 * np.abs(v))
 
@@ -57,11 +57,11 @@ def moved() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def friction() -> FrictionFile:
     q, v, effort = moved()
     noise = np.random.default_rng(1).normal(0.0, NOISE_NM, q.size)
-    return fit_logs([prepared(q, v, effort + noise)], Config.model_validate(CONFIG), NOBODY)
+    return fit_logs([prepared(q, v, effort + noise)], Config.of(CONFIG), NOBODY)
 
 
 def prepared(q: np.ndarray, v: np.ndarray, effort: np.ndarray):  # type: ignore[no-untyped-def]
-    config = Config.model_validate(CONFIG)
+    config = Config.of(CONFIG)
     q = np.round(q / COUNT) * COUNT
     log = make_log(PERIOD * np.arange(q.size), q[:, None], v[:, None], effort[:, None])
     return prepare(log, load_robot(config.robot, Path(), log.joint_names), config)
@@ -75,7 +75,7 @@ def judged(torque: np.ndarray | float, counts: np.ndarray | float, allowed: int 
     q[tail] += np.asarray(counts) * COUNT
     v[tail] = np.gradient(q[tail], PERIOD)
     noise = np.random.default_rng(2).normal(0.0, NOISE_NM, q.size)
-    config = Config.model_validate({**CONFIG, "policy": {"max_disturbed_at_rest": allowed, "min_observable": 0.0}})
+    config = Config.of({**CONFIG, "policy": {"max_disturbed_at_rest": allowed, "min_observable": 0.0}})
     return audit_log(prepared(q, v, effort + noise), config, friction(), NOBODY).result
 
 

@@ -17,9 +17,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
+import msgspec
 import pytest
 import samples
-from pydantic import TypeAdapter
 
 import collaudit.core
 from collaudit.core.data.audit_result import AuditResult
@@ -174,8 +174,10 @@ DEEDS: dict[str, Callable[[SimpleNamespace], object]] = {
     "order": lambda k: k.Ordered(1) < k.Ordered(2),
     "without slots": lambda k: k.Slow(2).double,
     "names": lambda k: [c.__init__.__qualname__.rpartition(".")[2] for c in (k.Point, k.Named)],
-    "pydantic": lambda k: repr(TypeAdapter(k.Mixed).validate_python({"a": 1, "b": 2})),
-    "pydantic refuses": lambda k: type(TypeAdapter(k.Mixed).validate_python({"a": "much", "b": 2})),
+    "msgspec": lambda k: repr(msgspec.json.decode('{"a": 1, "b": 2}', type=k.Mixed)),
+    "msgspec refuses": lambda k: repr(msgspec.json.decode('{"a": "much", "b": 2}', type=k.Mixed)),
+    "msgspec and post init": lambda k: msgspec.json.decode('{"name": " n "}', type=k.Named).name,
+    "msgspec and what a class refuses": lambda k: msgspec.json.decode('{"name": "n", "size": -1}', type=k.Named),
 }  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def test_findings_of_a_sliding_joint_speak_of_forces_and_ways() -> None:
 
 def test_an_audit_states_the_unit_of_each_joint() -> None:
     rows = [dh_row(4.0, (0, 0, 0), (0, 0, 0.05), joint="prismatic"), dh_row(2.0, (0, 0, 0), (0, 0, 0.05), a=0.3)]
-    config = Config.model_validate(
+    config = Config.of(
         {"robot": dh_robot(rows, **LEVEL), "detect": {"gamma_nm": 7.0}, "policy": {"min_observable": 1.0}}
     )
     t = PERIOD * np.arange(6000)

@@ -32,7 +32,7 @@ STATED = {"units": {"effort_sign": dict.fromkeys(NAMES, 1)}}
 
 
 def config() -> Config:
-    return Config.model_validate({"robot": ROBOT, "log": STATED})
+    return Config.of({"robot": ROBOT, "log": STATED})
 
 
 def motion(period: float, seconds: float = 60.0) -> np.ndarray:
@@ -58,7 +58,7 @@ def log_of(period: float = 0.002, factor: float = 1.0, late_s: float = 0.0, nois
 
 @pytest.fixture(scope="module")
 def friction() -> FrictionFile:
-    cfg = Config.model_validate({"robot": ROBOT, "fit": {"motion": "any"}})
+    cfg = Config.of({"robot": ROBOT, "fit": {"motion": "any"}})
     return fit_logs([prepare(log_of(), load_robot(cfg.robot, Path(), NAMES), cfg)], cfg, NOBODY)
 
 

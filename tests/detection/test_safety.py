@@ -83,19 +83,19 @@ def test_a_blow_in_contact_is_meant_up_to_what_is_usual() -> None:
 
 def test_a_joint_missing_between_others_makes_all_torques_unknown() -> None:
     arm = robot_named("paper6")
-    config = RobotConfig.model_validate(arm.describe(lambda: 0.0).keys)
-    config = config.model_copy(update={"armature_kg_m2": None})
+    config = RobotConfig.of(arm.describe(lambda: 0.0).keys)
+    config = config.changed({"armature_kg_m2": None})
     here = [name for name in arm.joints if name != "joint3"]
     folder = Path()
     codes = [f.code for f in load_robot(config, folder, here).findings]
     assert "model-joint-between" in codes
     outer = [f.code for f in load_robot(config, folder, arm.joints[:4]).findings]
     assert "model-joint-between" not in outer
-    parked = load_robot(config.model_copy(update={"parked": {"joint3": 0.3}}), folder, here)
+    parked = load_robot(config.changed({"parked": {"joint3": 0.3}}), folder, here)
     assert "model-joint-between" not in [f.code for f in parked.findings]
     whole = load_robot(config, folder, arm.joints)
     q = np.array([[0.1, 0.4, 0.3, 0.2, -0.5, 0.6]])
     expected = np.delete(whole.gravity_torque(q), 2, axis=1)
     np.testing.assert_allclose(parked.gravity_torque(np.delete(q, 2, axis=1)), expected, atol=1e-9)
     with pytest.raises(RobotError, match="parked"):
-        load_robot(config.model_copy(update={"parked": {"joint1": 0.3}}), folder, here)
+        load_robot(config.changed({"parked": {"joint1": 0.3}}), folder, here)

@@ -27,7 +27,7 @@ def config_of(scale: float) -> Config:
         dh_row(5.0 * scale, (-0.15, 0, 0.02), (0.02, 0.06, 0.06), a=0.35),
     ]
     robot = dh_robot(rows, armature_kg_m2=ROTOR.tolist(), base_rpy_deg=(90, 0, 0))
-    return Config.model_validate({"robot": robot, "friction": {"model": "coulomb-viscous"}, "fit": {"motion": "any"}})
+    return Config.of({"robot": robot, "friction": {"model": "coulomb-viscous"}, "fit": {"motion": "any"}})
 
 
 def motion(seed: int, seconds: float = 60.0) -> dict[str, np.ndarray]:
@@ -99,7 +99,7 @@ def test_a_table_states_its_second_torque(tmp_path: Path) -> None:
     columns = np.column_stack([m["t"], m["q"], m["v"], m["effort"], m["link"]])
     heads = ["t", *(f"{k}{i}" for k in ("q", "dq", "i_nm", "tau_sensor") for i in (1, 2))]
     np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header=",".join(heads), comments="", fmt="%.7g")
-    robot = config_of(1.5).robot.model_dump(exclude_unset=True)
+    robot = config_of(1.5).robot.plain_given()
     rows = "".join(
         "[[robot.dh]]\n" + "".join(f"{k} = {list(v) if isinstance(v, tuple) else v}\n" for k, v in row.items())
         for row in robot["dh"]

@@ -38,7 +38,7 @@ def settings(**log: object) -> Config:
     ]
     # a tilted base: turning any joint then turns the sensor against gravity
     base = (60, 0, 0) if "wrench" in log else (0, 0, 0)
-    return Config.model_validate({"robot": dh_robot(rows, base_rpy_deg=base), "log": log})
+    return Config.of({"robot": dh_robot(rows, base_rpy_deg=base), "log": log})
 
 
 def moving_log(late_s: float = 0.0, wrench: bool = False, pace: float = 1.0) -> JointLog:
@@ -245,8 +245,8 @@ def heated_log(first_c: float, rise_c: float) -> JointLog:
 @pytest.fixture(scope="module")
 def warmed() -> tuple[Config, FrictionFile]:
     fixed = {"friction_level": "fixed", "gamma_nm": 4.0, "watch": list(NAMES)}
-    keys = {**settings().model_dump(exclude_defaults=True), "fit": {"motion": "any"}, "detect": fixed}
-    config = Config.model_validate(keys)
+    keys = {**settings().plain_given(), "fit": {"motion": "any"}, "detect": fixed}
+    config = Config.of(keys)
     return config, fit_logs([prepared(heated_log(25.0, 10.0), config)], config, NOBODY)
 
 

@@ -40,7 +40,7 @@ def settings(scale: float = 1.0, **extra: object) -> Config:
     if tool:
         robot["tool"] = tool
     fit = {"max_samples": 2500, **extra.pop("fit", {})}  # type: ignore[dict-item]
-    return Config.model_validate({"robot": robot, "fit": fit, **extra})
+    return Config.of({"robot": robot, "fit": fit, **extra})
 
 
 def arm(config: Config) -> RobotModel:
@@ -344,7 +344,7 @@ def test_a_joint_that_moves_one_way_has_no_offset_of_its_own() -> None:
 
 def test_a_rotor_inertia_that_no_file_states_lies_in_its_interval() -> None:
     truth, config = arm(settings()), settings(fit={"estimate": ["friction", "inertials"]})
-    unstated = config.model_copy(update={"robot": config.robot.model_copy(update={"armature_kg_m2": None})})
+    unstated = config.changed({"robot": config.robot.changed({"armature_kg_m2": None})})
     held = 0
     for seed in range(3):
         found = identify([prepared_log(unstated, truth, seed=seed)], unstated)

@@ -52,13 +52,13 @@ def seen(moved: tuple[FixtureRobot, Trace], mass_kg: float, bias: object) -> tup
     time_s = (joints.stamp_ns - joints.stamp_ns[0]) * 1e-9
     keys = dict(arm.describe(lambda: 0.0).keys)
     keys["tool"] = {**keys["tool"], "mass_kg": mass_kg}
-    config = Config.model_validate(
+    config = Config.of(
         {
             "robot": keys,
             "log": {"wrench_frame": arm.sensor_frame, "wrench_sign": arm.log.wrench_sign, "wrench_bias": bias},
         }
     )
-    robot = load_robot(RobotConfig.model_validate(keys), Path(), arm.joints)
+    robot = load_robot(RobotConfig.of(keys), Path(), arm.joints)
     source = log_source("simulated")
     wrench = WrenchSeries(time_s, recording.wrench, "/w")
     log = JointLog(time_s, arm.joints, joints.position, None, joints.effort, "Nm", wrench, source)

@@ -104,7 +104,7 @@ def test_pushes_in_the_fitting_log_are_left_out(
     assert not facts.refused
     assert facts.spans[0].joints
     dirty = api.fit([log], settings)
-    kept = replace(settings, config=settings.config.model_copy(update={"fit": _contact(settings, "none")}))
+    kept = replace(settings, config=settings.config.changed({"fit": _contact(settings, "none")}))
     wrong = errors(api.fit([log], kept), right)
     rescued = errors(dirty, right)
     assert max(rescued.values()) < 0.15
@@ -113,7 +113,7 @@ def test_pushes_in_the_fitting_log_are_left_out(
 
 
 def _contact(settings: Any, how: str) -> Any:
-    return settings.config.fit.model_copy(update={"contact": how})
+    return settings.config.fit.changed({"contact": how})
 
 
 def test_a_log_that_is_mostly_contact_is_refused(free: Any) -> None:
@@ -129,7 +129,7 @@ def test_a_log_that_is_mostly_contact_is_refused(free: Any) -> None:
 
 def test_a_wrong_statement_leaves_nothing_out_and_is_said(free: Any) -> None:
     clean, settings = free("paper6")
-    stated = settings.config.model_copy(update={"fit": _contact(settings, "none")})
+    stated = settings.config.changed({"fit": _contact(settings, "none")})
     log, _ = pushed(clean, settings, 0.1)
     found = cleaned([log], stated)
     assert found.logs == (log,)
@@ -155,7 +155,7 @@ def test_known_contact_is_left_out_and_nothing_else(free: Any, monkeypatch: pyte
 
 def test_labels_have_to_be_named(free: Any) -> None:
     clean, settings = free("paper6")
-    asked = replace(settings, config=settings.config.model_copy(update={"fit": _contact(settings, "labelled")}))
+    asked = replace(settings, config=settings.config.changed({"fit": _contact(settings, "labelled")}))
     with pytest.raises(ConfigError, match="no labels"):
         api.fit([clean], asked)
 

@@ -28,7 +28,7 @@ from collaudit.core.logs import describe, read_log
 
 SECONDS = 5
 MEGABYTES = 768
-SETTINGS = LogConfig.model_validate({"wrench": "/ft/wrench"})
+SETTINGS = LogConfig.of({"wrench": "/ft/wrench"})
 #: Kinds whose bytes are under a check sum: what is read must be what was written.
 CHECKED = ("mcap-zstd", "mcap-lz4", "mcap-none")
 #: Kinds that say how many messages there are: none may be missing without a word.

@@ -122,7 +122,7 @@ def test_an_added_format_of_tables_is_read_described_and_configured(tmp_path: Pa
     guess = guess_csv_columns((path,))
     assert guess is not None
     assert (guess.csv.time, guess.csv.position) == ("t", "q{i}")
-    assert "delimiter" not in guess.csv.model_fields_set
+    assert "delimiter" not in guess.csv.given
 
 
 def test_added_tables_that_belong_together_are_one_log_also_with_a_csv(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def states(first: int = 0, count: int = COUNT, back_ns: int = 0) -> list[w.Said]
 
 
 def read(path: Path, **settings: Any) -> JointLog:
-    return read_log((path,), LogConfig.model_validate(settings), robot_joints=None)
+    return read_log((path,), LogConfig.of(settings), robot_joints=None)
 
 
 def labels(log: JointLog) -> dict[tuple[str, str | None], list[tuple[float, float]]]:

@@ -38,7 +38,7 @@ def steady(k: int) -> int:
 
 
 def read(path: Path, **settings: Any) -> JointLog:
-    return read_log((path,), LogConfig.model_validate(settings), robot_joints=None)
+    return read_log((path,), LogConfig.of(settings), robot_joints=None)
 
 
 def codes(log: JointLog) -> set[str]:
@@ -109,7 +109,7 @@ def test_phases_of_a_topic(marked: Path, topic: str, tmp_path: Path) -> None:
     assert found.keys() == expected.keys()
     for name, spans in expected.items():
         np.testing.assert_allclose(found[name], spans, atol=1e-9)
-    settings = LogConfig.model_validate({"phase_topic": topic, "label_topics": ["/bumper"]})
+    settings = LogConfig.of({"phase_topic": topic, "label_topics": ["/bumper"]})
     first, again = (read_log((marked,), settings, robot_joints=None, cache=tmp_path) for _ in range(2))
     assert again.phases == first.phases == log.phases
     assert again.annotations == first.annotations != ()
@@ -165,7 +165,7 @@ def test_json_by_field_paths(tmp_path: Path) -> None:
             writer.add_message(channel, steady(k), json.dumps(body).encode(), steady(k))
         writer.finish()
     fields = {"names": "arm[*].id", "position": "arm[*].q", "stamp": "at.s,at.ns"}
-    settings = LogConfig.model_validate({"joint_states": "/robot", "fields": fields})
+    settings = LogConfig.of({"joint_states": "/robot", "fields": fields})
     log = read_log((path,), settings, robot_joints=None)
     assert log.joint_names == ("a", "b")
     np.testing.assert_array_equal(log.position_rad[:, 0], np.arange(20) / 10)

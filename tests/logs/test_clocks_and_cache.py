@@ -95,7 +95,7 @@ def test_the_cache_gives_back_what_was_read(kind: str, tmp_path: Path, monkeypat
         path.write_text("t,q1,tau1\n" + "".join(f"{k / 100},{k},{-k}\n" for k in range(50)))
     else:
         path = w.write_any(tmp_path, kind, lambda encoding: w.motion(80, encoding=encoding))
-    settings = LogConfig.model_validate({"wrench": "/ft/wrench"})
+    settings = LogConfig.of({"wrench": "/ft/wrench"})
     cache = tmp_path / "cache"
     first = read_log((path,), settings, robot_joints=None, cache=cache)
 
@@ -106,7 +106,7 @@ def test_the_cache_gives_back_what_was_read(kind: str, tmp_path: Path, monkeypat
         patch.setattr(reading, "_read", never)
         again = read_log((path,), settings, robot_joints=None, cache=cache)
         with pytest.raises(AssertionError, match="read again"):
-            read_log((path,), LogConfig.model_validate({"time": "log"}), robot_joints=None, cache=cache)
+            read_log((path,), LogConfig.of({"time": "log"}), robot_joints=None, cache=cache)
     for field in fields(first):
         one, two = getattr(first, field.name), getattr(again, field.name)
         if isinstance(one, np.ndarray):

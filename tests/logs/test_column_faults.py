@@ -28,7 +28,7 @@ def table(path: Path, names: list[str]) -> Path:
 
 def refusal(path: Path, **settings: object) -> LogError:
     with pytest.raises(LogError) as caught:
-        read_log((path,), LogConfig.model_validate(settings), robot_joints=None)
+        read_log((path,), LogConfig.of(settings), robot_joints=None)
     return caught.value
 
 
@@ -75,7 +75,7 @@ def test_the_line_that_is_offered_reads_the_table(tmp_path: Path, names: list[st
     line = re.search(r"\[log\.csv\] (.*?)(, and which|, or \[log|$)", hint)
     assert line is not None, hint
     stated = tomllib.loads(line[1].replace("; ", "\n"))
-    log = read_log((path,), LogConfig.model_validate({"csv": stated}), robot_joints=None)
+    log = read_log((path,), LogConfig.of({"csv": stated}), robot_joints=None)
     assert log.position_rad.shape[1] == joints
     first = re.search(r"\d", next(name for name in names if name.startswith(("q", "left_q"))))
     assert first is not None
@@ -142,7 +142,7 @@ def test_wrench_columns_are_offered_in_their_order(six: list[str], tmp_path: Pat
     findings = describe((path,), LogConfig()).findings
     assert any(f.code == "log-wrench-offered" and six[0] in f.text for f in findings)
     stated = {"csv": {"position": "q{i}", "effort": "tau{i}", "wrench": six}, "wrench_frame": "tool0"}
-    log = read_log((path,), LogConfig.model_validate(stated), robot_joints=None)
+    log = read_log((path,), LogConfig.of(stated), robot_joints=None)
     assert log.wrench is not None and log.wrench.wrench[0, 5] == pytest.approx(np.sin(8) + 8, abs=1e-6)
 
 

@@ -90,7 +90,7 @@ def writer(request: pytest.FixtureRequest) -> Callable[[Path, dict[str, Any]], N
 
 def read(*paths: Path, **settings: Any) -> Any:
     robot = settings.pop("robot_joints", None)
-    return read_log(paths, LogConfig.model_validate({**NM, **settings}), robot_joints=robot)
+    return read_log(paths, LogConfig.of({**NM, **settings}), robot_joints=robot)
 
 
 def test_the_same_numbers_are_the_same_log(writer: Any, tmp_path: Path) -> None:
@@ -107,7 +107,7 @@ def test_the_same_numbers_are_the_same_log(writer: Any, tmp_path: Path) -> None:
     guess = guess_csv_columns((path,))
     assert guess is not None
     assert (guess.csv.time, guess.csv.position, guess.csv.effort) == ("t", "q{i}", "tau{i}")
-    again = read(path, csv=guess.csv.model_dump(exclude_unset=True))
+    again = read(path, csv=guess.csv.plain_given())
     np.testing.assert_array_equal(again.effort, log.effort)
 
 
@@ -116,7 +116,7 @@ def test_columns_are_stated_labelled_and_joined_as_of_a_csv(writer: Any, tmp_pat
     writer(position, {"t": TIME_S, "Winkel A": COLUMNS["q1"], "Winkel B": COLUMNS["q2"], "flag": TIME_S > 0.3})
     writer(effort, {"t": TIME_S, "Kraft A": COLUMNS["tau1"], "Kraft B": COLUMNS["tau2"]})
     stated = {"time": "t", "position": "Winkel {joint}", "effort": "Kraft {joint}", "labels": ["flag"]}
-    assert group_inputs([position, effort], LogConfig.model_validate({"csv": stated})) == [(position, effort)]
+    assert group_inputs([position, effort], LogConfig.of({"csv": stated})) == [(position, effort)]
     log = read(position, effort, csv=stated)
     assert log.joint_names == ("A", "B")
     np.testing.assert_array_equal(log.effort[:, 1], COLUMNS["tau2"])

@@ -96,13 +96,13 @@ def test_a_table_without_header_of_several_megabytes(tmp_path: Path) -> None:
     assert "header = false" in summary.proposal
     answer = stated(summary, answered=True)
     assert answer == {"header": False, "time": 1, "position": [*range(2, 8)], "velocity": [*range(8, 14)]}
-    log = read_log((path,), LogConfig.model_validate({"csv": answer}), robot_joints=None)
+    log = read_log((path,), LogConfig.of({"csv": answer}), robot_joints=None)
     np.testing.assert_allclose(log.velocity_rad_s, dq, atol=1e-8)
 
 
 def test_what_is_stated_is_not_proposed(tmp_path: Path) -> None:
     path = write(tmp_path / "log.csv", "t,q1,q2", np.column_stack([TIME_S, Q[:, :2]]))
-    settings = LogConfig.model_validate({"csv": {"time": "t", "position": "q{i}"}})
+    settings = LogConfig.of({"csv": {"time": "t", "position": "q{i}"}})
     summary = describe((path,), settings)
     assert summary.proposal == ()
     assert [column.why for column in summary.columns] == ["as stated", "as stated, q{i}", "as stated, q{i}"]
@@ -123,7 +123,7 @@ def test_an_rtde_recording_between_blanks(header: str, tmp_path: Path) -> None:
     answer = stated(summary)
     assert (answer["delimiter"], answer["time"]) == (" ", "timestamp")
     settings = {"csv": answer, "units": {"effort": "raw", "time": "s"}}
-    log = read_log((path,), LogConfig.model_validate(settings), robot_joints=None)
+    log = read_log((path,), LogConfig.of(settings), robot_joints=None)
     np.testing.assert_allclose(log.position_rad, Q, atol=1e-8)
     assert log.velocity_rad_s is not None
     np.testing.assert_allclose(log.velocity_rad_s, DQ, atol=1e-8)
@@ -143,6 +143,6 @@ def test_exports_of_rostopic_and_plotjuggler_are_read_as_stated(
     header = ",".join([time, *(name for form in forms for name in names(form))])
     path = write(tmp_path / "log.csv", header, np.column_stack([TIME_S, Q, DQ, TAU]))
     csv = {"time": time, **dict(zip(("position", "velocity", "effort"), forms, strict=True))}
-    log = read_log((path,), LogConfig.model_validate({"csv": csv, "units": {"effort": "Nm"}}), robot_joints=None)
+    log = read_log((path,), LogConfig.of({"csv": csv, "units": {"effort": "Nm"}}), robot_joints=None)
     np.testing.assert_allclose(log.effort, TAU, atol=1e-7)
     assert len(describe((path,)).columns) == 19

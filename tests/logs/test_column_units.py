@@ -20,7 +20,7 @@ def read(folder: Path, header: str, **units: str) -> Any:
     time_s = 0.01 * np.arange(ROWS)
     rows = "".join(f"{t:.9g},{np.sin(t):.9g},{np.cos(t):.9g},1\n" for t in time_s)
     path.write_text(f"{header}\n{rows}", encoding="utf-8")
-    return read_log((path,), LogConfig.model_validate({"units": units}), robot_joints=None)
+    return read_log((path,), LogConfig.of({"units": units}), robot_joints=None)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def test_measured_columns_are_found_in_the_order_of_their_numbers(
         rows = [[0.01 * k, *(0.01 * n + 0.1 * k for n in range(1, len(columns)))] for k in range(5)]
         path = tmp_path / f"{seed}.csv"
         path.write_text("\n".join([",".join(columns), *(",".join(f"{x:.6f}" for x in row) for row in rows)]) + "\n")
-        log = read_log((path,), LogConfig.model_validate(RAW), robot_joints=robot)
+        log = read_log((path,), LogConfig.of(RAW), robot_joints=robot)
         assert log.joint_names == tuple(robot)
         for stem, values in zip(wanted, (log.position_rad, log.velocity_rad_s, log.effort), strict=True):
             truth = [columns.index(stem.replace("#", str(base + k))) for k in range(joints)] if stem else []
@@ -52,7 +52,7 @@ def test_another_count_is_refused_with_the_line_to_add(tmp_path: Path, joints: i
         path = tmp_path / "x.csv"
         path.write_text(",".join(columns) + "\n" + "\n".join(",".join([str(k)] * len(columns)) for k in range(4)))
         with pytest.raises(LogError) as caught:
-            read_log((path,), LogConfig.model_validate(RAW), robot_joints=robot)
+            read_log((path,), LogConfig.of(RAW), robot_joints=robot)
         assert '[log] joint_names = { "joint1" = "axis_a"' in caught.value.render()
 
 
@@ -81,14 +81,14 @@ def test_counts_that_differ_between_quantities_are_refused(tmp_path: Path) -> No
 
 def test_bases_may_differ_between_quantities(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,q0,q1,tau2,tau1")
-    log = read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"])
+    log = read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"])
     assert log.effort is not None and log.effort[0].tolist() == [4.0, 3.0]
 
 
 def test_a_pattern_from_one_never_drops_column_zero(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,q0,q1,q2")
     with pytest.raises(LogError, match="count from 0") as caught:
-        read_log((path,), LogConfig.model_validate({"csv": {"time": "t", "position": "q{i}"}}), robot_joints=None)
+        read_log((path,), LogConfig.of({"csv": {"time": "t", "position": "q{i}"}}), robot_joints=None)
     assert "q{i0}" in (caught.value.hint or "")
 
 
@@ -145,7 +145,7 @@ def _echo(path: Path, names: Sequence[Sequence[str]]) -> Path:
 def test_names_beside_a_message_s_columns_settle_their_order(tmp_path: Path, stated: dict[str, Any]) -> None:
     robot = ["shoulder_pan", "shoulder_lift", "elbow"]
     path = _echo(tmp_path / "x.csv", [sorted(robot)] * 9)
-    log = read_log((path,), LogConfig.model_validate({**RAW, **stated}), robot_joints=robot)
+    log = read_log((path,), LogConfig.of({**RAW, **stated}), robot_joints=robot)
     assert log.joint_names == tuple(robot)
     assert log.position_rad[0].tolist() == [2.0, 1.0, 0.0]
     guess = guess_csv_columns([path])
@@ -155,7 +155,7 @@ def test_names_beside_a_message_s_columns_settle_their_order(tmp_path: Path, sta
 def test_names_that_take_turns_are_no_columns_of_joints(tmp_path: Path) -> None:
     path = _echo(tmp_path / "x.csv", [["a", "b"], ["b", "a"]] * 5)
     with pytest.raises(LogError, match="several publishers take turns"):
-        read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"])
+        read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"])
 
 
 def test_matlab_s_names_of_a_message_s_columns(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_doosan_s_state_is_in_degrees_and_a_like_named_one_is_not(tmp_path: Path
     own = _write(tmp_path / "a.csv", "t,actual_joint_position_0,actual_joint_torque_0,raw_joint_torque_0")
     other = _write(tmp_path / "b.csv", "t,actual_joint_position_0,actual_joint_torque_0")
     for path, first, effort in ((own, np.deg2rad(1.0), 3.0), (other, 1.0, 2.0)):
-        log = read_log((path,), LogConfig.model_validate({"units": {"time": "s"}, **stated}), robot_joints=["a"])
+        log = read_log((path,), LogConfig.of({"units": {"time": "s"}, **stated}), robot_joints=["a"])
         assert log.position_rad[0, 0] == pytest.approx(first)
         assert stated or (log.effort is not None and log.effort[0, 0] == effort)
 
@@ -187,17 +187,17 @@ def test_positions_of_the_motors_side_alone_are_asked_about(tmp_path: Path) -> N
     assert '[log.csv] position = "motor_q{i0}"' in hint and "[robot] reduction" in hint
     assert 'velocity = "motor_dq{i0}"' in hint and 'effort = "motor_torque{i0}"' in hint
     stated = {"csv": {"position": "motor_q{i0}", "effort": "motor_torque{i0}"}, **RAW}
-    log = read_log((path,), LogConfig.model_validate(stated), robot_joints=["a", "b"])
+    log = read_log((path,), LogConfig.of(stated), robot_joints=["a", "b"])
     assert log.position_rad[0].tolist() == [1.0, 2.0]
 
 
 def test_a_velocity_of_the_motors_side_is_none_of_the_joints(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,q0,q1,motor_dq0,motor_dq1,tau0,tau1")
-    log = read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"])
+    log = read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"])
     assert log.velocity_rad_s is None
     assert any("motor_dq{i0}" in finding.text for finding in log.findings if finding.code == "log-columns-passed-over")
 
 
 def test_theta_of_a_joint_is_no_motor(tmp_path: Path) -> None:
     path = _write(tmp_path / "x.csv", "t,theta1,theta2,tau1,tau2")
-    assert read_log((path,), LogConfig.model_validate(RAW), robot_joints=["a", "b"]).position_rad[0].tolist() == [1, 2]
+    assert read_log((path,), LogConfig.of(RAW), robot_joints=["a", "b"]).position_rad[0].tolist() == [1, 2]

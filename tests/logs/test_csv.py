@@ -35,7 +35,7 @@ def write(path: Path, text: str | bytes) -> Path:
 
 
 def read(path: Path, settings: dict[str, Any] | None = None, **extra: Any) -> Any:
-    return read_log((path,), LogConfig.model_validate(settings or {}), **{"robot_joints": None, **extra})
+    return read_log((path,), LogConfig.of(settings or {}), **{"robot_joints": None, **extra})
 
 
 def check(log: Any, *, effort: bool = True) -> None:
@@ -218,7 +218,7 @@ def test_quantities_over_files_need_one_time_column(tmp_path: Path) -> None:
     first = write(tmp_path / "a_pos.csv", table("t,a_position,b_position", rows=rows[:, :3]))
     second = write(tmp_path / "b_eff.csv", table("t,a_effort,b_effort", rows=rows[:, [0, 3, 4]]))
     other = write(tmp_path / "c_all.csv", table())
-    settings = LogConfig.model_validate(NM)
+    settings = LogConfig.of(NM)
     assert group_inputs([first, second, other], settings) == [(first, second), (other,)]
     check(read_log((second, first), settings, robot_joints=None))
     shifted = write(tmp_path / "d_eff.csv", table("t,a_effort,b_effort", rows=rows[1:, [0, 3, 4]]))
@@ -261,7 +261,7 @@ def test_a_guess_can_be_written_down_and_read_without_guessing(tmp_path: Path) -
     config, joints = guess.csv, guess.joints
     assert joints == ("joint1", "joint2")
     assert (config.position, config.effort, config.delimiter, config.decimal) == ("q{i}", "tau{i}", ";", ",")
-    log = read(path, {**NM, "csv": config.model_dump(exclude_none=True)})
+    log = read(path, {**NM, "csv": config.plain_given()})
     check(log)
     assert log.findings == ()
 

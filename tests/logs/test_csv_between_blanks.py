@@ -13,7 +13,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs import read_log
 from collaudit.core.logs.csv import csv_parsing
 
-SETTINGS = LogConfig.model_validate({"csv": {"time": "1", "position": "2", "effort": "3"}})
+SETTINGS = LogConfig.of({"csv": {"time": "1", "position": "2", "effort": "3"}})
 #: What the last row but one says, and the text after the last.
 ROWS = [
     "0.4 0.004 1.4", "  0.4   0.004\t1.4 ", "0.4 nan 1.4", "0.4 NA 1.4", "0.4 0.004 nan", "0.4 0.004",

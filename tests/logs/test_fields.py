@@ -75,9 +75,7 @@ def write(path: Path, encoding: str, data: Callable[[int], bytes], definition: b
 
 def settings(**fields: str | None) -> LogConfig:
     wrench = None if fields.get("wrench", "") is None else "/load"
-    return LogConfig.model_validate(
-        {"joint_states": "/robot", "wrench": wrench, "fields": {**FIELDS, **fields}, "time": "header"}
-    )
+    return LogConfig.of({"joint_states": "/robot", "wrench": wrench, "fields": {**FIELDS, **fields}, "time": "header"})
 
 
 @pytest.mark.parametrize("encoding", ["json", "protobuf"])
@@ -103,7 +101,7 @@ def test_joints_and_wrench_by_field_path(encoding: str, tmp_path: Path) -> None:
 def test_paths_need_a_topic_and_fields_that_are_there(tmp_path: Path) -> None:
     path = write(tmp_path / "x.mcap", "json", lambda k: json.dumps(body(k)).encode(), b"{}", ["/robot", "/load"])
     with pytest.raises(ConfigError, match="joint_states"):
-        read_log((path,), LogConfig.model_validate({"fields": FIELDS}), robot_joints=None)
+        read_log((path,), LogConfig.of({"fields": FIELDS}), robot_joints=None)
     with pytest.raises(LogError, match="decoded"):
         read_log((path,), settings(position="arm[*].nothing", effort=None), robot_joints=None)
     log = read_log((path,), settings(wrench="load.f"), robot_joints=None)
@@ -146,7 +144,7 @@ def test_odd_json_stamps(seconds: str, usable: bool, tmp_path: Path) -> None:
         return json.dumps(body(k)).replace('"s": 7', f'"s": {seconds}').encode()
 
     path = write(tmp_path / "x.mcap", "json", data, b"{}", ["/robot"])
-    config = settings(wrench=None).model_copy(update={"time": "auto"})
+    config = settings(wrench=None).changed({"time": "auto"})
     if usable:
         assert read_log((path,), config, robot_joints=None).source.time_source == "log"
     else:

@@ -19,7 +19,7 @@ from collaudit.core.logs.message_description import describe_by_overview
 from collaudit.core.logs.opening import open_messages
 
 COUNT = 300
-WITH_WRENCH = LogConfig.model_validate({"wrench": "/ft/wrench"})
+WITH_WRENCH = LogConfig.of({"wrench": "/ft/wrench"})
 
 
 @pytest.fixture(scope="module")
@@ -125,17 +125,17 @@ def test_topic_is_chosen_by_the_robots_joints(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "x.mcap", said)
     log = read_log((path,), LogConfig(), robot_joints=("b1", "b2"))
     assert log.source.topic == "/right"
-    mapped = LogConfig.model_validate({"joint_names": {"a1": "b1", "a2": "b2"}})
+    mapped = LogConfig.of({"joint_names": {"a1": "b1", "a2": "b2"}})
     with pytest.raises(ConfigError, match="several topics") as caught:
         read_log((path,), mapped, robot_joints=("b1", "b2"))
     assert "/left" in caught.value.render()
     assert "/right" in caught.value.render()
-    chosen = LogConfig.model_validate({"joint_states": "/left"})
+    chosen = LogConfig.of({"joint_states": "/left"})
     assert read_log((path,), chosen, robot_joints=None).position_rad[0, 0] == 1
     with pytest.raises(ConfigError, match="several topics"):
         read_log((path,), LogConfig(), robot_joints=None)
     with pytest.raises(LogError, match="there is no topic /middle"):
-        read_log((path,), LogConfig.model_validate({"joint_states": "/middle"}), robot_joints=None)
+        read_log((path,), LogConfig.of({"joint_states": "/middle"}), robot_joints=None)
 
 
 def test_unknown_types_are_left_alone(tmp_path: Path) -> None:
@@ -159,26 +159,26 @@ def test_currents_need_constants_by_either_name(tmp_path: Path) -> None:
     names = {"joint1": "shoulder", "joint2": "elbow"}
     settings = {"joint_names": names, "units": {"effort": "A", "torque_constant_nm_per_a": {"shoulder": 2.0}}}
     with pytest.raises(ConfigError, match="elbow") as caught:
-        read_log((path,), LogConfig.model_validate(settings), robot_joints=("shoulder", "elbow"))
+        read_log((path,), LogConfig.of(settings), robot_joints=("shoulder", "elbow"))
     assert 'effort = "raw"' in caught.value.render()
     settings["units"] = {
         "effort": "A",
         "torque_constant_nm_per_a": {"shoulder": 2.0, "joint2": 3.0},
         "effort_sign": {"elbow": -1},
     }
-    log = read_log((path,), LogConfig.model_validate(settings), robot_joints=("shoulder", "elbow"))
+    log = read_log((path,), LogConfig.of(settings), robot_joints=("shoulder", "elbow"))
     assert log.effort is not None
     assert base.effort is not None
     np.testing.assert_array_equal(log.effort, base.effort * [2.0, -3.0])
     settings["units"] = {"effort_sign": {"elbw": -1}}
     with pytest.raises(ConfigError, match="elbw"):
-        read_log((path,), LogConfig.model_validate(settings), robot_joints=("shoulder", "elbow"))
+        read_log((path,), LogConfig.of(settings), robot_joints=("shoulder", "elbow"))
 
 
 def test_degrees_but_not_for_prismatic_joints(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "x.mcap", w.motion(20, joints=2, with_wrench=False))
     base = read_log((path,), LogConfig(), robot_joints=None)
-    degrees = LogConfig.model_validate({"units": {"position": "deg"}})
+    degrees = LogConfig.of({"units": {"position": "deg"}})
     log = read_log((path,), degrees, robot_joints=("joint1", "joint2"), prismatic=("joint2",))
     np.testing.assert_allclose(log.position_rad, base.position_rad * [np.pi / 180, 1.0])
 
@@ -192,7 +192,7 @@ def test_a_dead_header_clock_gives_way_to_log_time(tmp_path: Path, stamp: int, w
     assert why in log.findings[0].text
     np.testing.assert_allclose(log.time_s, np.arange(40) * w.PERIOD / 1e9)
     with pytest.raises(LogError, match="cannot be used"):
-        read_log((path,), LogConfig.model_validate({"time": "header"}), robot_joints=None)
+        read_log((path,), LogConfig.of({"time": "header"}), robot_joints=None)
 
 
 def test_no_message_is_dropped_in_silence(tmp_path: Path) -> None:

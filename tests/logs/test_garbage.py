@@ -24,7 +24,7 @@ UNITS: dict[str, Any] = {"effort": "Nm", "time": "auto"}
 
 
 def read(path: Path, **settings: Any) -> Any:
-    return read_log((path,), LogConfig.model_validate(settings), robot_joints=None)
+    return read_log((path,), LogConfig.of(settings), robot_joints=None)
 
 
 def spoilt(spoil: Callable[[Said], Said]) -> Callable[[str], Sequence[Said]]:
@@ -91,7 +91,7 @@ def test_garbage_stamps_of_a_table_are_left_out_and_named(garbage: str, start: f
     assert "row 1." in found.text
     assert (log.time_s[0], log.time_s[-1]) == pytest.approx((0.0, 0.594), abs=1e-6)
     assert log.source.start_ns == (None if start == 0.0 else pytest.approx(1.7e18 + 2e6, abs=1e6))
-    described = describe((path,), LogConfig.model_validate({"units": UNITS}))
+    described = describe((path,), LogConfig.of({"units": UNITS}))
     assert described.duration_s == pytest.approx(0.594, abs=1e-6)
     assert described.topics[0].rate_hz == pytest.approx(500, rel=0.01)
     assert "time-garbage" in {f.code for f in described.findings}

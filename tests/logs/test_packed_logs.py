@@ -100,7 +100,7 @@ def test_compressed_tables_that_belong_together(tmp_path: Path) -> None:
         paths.append(tmp_path / f"{k}.parquet.gz")
         paths[-1].write_bytes(gzip.compress((tmp_path / "plain").read_bytes()))
     assert group_inputs(paths, LogConfig()) == [tuple(paths)]
-    log = read_log(tuple(paths), LogConfig.model_validate({"units": {"effort": "Nm"}}), robot_joints=None)
+    log = read_log(tuple(paths), LogConfig.of({"units": {"effort": "Nm"}}), robot_joints=None)
     np.testing.assert_array_equal(log.effort, log.position_rad)
 
 

@@ -70,7 +70,7 @@ def header(store: Any, k: int) -> Any:
 
 
 def read(path: Path, settings: dict[str, Any] | None = None, robot: tuple[str, ...] | None = None) -> JointLog:
-    return read_log((path,), LogConfig.model_validate(settings or {}), robot_joints=robot)
+    return read_log((path,), LogConfig.of(settings or {}), robot_joints=robot)
 
 
 def check(log: JointLog, names: tuple[str, ...], *, velocity: bool = True, atol: float = 0.0) -> None:

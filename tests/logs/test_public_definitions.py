@@ -93,7 +93,7 @@ def test_only_what_was_measured_is_read(case: str, tmp_path: Path) -> None:
     messages = [filler.message(kind, stamp) for stamp in stamps]
     said = [w.Said("/state", kind, stamp, message) for stamp, message in zip(stamps, messages, strict=True)]
     path = w.write_mcap(tmp_path / "log.mcap", said, store=filler.store)
-    settings = LogConfig.model_validate({"units": CURRENT} if case == "ur" else {})
+    settings = LogConfig.of({"units": CURRENT} if case == "ur" else {})
     log = read_log((path,), settings, robot_joints=None)
     assert len(log.joint_names) == joints
     for values, where in zip((log.position_rad, log.velocity_rad_s, log.effort), paths, strict=True):

@@ -59,15 +59,15 @@ def test_small_files_stay_small_in_memory(bomb: Callable[[Path], Path], tmp_path
 
 def test_the_bound_follows_the_file_and_can_be_raised(tmp_path: Path) -> None:
     path = w.write_mcap(tmp_path / "log.mcap", w.motion(300, joints=3))
-    few = LogConfig.model_validate({"limits": {"memory_gb": 0.2501}})
+    few = LogConfig.of({"limits": {"memory_gb": 0.2501}})
     with pytest.raises(LogError, match="more than a log of this size") as caught:
         read_log((path,), few, robot_joints=None)
     assert "[log.limits] memory_gb" in caught.value.render()
     assert read_log((path,), LogConfig(), robot_joints=None).time_s.size == 300
     for key, value in (("messages", 100), ("columns", 5)):
         with pytest.raises(LogError, match=key):
-            read_log((path,), LogConfig.model_validate({"limits": {key: value}}), robot_joints=None)
-    tight = LogConfig.model_validate({"limits": {"chunk_mb": 1e-4}})
+            read_log((path,), LogConfig.of({"limits": {key: value}}), robot_joints=None)
+    tight = LogConfig.of({"limits": {"chunk_mb": 1e-4}})
     assert "log-partial" in {f.code for f in describe((path,), tight).findings}
 
 

@@ -41,9 +41,7 @@ def test_one_recording_reads_the_same_from_every_container(
 
 def test_ur3_names_are_mapped_and_signs_applied_where_asked(data_dir: Path) -> None:
     plain = read_log((data_dir / "ur3_bags/id1.bag",), DEFAULT, robot_joints=None)
-    settings = LogConfig.model_validate(
-        {"joint_names": UR3_NAMES, "units": {"effort_sign": {"elbow_joint": -1, "Wrist 3": -1}}}
-    )
+    settings = LogConfig.of({"joint_names": UR3_NAMES, "units": {"effort_sign": {"elbow_joint": -1, "Wrist 3": -1}}})
     mapped = read_log((data_dir / "ur3_bags/id1.bag",), settings, robot_joints=tuple(reversed(UR)))
     assert mapped.joint_names == tuple(reversed(UR))
     assert plain.effort is not None
@@ -87,7 +85,7 @@ def test_tiago_files_are_one_log(data_dir: Path) -> None:
     assert log.joint_names[0] == "torso_lift_joint"
     assert log.time_s.shape == (8022,)
     assert {"log-columns-guessed", "log-units-guessed"} <= {finding.code for finding in log.findings}
-    also = LogConfig.model_validate({"csv": {"also": ["tiago_effort.csv", "tiago_velocity.csv"]}})
+    also = LogConfig.of({"csv": {"also": ["tiago_effort.csv", "tiago_velocity.csv"]}})
     same = read_log((data_dir / "tiago_csv/tiago_position.csv",), also, robot_joints=None)
     np.testing.assert_array_equal(same.effort, log.effort)
     guess = guess_csv_columns(group)

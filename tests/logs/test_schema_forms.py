@@ -79,7 +79,7 @@ module builtin_interfaces {{
 }};
 """
 MSG = "std_msgs/Header header\nstring label\nfloat64[3] q\ntest_msgs/Triple torque\nfloat64[] speed\n"
-SETTINGS = LogConfig.model_validate(
+SETTINGS = LogConfig.of(
     {
         "joint_states": "/arm",
         "fields": {

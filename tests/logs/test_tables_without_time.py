@@ -24,7 +24,7 @@ def write(path: Path, header: str, *columns: Any) -> Path:
 
 
 def settings(**csv: Any) -> LogConfig:
-    return LogConfig.model_validate({**NM, "csv": csv})
+    return LogConfig.of({**NM, "csv": csv})
 
 
 def read(*paths: Path, **csv: Any) -> Any:
@@ -84,7 +84,7 @@ def test_a_file_called_after_currents_holds_no_newton_metres(tmp_path: Path) -> 
     position = write(tmp_path / "pos.csv", "Joint_1,Joint_2", Q)
     current = write(tmp_path / "curr.csv", "Joint_1,Joint_2", Q)
     with pytest.raises(Exception, match="torque_constant"):
-        read_log((position, current), LogConfig.model_validate({"csv": {"rate_hz": 10.0}}), robot_joints=None)
+        read_log((position, current), LogConfig.of({"csv": {"rate_hz": 10.0}}), robot_joints=None)
     read(position, current, rate_hz=10.0)  # with the unit stated it is read
 
 

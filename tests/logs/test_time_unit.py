@@ -26,7 +26,7 @@ def write(folder: Path, column: str, stamps: Any) -> Path:
 
 
 def read(path: Path, **units: str) -> tuple[Any, dict[str, str]]:
-    log = read_log((path,), LogConfig.model_validate({"units": {"effort": "Nm", **units}}), robot_joints=None)
+    log = read_log((path,), LogConfig.of({"units": {"effort": "Nm", **units}}), robot_joints=None)
     return log, {finding.code: finding.severity for finding in log.findings}
 
 
@@ -85,7 +85,7 @@ def test_split_stamps_are_put_together(whole: str, rest: str, stated: bool, tmp_
     stamps = start + np.round(TIME_S * 1e9).astype(np.int64)
     path = write(tmp_path, f"{whole},{rest}", [f"{ns // 10**9},{ns % 10**9}" for ns in stamps.tolist()])
     settings = {"csv": {"time": whole, "position": "q{i}"}} if stated else {}
-    log = read_log((path,), LogConfig.model_validate({"units": {"effort": "Nm"}, **settings}), robot_joints=None)
+    log = read_log((path,), LogConfig.of({"units": {"effort": "Nm"}, **settings}), robot_joints=None)
     np.testing.assert_array_equal(log.time_s, np.round(TIME_S * 1e9) / 1e9)
     assert log.source.start_ns == start
 

@@ -20,7 +20,7 @@ NAMES = ("joint1", "joint2", "joint3", "joint4")
 def said(position: np.ndarray, tmp_path, limits: tuple[float, ...] = (), unit: str = "rad", stated: bool = False):  # type: ignore[no-untyped-def]
     names = NAMES[: position.shape[1]]
     rows = [dh_row(1.0, (0, 0, 0), (0.1, 0.1, 0.1), a=0.3) for _ in names]
-    robot = load_robot(RobotConfig.model_validate(dh_robot(rows)), tmp_path, names)
+    robot = load_robot(RobotConfig.of(dh_robot(rows)), tmp_path, names)
     if limits:
         bounds = np.array([[-limit, limit] for limit in limits])
         object.__setattr__(robot, "position_limits", bounds)

@@ -95,8 +95,8 @@ def test_known_touches_stand_beside_pushes_of_known_force(data_dir: Path, tmp_pa
     if not log.exists():
         pytest.skip(f"absent: {log}")
     loaded = settings(data_dir, tmp_path, "tau_J{i0}")
-    study = loaded.config.study.model_copy(update={"run": True, "contacts": 60})
-    audit = api.audit(log, replace(loaded, config=loaded.config.model_copy(update={"study": study})))
+    study = loaded.config.study.changed({"run": True, "contacts": 60})
+    audit = api.audit(log, replace(loaded, config=loaded.config.changed({"study": study})))
     assert audit.study is not None and audit.study.labelled is not None
     curve = audit.study.labelled
     at_set = curve.scale.index(1.0)

@@ -149,12 +149,12 @@ def test_reversals_far_more_often_than_in_the_evidence_are_told() -> None:
     turning = audit_of(coloured(3, 200.0), velocity_rad_s=(0.3 * np.sin(2 * np.pi * t))[:, None])
     known = recommend_arm([oneway]).ranges["joint1"]
     assert known.reversals == 0 and known.reversals_per_h == 0.0
-    stated = {"joint1": limits(oneway).model_copy(update={"reversals_per_h": known.reversals_per_h})}
+    stated = {"joint1": limits(oneway).changed({"reversals_per_h": known.reversals_per_h})}
     assert range_findings(oneway.signals, 0.002, (), None, stated) == []
     (found,) = range_findings(turning.signals, 0.002, (), None, stated)
     assert found.severity == "warning"
     assert "100 % around reversals, 7,182 an hour where the evidence has 0" in found.text
-    often = {"joint1": stated["joint1"].model_copy(update={"reversals_per_h": 3000.0})}
+    often = {"joint1": stated["joint1"].changed({"reversals_per_h": 3000.0})}
     assert range_findings(turning.signals, 0.002, (), None, often) == [], "less than three times as often"
 
 
@@ -173,7 +173,7 @@ def test_runs_know_the_temperature_of_their_evidence() -> None:
 def test_load_temperature_and_phase_have_ranges_too() -> None:
     slow = moving(0.5)
     signals = replace(slow.signals, model_nm=np.asarray(slow.signals.model_nm) + 30.0)
-    known = limits(slow).model_copy(update={"temperature_c": (20.0, 30.0)})
+    known = limits(slow).changed({"temperature_c": (20.0, 30.0)})
     warm = np.full(signals.residual_nm.shape, 45.0)
     contact = (PhaseSpan("contact", 0.0, 60.0),)
     (found,) = range_findings(signals, 0.002, contact, warm, {"joint1": known})

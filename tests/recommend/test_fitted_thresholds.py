@@ -76,9 +76,7 @@ def test_the_level_follows_the_rules_persistence(hits: Path, friction: FrictionF
     on_file = replace(friction.thresholds, joints=joints)
 
     def gamma(period_s: float, n: int) -> float:
-        asked = loaded.config.model_copy(
-            update={"detect": loaded.config.detect.model_copy(update={"n": n, "persistence_ms": None})}
-        )
+        asked = loaded.config.changed({"detect": loaded.config.detect.changed({"n": n, "persistence_ms": None})})
         found, _ = with_fitted_thresholds(asked, on_file, {}, replace(series, period_s=period_s))
         assert isinstance(found.detect.gamma_nm, dict)
         return found.detect.gamma_nm["joint1"]

@@ -37,7 +37,7 @@ def config(links: int, **detect: object) -> Config:
         dh_row(M2, (0, 0, 0), (0, 0, 0.01), a=L2),
     ]
     robot = dh_robot(rows[:links], armature_kg_m2=[0.3] * links, **LEVEL)
-    return Config.model_validate({"robot": robot, "detect": detect})
+    return Config.of({"robot": robot, "detect": detect})
 
 
 def arm(cfg: Config) -> RobotModel:

@@ -41,12 +41,12 @@ def rows_modified() -> list[dict[str, Any]]:
         com = turn @ np.array(INERTIAL["com_m"]) + [own_a, 0, 0]
         six = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
         row = {"d": d, "a": a, "alpha": alpha, "theta_offset": offset}
-        out.append({**row, "mass_kg": 2.0, "com_m": tuple(com), "inertia_kg_m2": tuple(six)})
+        out.append({**row, "mass_kg": 2.0, "com_m": com.tolist(), "inertia_kg_m2": [float(x) for x in six]})
     return out
 
 
 def load(rows: list[dict[str, Any]], convention: str) -> RobotModel:
-    config = RobotConfig.model_validate(dh_robot(rows, convention))
+    config = RobotConfig.of(dh_robot(rows, convention))
     return load_robot(config, HERE, robot_joints(config, HERE))
 
 

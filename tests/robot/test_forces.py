@@ -78,7 +78,7 @@ def test_real_arms(data_dir: Path, urdf: str, frame: str, count: int) -> None:
 
 @pytest.mark.real
 def test_gravity_in_a_frame_matches_its_pose(data_dir: Path) -> None:
-    config = RobotConfig.model_validate(
+    config = RobotConfig.of(
         {
             "urdf": data_dir / "urdf" / "ur10_robot.urdf",
             "base_rpy_deg": (20, -30, 50),
@@ -101,9 +101,7 @@ def test_gravity_in_a_frame_matches_its_pose(data_dir: Path) -> None:
 
 @pytest.mark.real
 def test_the_tool_must_not_move_against_its_sensor(data_dir: Path) -> None:
-    config = RobotConfig.model_validate(
-        {"urdf": data_dir / "urdf" / "ur10_robot.urdf", "tool": {"frame": "tool0", "mass_kg": 1.0}}
-    )
+    config = RobotConfig.of({"urdf": data_dir / "urdf" / "ur10_robot.urdf", "tool": {"frame": "tool0", "mass_kg": 1.0}})
     robot = load_robot(config, data_dir, robot_joints(config, data_dir))
     with pytest.raises(RobotError, match="a joint lies between"):
         robot.tool_wrench(np.zeros((1, 6)), "forearm_link")

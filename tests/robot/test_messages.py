@@ -27,7 +27,7 @@ def arm(masses: tuple[float, ...] = (1.0, 1.0), kind: str = "revolute") -> str:
 
 def load(tmp_path: Path, text: str | bytes, joints: Any = ("j1", "j2"), **settings: Any) -> Any:
     (tmp_path / "arm.urdf").write_bytes(text if isinstance(text, bytes) else text.encode())
-    return load_robot(RobotConfig.model_validate({"urdf": "arm.urdf", **settings}), tmp_path, joints)
+    return load_robot(RobotConfig.of({"urdf": "arm.urdf", **settings}), tmp_path, joints)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_unknown_names_are_answered_with_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(RobotError, match="one of j1, j2"):
         load(tmp_path, arm(), ["j1", "elbow"])
     with pytest.raises(RobotError, match=r"robot\.joints"):
-        config = RobotConfig.model_validate({"urdf": "arm.urdf", "joints": ["j1", "j3"]})
+        config = RobotConfig.of({"urdf": "arm.urdf", "joints": ["j1", "j3"]})
         load_robot(config, tmp_path, ["j1"])
     with pytest.raises(RobotError, match=r"robot\.tool\.frame"):
         load(tmp_path, arm(), tool={"frame": "tcp", "mass_kg": 1})

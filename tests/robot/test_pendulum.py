@@ -24,7 +24,7 @@ def pendulum(**more: Any) -> RobotConfig:
         dh_row(M1, (C1 - L1, 0, 0), (I1, I1, I1), a=L1),
         dh_row(M2, (C2 - L2, 0, 0), (I2, I2, I2), a=L2),
     ]
-    return RobotConfig.model_validate({**dh_robot(rows, gravity_m_s2=(0, -G, 0)), **more})
+    return RobotConfig.of({**dh_robot(rows, gravity_m_s2=(0, -G, 0)), **more})
 
 
 def by_hand(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

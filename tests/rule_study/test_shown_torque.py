@@ -37,7 +37,7 @@ FRICTION = ((2.0, 0.8, 10.0, 1.5), (3.0, 1.0, 10.0, 2.0))
 
 def config(**sections: Any) -> Config:
     detect = {"gamma_nm": 2.0, "n": 5, "friction_level": "fixed", **sections}
-    return Config.model_validate({"robot": ROBOT, "detect": detect})
+    return Config.of({"robot": ROBOT, "detect": detect})
 
 
 def log_of(q: np.ndarray, external: np.ndarray | float = 0.0) -> JointLog:

@@ -60,7 +60,7 @@ EXCLUDING = [
 
 
 def config(**sections: object) -> Config:
-    return Config.model_validate({"robot": ROBOT, **sections})
+    return Config.of({"robot": ROBOT, **sections})
 
 
 def log_of(q: np.ndarray, seed: int) -> JointLog:

@@ -18,7 +18,7 @@ from collaudit.core.verdict.force_sensitivity import directions, force_sensitivi
 
 def prepared(*lengths: float) -> Prepared:
     rows = [dh_row(4.0, (0, 0, 0), (0, 0, 0.05), a=length) for length in lengths]
-    cfg = Config.model_validate({"robot": dh_robot(rows, **LEVEL)})
+    cfg = Config.of({"robot": dh_robot(rows, **LEVEL)})
     t = PERIOD * np.arange(2000)
     q = np.column_stack([0.3 * np.sin(t + k) for k in range(len(lengths))])
     names = tuple(f"joint{k + 1}" for k in range(len(lengths)))

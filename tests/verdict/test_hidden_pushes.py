@@ -29,7 +29,7 @@ OFFSET = np.pi - 0.4  # so that the swing crosses pi
 def config(**sections: Any) -> Config:
     pendulum = dh_row(6.0, (0, 0, 0), (0, 0, 0.05), a=0.4)
     robot = dh_robot([pendulum], armature_kg_m2=[0.3], **LEVEL)
-    return Config.model_validate({"robot": robot, **sections})
+    return Config.of({"robot": robot, **sections})
 
 
 def torque(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

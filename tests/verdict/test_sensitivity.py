@@ -34,7 +34,7 @@ HOLD_NM, HIDDEN_NM = 13.0, 30.0
 
 
 def config(**sections: Any) -> Config:
-    return Config.model_validate({"robot": ROBOT, **sections})
+    return Config.of({"robot": ROBOT, **sections})
 
 
 def friction_of(v: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ def check_joint_keys(settings: UnitsConfig, known: Sequence[str]) -> None:
                     f"[log.units] {key} names the joint {name!r}, which neither the log nor the robot has",
                     expected=f"one of {listed(known)}",
                 )
-    if settings.torque_constant_nm_per_a and settings.effort == "Nm" and "effort" in settings.model_fields_set:
+    if settings.torque_constant_nm_per_a and settings.effort == "Nm" and "effort" in settings.given:
         raise ConfigError(
             "[log.units] torque_constant_nm_per_a is given, and effort is stated to be in N·m",
             hint='set effort = "A" when the log holds currents, or take the constants out',
@@ -48,7 +48,7 @@ def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
     Raises:
         ConfigError: there are no torque constants.
     """
-    if "effort" in settings.model_fields_set:
+    if "effort" in settings.given:
         return settings
     if not settings.torque_constant_nm_per_a:
         raise ConfigError(
@@ -57,7 +57,7 @@ def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
             expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
             hint='effort = "raw" fits friction in the log\'s own unit',
         )
-    return settings.model_copy(update={"effort": "A"})
+    return settings.changed({"effort": "A"})
 
 
 def _for(table: Mapping[str, float], model: str, log: str) -> float | None:

@@ -55,7 +55,7 @@ def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[
 
 
 def _assigned(reader: TableReader, settings: CsvConfig) -> Assignment:
-    own = settings.model_copy(update=_of_this_file(reader, settings))
+    own = settings.changed(_of_this_file(reader, settings))
     assignment = with_named_joints(reader, assign(reader.names, own, header=reader.named))
     if assignment.quantities or not reader.named or any(getattr(settings, key) is not None for key in QUANTITIES):
         return assignment

@@ -132,7 +132,7 @@ def _units(table: JointTable, stated: UnitsConfig, where: str) -> tuple[UnitsCon
     findings: list[Finding] = []
     for quantity in ("position", "velocity", "effort"):
         named = table.units.get(quantity, "")
-        if quantity in stated.model_fields_set or quantity not in table.columns:
+        if quantity in stated.given or quantity not in table.columns:
             continue
         if named:
             update[quantity] = _converted(quantity, named, where)
@@ -141,7 +141,7 @@ def _units(table: JointTable, stated: UnitsConfig, where: str) -> tuple[UnitsCon
             findings.append(Finding("log-units-guessed", "warning", text, where=where))
     if update.get("effort") == "A":
         stated = with_currents(stated, where)
-    return stated.model_copy(update=update), findings
+    return stated.changed(update), findings
 
 
 def _converted(quantity: str, named: str, where: str) -> str:

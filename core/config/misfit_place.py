@@ -1,0 +1,68 @@
+"""Where in decoded JSON or TOML something does not fit its type: msgspec's place, with the names it leaves out."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable
+from functools import reduce
+from typing import Any
+
+import msgspec
+
+Place = tuple[str | int, ...]
+
+#: How msgspec ends its messages: at `$.detect.n`, at `$.log.wrench_bias[2]`, at `$.detect.gamma_nm[...]` for a value
+#: under any name, at `key` in `$.policy.levels` for a name itself.
+_END = re.compile(r" - at (?P<name>`key` in )?`\$(?P<steps>[^`]*)`$")
+_STEP = re.compile(r"\.(?P<field>\w+)|\[(?P<index>\d+)\]|\[(?P<any>\.\.\.)\]")
+_ANY = "..."
+
+
+def misfit_place(error: msgspec.ValidationError, data: Any, check: Callable[[Any], object]) -> Place:
+    """The place that an error names, the names of a mapping included.
+
+    Args:
+        error: what ``check`` raised for ``data``.
+        data: dictionaries and lists.
+        check: raises ``msgspec.ValidationError`` where its argument does not fit.
+    """
+    steps, of_name = _steps(error)
+    path: Place = ()
+    for end, step in enumerate(steps, 1):
+        path = (*path, _name(data, path, steps[:end], of_name=False, check=check) if step == _ANY else step)
+    return (*path, _name(data, path, steps, of_name=True, check=check)) if of_name else path
+
+
+def without_place(error: msgspec.ValidationError) -> str:
+    """What an error says beside the place."""
+    return _END.sub("", str(error))
+
+
+def at_place(path: Place, data: Any) -> Any:
+    """What lies at a place."""
+    return reduce(lambda value, part: value[part], path, data)
+
+
+def _name(data: Any, path: Place, steps: list[str | int], of_name: bool, check: Callable[[Any], object]) -> str:
+    """Under which name of a mapping the error lies: the first that is an error when it stands there alone."""
+    for name, value in at_place(path, data).items():
+        alone = copy.deepcopy(data)
+        there = at_place(path, alone)
+        there.clear()
+        there[name] = value
+        try:
+            check(alone)
+        except msgspec.ValidationError as error:
+            again, again_of_name = _steps(error)
+            if again[: len(steps)] == steps and again_of_name >= of_name:
+                return str(name)
+    return _ANY  # an error that needs the others
+
+
+def _steps(error: msgspec.ValidationError) -> tuple[list[str | int], bool]:
+    match = _END.search(str(error))
+    if match is None:
+        return [], False
+    found = _STEP.finditer(match["steps"])
+    return [int(step["index"]) if step["index"] else step["field"] or _ANY for step in found], bool(match["name"])

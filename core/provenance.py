@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import re
+import sys
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from collaudit.core.config import LoadedConfig
@@ -24,7 +26,7 @@ def make_provenance(loaded: LoadedConfig, friction_sha256: str | None, model_sha
         model_sha256: hash of the robot model.
     """
     return Provenance(
-        collaudit=version("collaudit"),
+        collaudit=installed_version("collaudit"),
         packages=versions(),
         config_sha256=loaded.sha256,
         friction_sha256=friction_sha256,
@@ -34,7 +36,7 @@ def make_provenance(loaded: LoadedConfig, friction_sha256: str | None, model_sha
 
 def versions() -> dict[str, str]:
     """Installed versions of what can change a number."""
-    return {name: found for name in _COMPUTING if (found := _installed(name))}
+    return {name: found for name in _COMPUTING if (found := _version_or_none(name))}
 
 
 def file_sha256(path: Path) -> str:
@@ -50,9 +52,44 @@ def file_sha256(path: Path) -> str:
         raise ConfigError(f"cannot be read: {error.strerror}", where=str(path)) from error
 
 
-@cache  # what is installed does not change under a running program, and asking costs 20 ms a log
-def _installed(name: str) -> str | None:
+@cache  # what is installed does not change under a running program
+def installed_version(name: str) -> str:
+    """The version of an installed distribution.
+
+    It is read from the name of its folder, ``NAME-VERSION.dist-info``. Only where there is no such folder is
+    importlib.metadata asked, which takes 20 ms to import and reads a file for each name.
+
+    Raises:
+        importlib.metadata.PackageNotFoundError: it is not installed.
+    """
+    found = _named_folders().get(name)
+    if found is not None:
+        return found
+    from importlib.metadata import version
+
+    return version(name)
+
+
+def _version_or_none(name: str) -> str | None:
     try:
-        return version(name)
-    except PackageNotFoundError:
+        return installed_version(name)
+    except ImportError:  # PackageNotFoundError is one
         return None
+
+
+@cache
+def _named_folders() -> dict[str, str | None]:
+    """Distribution to version as the first folder on the path says; None where it is described in another way."""
+    found: dict[str, str | None] = {}
+    for folder in sys.path:
+        try:
+            names = os.listdir(folder or ".")  # noqa: PTH208 (paths of a thousand entries would cost as much as is saved)
+        except OSError:  # an archive, or nothing
+            continue
+        for name in names:
+            stem, _, kind = name.rpartition(".")
+            if kind in ("dist-info", "egg-info"):
+                distribution, _, version = stem.partition("-")
+                plain = kind == "dist-info" and re.fullmatch(r"[0-9][0-9A-Za-z.+!]*", version) is not None
+                found.setdefault(re.sub(r"[-_.]+", "-", distribution).lower(), version if plain else None)
+    return found

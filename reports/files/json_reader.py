@@ -6,13 +6,15 @@ import json
 from collections.abc import Hashable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import msgspec
 
-from collaudit.core.config.misfit_place import Place, misfit_place, without_place
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.reports.files.json_writer import not_finite
+
+if TYPE_CHECKING:
+    from collaudit.core.config.misfit_place import Place
 
 T = TypeVar("T")
 
@@ -120,6 +122,8 @@ def _check_schema(document: object, schema: str, where: str) -> None:
 
 
 def _misfit(error: msgspec.ValidationError, document: object, kind: type[object], where: str) -> CollauditError:
+    from collaudit.core.config.misfit_place import misfit_place, without_place  # pages do without the configuration
+
     place = misfit_place(error, document, lambda data: msgspec.convert(data, kind))
     return CollauditError(
         "the file does not have the content its schema promises",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Callable
 from functools import reduce
@@ -20,7 +19,7 @@ _ANY = "..."
 
 
 def misfit_place(error: msgspec.ValidationError, data: Any, check: Callable[[Any], object]) -> Place:
-    """The place that an error names, the names of a mapping included.
+    """The place that an error names, the names of a mapping included; where one cannot be told, the mapping.
 
     Args:
         error: what ``check`` raised for ``data``.
@@ -30,8 +29,12 @@ def misfit_place(error: msgspec.ValidationError, data: Any, check: Callable[[Any
     steps, of_name = _steps(error)
     path: Place = ()
     for end, step in enumerate(steps, 1):
-        path = (*path, _name(data, path, steps[:end], of_name=False, check=check) if step == _ANY else step)
-    return (*path, _name(data, path, steps, of_name=True, check=check)) if of_name else path
+        name = _name(data, path, steps[:end], of_name=False, check=check) if step == _ANY else step
+        if name is None:
+            return path
+        path = (*path, name)
+    name = _name(data, path, steps, of_name=True, check=check) if of_name else None
+    return path if name is None else (*path, name)
 
 
 def without_place(error: msgspec.ValidationError) -> str:
@@ -44,20 +47,26 @@ def at_place(path: Place, data: Any) -> Any:
     return reduce(lambda value, part: value[part], path, data)
 
 
-def _name(data: Any, path: Place, steps: list[str | int], of_name: bool, check: Callable[[Any], object]) -> str:
+def _name(data: Any, path: Place, steps: list[str | int], of_name: bool, check: Callable[[Any], object]) -> str | None:
     """Under which name of a mapping the error lies: the first that is an error when it stands there alone."""
     for name, value in at_place(path, data).items():
-        alone = copy.deepcopy(data)
-        there = at_place(path, alone)
-        there.clear()
-        there[name] = value
         try:
-            check(alone)
+            check(_with(data, path, {name: value}))
         except msgspec.ValidationError as error:
             again, again_of_name = _steps(error)
             if again[: len(steps)] == steps and again_of_name >= of_name:
                 return str(name)
-    return _ANY  # an error that needs the others
+    return None  # an error that needs the others
+
+
+def _with(data: Any, path: Place, value: object) -> Any:
+    """The same with another value at a place; what lies beside the way there is shared."""
+    if not path:
+        return value
+    step, *rest = path
+    copied = data.copy()
+    copied[step] = _with(data[step], tuple(rest), value)
+    return copied
 
 
 def _steps(error: msgspec.ValidationError) -> tuple[list[str | int], bool]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
@@ -37,8 +36,8 @@ def value_problems(data: Mapping[str, Any]) -> list[ValueProblem]:
     """All problems of a configuration's decoded TOML; none when it fits."""
     problems = [ValueProblem(path, "value") for path in not_finite(data)]
     rest = _Rest(data)
-    for problem in reversed(problems):
-        rest.take_out(problem.path)
+    for problem in problems:
+        rest.put_number(problem.path)
     while True:
         try:
             Config.of(rest.data)
@@ -60,9 +59,14 @@ class _Rest:
     """What is left of a configuration when problems are taken out of it."""
 
     def __init__(self, data: Mapping[str, Any]) -> None:
-        self.data: dict[str, Any] = copy.deepcopy(dict(data))
+        self.data: dict[str, Any] = _copied(data)
         self._taken: list[KeyPath] = []
         self._moved: dict[KeyPath, int] = {}
+
+    def put_number(self, path: KeyPath) -> None:
+        """Put a plain number where one is not finite; where that is no better, nothing is said a second time."""
+        self._taken.append(path)
+        at_place(path[:-1], self.data)[path[-1]] = 1.0
 
     def take_out(self, path: KeyPath) -> None:
         """Remove a value; an item of an array with those before it, which are right."""
@@ -85,6 +89,13 @@ class _Rest:
         return tuple(
             part + self._moved.get(path[:end], 0) if isinstance(part, int) else part for end, part in enumerate(path)
         )
+
+
+def _copied(value: Any) -> Any:
+    """Dictionaries and lists that can be changed, in the place of mappings, lists and tuples."""
+    if isinstance(value, Mapping):
+        return {name: _copied(inner) for name, inner in value.items()}
+    return [_copied(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def _problems_of(error: msgspec.ValidationError, data: dict[str, Any]) -> tuple[list[ValueProblem], KeyPath]:

@@ -57,6 +57,18 @@ CASES = {
         "[detect]\ngamma_nm = inf\ncontroller_alarms_s = [1, nan, 2, nan]",
         ["value detect.controller_alarms_s.1", "value detect.controller_alarms_s.3", "value detect.gamma_nm"],
     ),
+    "not finite among others": (
+        '[detect]\ncontroller_alarms_s = [1, nan, "x", nan, "y"]\nn = inf\nobserver_gain_per_s = 0.01',
+        [
+            "value detect.controller_alarms_s.1",
+            "value detect.controller_alarms_s.2",
+            "value detect.controller_alarms_s.3",
+            "value detect.controller_alarms_s.4",
+            "value detect.n",
+            "value detect.observer_gain_per_s",
+        ],
+    ),
+    "below one, not finite": ("near_miss.amplitude = nan", ["value near_miss.amplitude"]),
     "too large a number": (f"detect.gamma_nm = 1{400 * '0'}", ["value detect.gamma_nm"]),
     "one kind in a list of columns": ('log.csv.position = ["q1", 2]', ["value log.csv.position"]),
     "either a list or a matrix": ("robot.reduction = [1, [2, 3]]", ["value robot.reduction"]),
@@ -85,6 +97,24 @@ def test_the_data_stay_as_they_were() -> None:
     data = {"detect": {"true_events": [1, 2], "foo": 1}}
     assert len(value_problems(data)) == 3
     assert data == {"detect": {"true_events": [1, 2], "foo": 1}}
+
+
+def test_one_of_many_names() -> None:
+    """As many trials as names, each of one entry."""
+    data = {"detect": {"gamma_nm": {f"joint{k}": 1.0 for k in range(20_000)} | {"last": 0.0}}}
+    assert [p.path for p in value_problems(data)] == [("detect", "gamma_nm", "last")]
+
+
+def test_where_no_name_alone_is_wrong_the_mapping_is() -> None:
+    data = {"a": {"x": 1, "y": 2}}
+
+    def check(given: dict[str, dict[str, int]]) -> None:
+        if len(given["a"]) > 1:
+            raise msgspec.ValidationError("Too many - at `$.a[...]`")
+
+    with pytest.raises(msgspec.ValidationError) as caught:
+        check(data)
+    assert misfit_place(caught.value, data, check) == ("a",)
 
 
 def test_names_with_dots_and_signs_are_found() -> None:
@@ -141,6 +171,8 @@ def test_numbers_of_numpy_are_numbers_from_code() -> None:
     loaded = parse_config("", None, {"detect.gamma_nm": np.float64(3.5), "detect.true_events": ("a", "b")})
     assert type(loaded.config.detect.gamma_nm) is float
     assert loaded.config.detect.true_events == ["a", "b"]
+    with pytest.raises(ConfigError, match="2 problems"):
+        parse_config("", None, {"detect.controller_alarms_s": (1.0, float("nan"), "x")})
     with pytest.raises(TypeError, match="no place in a configuration"):
         plain_values({"a": object()})
 

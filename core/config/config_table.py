@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -62,8 +63,7 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         stated: frozenset[str] | None = self.__dict__.get("given")
         if stated is not None:
             return stated
-        fields = msgspec.structs.fields(self)
-        return frozenset(field.name for field in fields if getattr(self, field.name) != _default(field))
+        return frozenset(field.name for field in _fields(type(self)) if getattr(self, field.name) != _default(field))
 
     def changed(self, values: Mapping[str, Any]) -> Self:
         """A copy with other values, which count as given."""
@@ -156,6 +156,11 @@ def _builtin(value: object) -> str | float:
     if isinstance(value, float):
         return float(value)
     raise TypeError(f"{type(value).__name__} has no place in a configuration")
+
+
+@cache  # msgspec reads the annotations of the class each time it is asked
+def _fields(kind: type[ConfigTable]) -> tuple[msgspec.structs.FieldInfo, ...]:
+    return msgspec.structs.fields(kind)
 
 
 def _default(field: msgspec.structs.FieldInfo) -> object:

@@ -29,7 +29,7 @@ def json_text(value: object, indent: int = 1) -> str:
     Returns:
         Text that ends in a line feed.
     """
-    # Not pydantic's TypeAdapter.dump_json: it writes 1e-05 as 0.00001, other bytes than in files that are out already,
+    # Not msgspec's encoder: it writes 1e-05 as 0.00001, other bytes than in files that are out already,
     # and refuses the surrogates that stand for bytes of file names which are no text.
     return visible_json(json.dumps(plain(value), ensure_ascii=False, allow_nan=False, indent=indent)) + "\n"
 

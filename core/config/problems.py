@@ -13,7 +13,7 @@ from collaudit.core.config.describe import all_keys, find_key, keys_of, value_te
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_lines import KeyPath
 from collaudit.core.config.toml_text import to_toml
-from collaudit.core.config.value_problems import ValueProblem, value_problems
+from collaudit.core.config.value_problems import MOST_PROBLEMS, ValueProblem, value_problems
 from collaudit.core.errors import ConfigError
 
 _LONGEST = 60
@@ -26,8 +26,8 @@ class CombinedConfigError(ConfigError):
         problems: one error each, in the order of their lines.
     """
 
-    def __init__(self, problems: Sequence[ConfigError]) -> None:
-        super().__init__(f"{len(problems)} problems in the configuration")
+    def __init__(self, problems: Sequence[ConfigError], at_least: str = "") -> None:
+        super().__init__(f"{at_least}{len(problems)} problems in the configuration")
         self.problems = tuple(problems)
 
     def render(self) -> str:
@@ -75,6 +75,8 @@ def schema_problems(data: Mapping[str, Any], places: Places) -> ConfigError:
     """What does not fit the schema, as one error that lists every problem once, in the order of the file."""
     found = sorted(value_problems(data), key=lambda problem: places.line(problem.path))
     problems = [_problem(problem, data, places) for problem in found]
+    if len(problems) == MOST_PROBLEMS:
+        return CombinedConfigError(problems, "at least ")
     return problems[0] if len(problems) == 1 else CombinedConfigError(problems)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import islice
 from typing import Any, Literal
 
 import msgspec
@@ -32,13 +33,17 @@ class ValueProblem:
     text: str = ""
 
 
+#: Problems that are looked for: finding one takes the longer the more there are, and nobody mends more at a time.
+MOST_PROBLEMS = 100
+
+
 def value_problems(data: Mapping[str, Any]) -> list[ValueProblem]:
-    """All problems of a configuration's decoded TOML; none when it fits."""
-    problems = [ValueProblem(path, "value") for path in not_finite(data)]
+    """The problems of a configuration's decoded TOML, up to :data:`MOST_PROBLEMS`; none when it fits."""
+    problems = [ValueProblem(path, "value") for path in islice(not_finite(data), MOST_PROBLEMS)]
     rest = _Rest(data)
     for problem in problems:
         rest.put_number(problem.path)
-    while True:
+    while len(problems) < MOST_PROBLEMS:
         try:
             Config.of(rest.data)
         except msgspec.ValidationError as error:
@@ -53,6 +58,7 @@ def value_problems(data: Mapping[str, Any]) -> list[ValueProblem]:
             if not rest.is_touched(problem.path if problem.kind == "missing" else out)
         ]
         rest.take_out(out)
+    return problems[:MOST_PROBLEMS]
 
 
 class _Rest:

@@ -105,6 +105,17 @@ def test_one_of_many_names() -> None:
     assert [p.path for p in value_problems(data)] == [("detect", "gamma_nm", "last")]
 
 
+def test_of_very_many_problems_the_first_hundred_are_told() -> None:
+    lines = [f"k{k} = 1" for k in range(3000)]
+    for table, named in (("detect", "[detect] has no key 'k0'"), ("robot.parked", "robot.parked.k0")):
+        values = lines if table == "detect" else [f"{line.partition(' ')[0]} = 'x'" for line in lines]
+        with pytest.raises(ConfigError) as caught:
+            parse_config("\n".join([f"[{table}]", *values]), None)
+        text = caught.value.render()
+        assert text.startswith("at least 100 problems in the configuration")
+        assert named in text
+
+
 def test_where_no_name_alone_is_wrong_the_mapping_is() -> None:
     data = {"a": {"x": 1, "y": 2}}
 

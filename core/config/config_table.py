@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Annotated, Any, Self
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
 Vec3 = tuple[float, float, float]
@@ -104,6 +105,17 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 def plain_values(value: object) -> Any:
     """Tables, mappings and lists as dictionaries, lists, text and numbers."""
     return msgspec.to_builtins(value, enc_hook=_builtin)
+
+
+def toml_values(value: Any) -> Any:
+    """Values from code as TOML would give them: names, lists, text, numbers; what TOML has no word for stays."""
+    if isinstance(value, Mapping):
+        return {str(name): toml_values(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [toml_values(inner) for inner in value]
+    if isinstance(value, PurePath | str):
+        return str(value)
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def not_finite(value: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:

@@ -158,7 +158,13 @@ def _is_table(annotation: Any) -> bool:
 
 
 def _bare(annotation: Any) -> Any:
-    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+    """Without notes, and of a table that may be absent the table."""
+    if get_origin(annotation) is Annotated:
+        return _bare(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, types.UnionType):
+        tables = [kind for kind in get_args(annotation) if _is_table(kind)]
+        return tables[0] if tables else annotation
+    return annotation
 
 
 def _notes(annotation: Any) -> tuple[Any, ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from collaudit.core.config.config_table import not_finite, plain_values
+from collaudit.core.config.config_table import not_finite, toml_values
 from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
@@ -77,7 +77,7 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
         from collaudit.core.config.problems import syntax_problem
 
         raise syntax_problem(error, name or "") from error
-    changes = plain_values(dict(overrides or {}))
+    changes: dict[str, object] = toml_values(overrides or {})
     for rival in [name for dotted in changes for name in _REPLACES.get(dotted, ())]:
         _remove(data, rival)
     for dotted, value in changes.items():

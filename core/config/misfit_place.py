@@ -18,22 +18,29 @@ _STEP = re.compile(r"\.(?P<field>\w+)|\[(?P<index>\d+)\]|\[(?P<any>\.\.\.)\]")
 _ANY = "..."
 
 
-def misfit_place(error: msgspec.ValidationError, data: Any, check: Callable[[Any], object]) -> Place:
+def misfit_place(
+    error: msgspec.ValidationError,
+    data: Any,
+    check: Callable[[Any], object],
+    begin: dict[Place, int] | None = None,
+) -> Place:
     """The place that an error names, the names of a mapping included; where one cannot be told, the mapping.
 
     Args:
         error: what ``check`` raised for ``data``.
         data: dictionaries and lists.
         check: raises ``msgspec.ValidationError`` where its argument does not fit.
+        begin: of each mapping how many names were right before, where the search goes on; it is kept up to date.
     """
+    begin = {} if begin is None else begin
     steps, of_name = _steps(error)
     path: Place = ()
     for end, step in enumerate(steps, 1):
-        name = _name(data, path, steps[:end], of_name=False, check=check) if step == _ANY else step
+        name = _name(data, path, steps[:end], False, check, begin) if step == _ANY else step
         if name is None:
             return path
         path = (*path, name)
-    name = _name(data, path, steps, of_name=True, check=check) if of_name else None
+    name = _name(data, path, steps, True, check, begin) if of_name else None
     return path if name is None else (*path, name)
 
 
@@ -47,14 +54,24 @@ def at_place(path: Place, data: Any) -> Any:
     return reduce(lambda value, part: value[part], path, data)
 
 
-def _name(data: Any, path: Place, steps: list[str | int], of_name: bool, check: Callable[[Any], object]) -> str | None:
+def _name(
+    data: Any,
+    path: Place,
+    steps: list[str | int],
+    of_name: bool,
+    check: Callable[[Any], object],
+    begin: dict[Place, int],
+) -> str | None:
     """Under which name of a mapping the error lies: the first that is an error when it stands there alone."""
-    for name, value in at_place(path, data).items():
+    entries = list(at_place(path, data).items())
+    before = begin.get(path, 0)
+    for place, (name, value) in enumerate(entries[before:] + entries[:before], before):
         try:
             check(_with(data, path, {name: value}))
         except msgspec.ValidationError as error:
             again, again_of_name = _steps(error)
             if again[: len(steps)] == steps and again_of_name >= of_name:
+                begin[path] = place % len(entries)
                 return str(name)
     return None  # an error that needs the others
 

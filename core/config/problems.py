@@ -73,11 +73,15 @@ def syntax_problem(error: tomllib.TOMLDecodeError, file: str) -> ConfigError:
 
 def schema_problems(data: Mapping[str, Any], places: Places) -> ConfigError:
     """What does not fit the schema, as one error that lists every problem once, in the order of the file."""
-    found = sorted(value_problems(data), key=lambda problem: places.line(problem.path))
+    found = sorted(value_problems(data), key=lambda problem: (places.line(problem.path), _indices(problem.path)))
     problems = [_problem(problem, data, places) for problem in found]
     if len(problems) == MOST_PROBLEMS:
         return CombinedConfigError(problems, "at least ")
     return problems[0] if len(problems) == 1 else CombinedConfigError(problems)
+
+
+def _indices(path: KeyPath) -> tuple[int, ...]:
+    return tuple(part for part in path if isinstance(part, int))
 
 
 def _problem(problem: ValueProblem, data: Mapping[str, object], places: Places) -> ConfigError:
@@ -154,7 +158,10 @@ def _dotted(path: KeyPath) -> str:
 
 
 def _short(value: object) -> str:
-    text = "nothing" if value is None else to_toml(value)
+    try:
+        text = "nothing" if value is None else to_toml(value)
+    except ValueError:  # from code, and no TOML
+        text = repr(value)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
 
 

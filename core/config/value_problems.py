@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import islice
 from typing import Any, Literal
 
 import msgspec
@@ -39,25 +38,26 @@ MOST_PROBLEMS = 100
 
 def value_problems(data: Mapping[str, Any]) -> list[ValueProblem]:
     """The problems of a configuration's decoded TOML, up to :data:`MOST_PROBLEMS`; none when it fits."""
-    problems = [ValueProblem(path, "value") for path in islice(not_finite(data), MOST_PROBLEMS)]
     rest = _Rest(data)
-    for problem in problems:
-        rest.put_number(problem.path)
+    problems: list[ValueProblem] = []
+    begin: dict[KeyPath, int] = {}
     while len(problems) < MOST_PROBLEMS:
         try:
             Config.of(rest.data)
         except msgspec.ValidationError as error:
-            found, out = _problems_of(error, rest.data)
+            found, out = _problems_of(error, rest.data, begin)
         else:
-            return problems
+            break
         # What a table states is not asked of one that lost keys to earlier problems, nor are those keys missing, nor is
         # an array short by items that were taken out.
-        problems += [
+        told = [
             replace(problem, path=rest.place(problem.path))
             for problem in found
-            if not rest.is_touched(problem.path if problem.kind == "missing" else out)
+            if not rest.is_touched(problem.path if problem.kind == "missing" else out, problem.kind)
         ]
-        rest.take_out(out)
+        problems += told
+        rest.take_out(out, bool(told) and all(problem.kind in ("unknown", "value") for problem in told))
+    problems += [ValueProblem(path, "value") for path in rest.not_finite]
     return problems[:MOST_PROBLEMS]
 
 
@@ -66,18 +66,23 @@ class _Rest:
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         self.data: dict[str, Any] = _copied(data)
+        #: Places of numbers that are not finite, where nothing else is wrong; plain ones stand in for them.
+        self.not_finite = set(not_finite(data))
+        for path in self.not_finite:
+            at_place(path[:-1], self.data)[path[-1]] = 1.0
         self._taken: list[KeyPath] = []
         self._moved: dict[KeyPath, int] = {}
 
-    def put_number(self, path: KeyPath) -> None:
-        """Put a plain number where one is not finite; where that is no better, nothing is said a second time."""
-        self._taken.append(path)
-        at_place(path[:-1], self.data)[path[-1]] = 1.0
+    def take_out(self, path: KeyPath, whole_is_wrong: bool) -> None:
+        """Remove a value; an item of an array with those before it, which are right.
 
-    def take_out(self, path: KeyPath) -> None:
-        """Remove a value; an item of an array with those before it, which are right."""
+        Where the whole value is wrong, nothing is said of numbers in it.
+        """
         *front, last = path
-        self._taken.append(self.place(path))
+        whole = self.place(path)
+        self._taken.append(whole)
+        if whole_is_wrong:
+            self.not_finite = {other for other in self.not_finite if other[: len(whole)] != whole}
         holder = at_place(tuple(front), self.data)
         if isinstance(last, int):
             del holder[: last + 1]
@@ -85,10 +90,11 @@ class _Rest:
         else:
             del holder[last]
 
-    def is_touched(self, path: KeyPath) -> bool:
-        """Whether something was taken out of the value at a place."""
+    def is_touched(self, path: KeyPath, kind: str) -> bool:
+        """Whether something was taken out of the value at a place, or is to be before its table states anything."""
         whole = self.place(path)
-        return any(taken[: len(whole)] == whole for taken in self._taken)
+        changed = [*self._taken, *self.not_finite] if kind == "states" else self._taken
+        return any(taken[: len(whole)] == whole for taken in changed)
 
     def place(self, path: KeyPath) -> KeyPath:
         """Where the value at a place of what is left stands in the whole."""
@@ -104,9 +110,11 @@ def _copied(value: Any) -> Any:
     return [_copied(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def _problems_of(error: msgspec.ValidationError, data: dict[str, Any]) -> tuple[list[ValueProblem], KeyPath]:
+def _problems_of(
+    error: msgspec.ValidationError, data: dict[str, Any], begin: dict[KeyPath, int]
+) -> tuple[list[ValueProblem], KeyPath]:
     """The problems that an error names, and what has to be taken out for the next to be found."""
-    path = misfit_place(error, data, Config.of)
+    path = misfit_place(error, data, Config.of, begin)
     text = str(error)
     if text.startswith(("Object contains unknown field", "Object missing required field")):
         key = find_key(path)

@@ -63,6 +63,14 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
         result = checked(text, kind)
     except msgspec.ValidationError as error:
         raise _misfit(error, document, kind, where) from error
+    except msgspec.DecodeError as error:  # what the standard library lets pass: half of a UTF-16 pair
+        raise CollauditError(
+            "the JSON is damaged",
+            where=where,
+            found=str(error),
+            expected="a JSON file written by collaudit",
+            hint="make the file again; it may have been edited",
+        ) from error
     return result
 
 

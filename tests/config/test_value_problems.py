@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 import pickle
 import tomllib
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 
 import msgspec
 import numpy as np
@@ -68,6 +70,15 @@ CASES = {
             "value detect.observer_gain_per_s",
         ],
     ),
+    "a table that may be absent": (
+        '[log.fields]\nnames = "n"\npositon = "q"\neffort = 5\nrobot = 1',
+        ["unknown log.fields.positon", "unknown log.fields.robot", "value log.fields.effort"],
+    ),
+    "not finite where no key is": ("[detct]\ngamma_nm = inf", ["unknown detct"]),
+    "not finite under a wrong key": ("[robot]\ngrvity = [nan, 0, 0]", ["unknown robot.grvity"]),
+    "not finite where a table belongs": ("robot.dh = {a = nan}", ["value robot.dh"]),
+    "not finite where text belongs": ("robot.urdf = [nan]", ["value robot.urdf"]),
+    "not finite, and nothing stated": ("[detect]\nn = 3\npersistence_ms = inf", ["value detect.persistence_ms"]),
     "below one, not finite": ("near_miss.amplitude = nan", ["value near_miss.amplitude"]),
     "too large a number": (f"detect.gamma_nm = 1{400 * '0'}", ["value detect.gamma_nm"]),
     "one kind in a list of columns": ('log.csv.position = ["q1", 2]', ["value log.csv.position"]),
@@ -101,8 +112,18 @@ def test_the_data_stay_as_they_were() -> None:
 
 def test_one_of_many_names() -> None:
     """As many trials as names, each of one entry."""
-    data = {"detect": {"gamma_nm": {f"joint{k}": 1.0 for k in range(20_000)} | {"last": 0.0}}}
-    assert [p.path for p in value_problems(data)] == [("detect", "gamma_nm", "last")]
+    gamma = {f"joint{k}": 1.0 for k in range(20_000)} | {"last": 0.0}
+    assert [p.path for p in value_problems({"detect": {"gamma_nm": gamma}})] == [("detect", "gamma_nm", "last")]
+
+
+def test_the_search_for_a_name_goes_on_where_it_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    robots = {f"good{k}": {"paths": ["x"]} for k in range(500)} | {f"bad{k}": {"paths": [1]} for k in range(500)}
+    trials: list[object] = []
+    whole = Config.of
+    monkeypatch.setattr(Config, "of", staticmethod(lambda data: (trials.append(data), whole(data))))
+    found = value_problems({"fleet": {"robots": robots}})
+    assert [p.path for p in found] == [("fleet", "robots", f"bad{k}", "paths", 0) for k in range(100)]
+    assert len(trials) < 500 + 5 * 100
 
 
 def test_of_very_many_problems_the_first_hundred_are_told() -> None:
@@ -184,6 +205,13 @@ def test_numbers_of_numpy_are_numbers_from_code() -> None:
     assert loaded.config.detect.true_events == ["a", "b"]
     with pytest.raises(ConfigError, match="2 problems"):
         parse_config("", None, {"detect.controller_alarms_s": (1.0, float("nan"), "x")})
+    loaded = parse_config("", None, {"robot.joints": list(np.array(["a", "b"])), "detect.n": np.int64(7)})
+    assert (loaded.config.robot.joints, loaded.config.detect.n) == (["a", "b"], 7)
+    loaded = parse_config("", None, {"robot.urdf": PurePosixPath("x/y"), "detect.gamma_nm": MappingProxyType({1: 2.0})})
+    assert (loaded.config.robot.urdf, loaded.config.detect.gamma_nm) == (Path("x/y"), {"1": 2.0})
+    with pytest.raises(ConfigError) as caught:
+        parse_config("", None, {"robot.urdf": b"x", "robot.joints": object()})
+    assert "found:    b'x'" in caught.value.render()
     with pytest.raises(TypeError, match="no place in a configuration"):
         plain_values({"a": object()})
 

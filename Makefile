@@ -17,8 +17,8 @@ unexport PYTHONPATH PYTHONHOME PIP_TARGET PIP_PREFIX PIP_USER VIRTUAL_ENV
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_NO_INPUT := 1
 
-# One process of tests more than cores: some wait for Chromium, for servers and for what must be late.
-JOBS ?= $(shell $(PYTHON) -c 'import os; print(min(8, (os.cpu_count() or 1) + 1))')
+# Processes of tests: one a core. One more was not faster.
+JOBS ?= $(shell $(PYTHON) -c 'import os; print(min(8, max(2, os.cpu_count() or 1)))')
 PYTEST_ARGS ?=
 DEMO_OUT ?= demo-out
 

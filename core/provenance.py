@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import sys
 from functools import cache
@@ -83,13 +82,12 @@ def _named_folders() -> dict[str, str | None]:
     found: dict[str, str | None] = {}
     for folder in sys.path:
         try:
-            names = os.listdir(folder or ".")  # noqa: PTH208 (paths of a thousand entries would cost as much as is saved)
+            entries = list(Path(folder).iterdir())
         except OSError:  # an archive, or nothing
             continue
-        for name in names:
-            stem, _, kind = name.rpartition(".")
-            if kind in ("dist-info", "egg-info"):
-                distribution, _, version = stem.partition("-")
-                plain = kind == "dist-info" and re.fullmatch(r"[0-9][0-9A-Za-z.+!]*", version) is not None
+        for entry in entries:
+            if entry.suffix in (".dist-info", ".egg-info"):
+                distribution, _, version = entry.stem.partition("-")
+                plain = entry.suffix == ".dist-info" and re.fullmatch(r"[0-9][0-9A-Za-z.+!]*", version) is not None
                 found.setdefault(re.sub(r"[-_.]+", "-", distribution).lower(), version if plain else None)
     return found

@@ -54,6 +54,8 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Raises:
             msgspec.ValidationError: it does not fit; the first problem (``value_problems`` lists all).
         """
+        if any(not_finite(data)):
+            raise msgspec.ValidationError("Expected finite numbers")
         table = msgspec.convert(data, cls, dec_hook=_path)
         _note_given(table, data)
         return table

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from collaudit.core.config.config_table import not_finite, toml_values
+from collaudit.core.config.config_table import toml_values
 from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
@@ -169,6 +169,6 @@ def _remove(data: dict[str, object], dotted: str) -> None:
 def _validated(data: dict[str, object]) -> Config | None:
     """The configuration; None where something does not fit."""
     try:
-        return None if any(not_finite(data)) else Config.of(data)
+        return Config.of(data)
     except msgspec.ValidationError:
         return None

@@ -64,13 +64,7 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
     except msgspec.ValidationError as error:
         raise _misfit(error, document, kind, where) from error
     except msgspec.DecodeError as error:  # what the standard library lets pass: half of a UTF-16 pair
-        raise CollauditError(
-            "the JSON is damaged",
-            where=where,
-            found=str(error),
-            expected="a JSON file written by collaudit",
-            hint="make the file again; it may have been edited",
-        ) from error
+        raise _damaged(where, str(error)) from error
     return result
 
 
@@ -99,19 +93,24 @@ def _parse(text: str, where: str) -> Any:
     try:
         return json.loads(text, parse_constant=refuse)
     except json.JSONDecodeError as error:
-        raise CollauditError(
-            "the JSON is damaged",
-            where=f"{where}, line {error.lineno}, column {error.colno}",
-            found=error.msg if text.strip() else "an empty file",
-            expected="a whole JSON file written by collaudit",
-            hint="make the file again; it may have been cut short or edited",
-        ) from error
+        found = error.msg if text.strip() else "an empty file"
+        raise _damaged(f"{where}, line {error.lineno}, column {error.colno}", found) from error
     except ValueError as error:
         raise CollauditError(
             "the JSON holds a word that JSON does not have", where=where, found=str(error), expected="null"
         ) from error
     except RecursionError as error:
         raise CollauditError("the JSON is nested too deeply", where=where) from error
+
+
+def _damaged(where: str, found: str) -> CollauditError:
+    return CollauditError(
+        "the JSON is damaged",
+        where=where,
+        found=found,
+        expected="a whole JSON file written by collaudit",
+        hint="make the file again; it may have been cut short or edited",
+    )
 
 
 def _check_schema(document: object, schema: str, where: str) -> None:

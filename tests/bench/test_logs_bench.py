@@ -33,6 +33,10 @@ pytestmark = pytest.mark.bench
 MINUTES = float(os.environ.get("COLLAUDIT_BENCH_MINUTES", "10"))
 SETTINGS = LogConfig.of({"wrench": "/ft_sensor/wrench"})
 Table = dict[str, np.ndarray[Any, Any]]
+#: Times the message loop.
+ZSTD_BAR = 80.0
+#: Times as long as decompression alone: 1.6 is wanted, and on slow hosts 1.8 was seen.
+BARE_BAR = 2.0
 
 
 #: Least processor time, s, of the runs last timed: of all threads, and not of other programs that keep the cores busy.
@@ -164,10 +168,10 @@ def compare(name: str, path: Path, loop: Callable[[Path], Table], bar: float) ->
 
 def test_mcap_zstd() -> None:
     path = data.mcap_log(MINUTES, CompressionType.ZSTD)
-    ours_s = compare("MCAP zstd", path, by_mcap_loop, 60)
+    ours_s = compare("MCAP zstd", path, by_mcap_loop, ZSTD_BAR)
     bare_s = bare_decompression(path)
-    say("  bare decompression", bare_s=bare_s, ours_over_bare=ours_s / bare_s, bar=2.5)
-    assert ours_s <= 2.5 * bare_s
+    say("  bare decompression", bare_s=bare_s, ours_over_bare=ours_s / bare_s, bar=BARE_BAR)
+    assert ours_s <= BARE_BAR * bare_s
 
 
 COLD = """
@@ -199,10 +203,11 @@ def test_mcap_zstd_in_a_cold_process() -> None:
             seconds.append(float(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
     ours_s, bare_s = min(rounds["ours"]), min(rounds["bare"])
     say(
-        "MCAP zstd, cold", loop_s=loop_s, ours_s=ours_s, times_faster=loop_s / ours_s, bare_s=bare_s,
-        ours_over_bare=ours_s / bare_s, bar=2.5,
+        "MCAP zstd, cold", loop_s=loop_s, ours_s=ours_s, times_faster=loop_s / ours_s, bar=ZSTD_BAR,
+        bare_s=bare_s, ours_over_bare=ours_s / bare_s, bare_bar=BARE_BAR,
     )  # fmt: skip
-    assert ours_s <= 2.5 * bare_s
+    assert loop_s / ours_s >= ZSTD_BAR
+    assert ours_s <= BARE_BAR * bare_s
 
 
 @pytest.mark.parametrize("kind", ["lz4", "none", "unchunked"])

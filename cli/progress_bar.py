@@ -1,4 +1,4 @@
-"""A line on stderr while something takes longer than two seconds: how far it is, and how long it will take."""
+"""A line on stderr while something takes longer than a second: how far it is, and how long it will take."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: Nothing is shown of what takes no longer.
-PATIENCE_S = 2.0
+#: Nothing is shown of what takes no longer; with the start of the process, a terminal moves within two seconds.
+PATIENCE_S = 1.0
 _REDRAW_S = 0.5
 _BAR = 24
 _CLEAR = "\r\x1b[K"
@@ -50,7 +50,7 @@ class ProgressLine:
             self.draw()
 
     def text(self) -> str:
-        """The line as it is now; empty in the first two seconds."""
+        """The line as it is now; empty in the first second."""
         elapsed = self._clock() - self._began
         if elapsed < PATIENCE_S:
             return ""
@@ -59,7 +59,7 @@ class ProgressLine:
         share = self._done / self._total
         filled = int(_BAR * share)
         bar = "#" * filled + "-" * (_BAR - filled)
-        left = _time(elapsed * (1 - share) / share)
+        left = _time(max(1.0, elapsed * (1 - share) / share))
         return f"{self._label} [{bar}] {100 * share:3.0f} %, about {left} left"[: self._width - 1]
 
     def draw(self) -> None:

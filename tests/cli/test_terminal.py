@@ -30,10 +30,18 @@ def _line(times: list[float]) -> tuple[ProgressLine, list[str]]:
     return ProgressLine("judging", written.append, iter(times).__next__, 80), written
 
 
-def test_nothing_is_shown_for_two_seconds() -> None:
-    line, written = _line([0.0, 1.9])
+def test_nothing_is_shown_for_a_second() -> None:
+    line, written = _line([0.0, 0.9, 1.1])
     line.report(1, 10)
     assert written == []
+    line.report(2, 10)
+    assert "20 %" in written[0]
+
+
+def test_the_last_moment_is_no_zero_seconds() -> None:
+    line, written = _line([0.0, 1.2])
+    line.report(9, 10)
+    assert "90 %, about 1 s left" in written[0]
 
 
 def test_progress_has_an_estimate() -> None:

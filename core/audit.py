@@ -24,6 +24,7 @@ from collaudit.core.data.detection_result import DetectionFacts, DetectorFacts
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.data.signals import Signals
+from collaudit.core.data.threshold_result import FollowedMotion
 from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.clean_samples import clean_samples, residual_stats
 from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
@@ -113,11 +114,11 @@ def audit_log(
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     auto = config.detect.gamma_nm == "auto"
     on_file = None if friction is None else friction.thresholds
-    config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
+    config, follows, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
     judging = _SHARE_BESIDE_A_STUDY if config.study.run else 1.0
     step = stage(progress, 0.0, judging)
     step(2, 10)
-    judged = _detect(prepared, applied, config, on_signals, stage(progress, 0.2 * judging, 0.6 * judging))
+    judged = _detect(prepared, applied, config, follows, on_signals, stage(progress, 0.2 * judging, 0.6 * judging))
     found = judged.run.detected.collisions
     tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, found)
     step(6, 10)
@@ -196,11 +197,16 @@ class _Judged:
 
 
 def _detect(
-    prepared: Prepared, applied: AppliedFriction, config: Config, on_signals: OnSignals | None, step: Progress
+    prepared: Prepared,
+    applied: AppliedFriction,
+    config: Config,
+    follows: FollowedMotion,
+    on_signals: OnSignals | None,
+    step: Progress,
 ) -> _Judged:
     """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
-    rule, watch, found = make_rule(series, prepared.phases, config)
+    rule, watch, found = make_rule(series, prepared.phases, config, follows)
     check_persistence(series, rule.n)
     found += change_findings(prepared, applied.quiet, rule.gamma_nm)
     found += reach_findings(series, prepared.robot, rule)

@@ -107,6 +107,36 @@ class IdentifiedTool:
 
 
 @dataclass(frozen=True, slots=True)
+class TriedEstimate:
+    """One way to fit, and what it leaves of motion that it was fitted without.
+
+    Attributes:
+        what: what is identified.
+        held_out_rms_nm: by joint, N·m (N if prismatic), over blocks of time left out, and logs where there are several.
+        worse: mean squared error beyond that of the best candidate, in units of the best one's at each joint.
+        worse_se: its standard error, between seconds.
+    """
+
+    what: str
+    held_out_rms_nm: dict[str, float]
+    worse: float
+    worse_se: float
+
+
+@dataclass(frozen=True, slots=True)
+class EstimateChoice:
+    """What was identified, and what else was tried: the simplest within one standard error of the best.
+
+    Attributes:
+        taken: of those tried.
+        tried: the simplest first.
+    """
+
+    taken: str
+    tried: tuple[TriedEstimate, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Identified:
     """Everything identified from arbitrary motion.
 

@@ -560,18 +560,6 @@ KINDS: dict[str, Kind] = {
         "Nothing. Fit on more motion, as fast and as loaded as the logs that are judged, for lower thresholds.",
         _INFO,
     ),
-    "gamma-peaks-left-out": Kind(
-        "Thresholds of the friction file do not count isolated peaks of the fitted logs' residual.",
-        "Look at these times. If something was touched there, nothing; else fit on more motion of this kind, so that "
-        "it no longer stands alone.",
-        _WARNING,
-    ),
-    "gamma-peaks-counted": Kind(
-        "Thresholds of the friction file are determined by isolated peaks of the fitted logs' residual.",
-        "Look at these times. If something was touched there, label it (--truth, --labels) and fit again; else fit on "
-        "more motion of this kind.",
-        {"warning": "excludes"},
-    ),
     "gamma-beyond-drive": Kind(
         "A threshold of the friction file is above the torque that the drive of its joint is rated for.",
         "Look at the fitted residual: a wrong unit or sign of the effort, a wrong model, or contact in the log; "

@@ -162,7 +162,7 @@ def audit_log(
         friction=applied.fits,
         identification=None
         if friction is None
-        else Identification(friction.identified, friction.channels, friction.trends, friction.coupled),
+        else Identification(friction.identified, friction.channels, friction.trends, friction.coupled, friction.choice),
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),

@@ -69,11 +69,11 @@ def fit_logs(
     settled = settled_motion(arm.logs, arm.fits, stage(progress, 0.55, 0.65))
     beside = BesideFriction(settled.variation, settled.corrections)
     residuals = held_out_residuals(known, arm, taken, beside, config, stage(progress, 0.65, 0.95))
-    helping = corrections_that_help(residuals, tuple(settled.corrections))
-    corrections = {joint: settled.corrections[joint] for joint in helping}
+    corrections = corrections_that_help(residuals, settled.corrections)
     thresholds = fitted_thresholds(residuals, arm.fits, config)
     if residuals:
         thresholds = replace(thresholds, others=other_detectors(arm, thresholds, config))
+    stage(progress, 0.95, 1.0)(1, 1)
     findings = [
         f
         for log, (_, found) in zip(clean.logs, audited, strict=True)

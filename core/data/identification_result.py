@@ -114,13 +114,11 @@ class TriedEstimate:
         what: what is identified.
         held_out_rms_nm: by joint, N·m (N if prismatic), over blocks of time left out, and logs where there are several.
         worse: mean squared error beyond that of the best candidate, in units of the best one's at each joint.
-        worse_se: its standard error, between seconds.
     """
 
     what: str
     held_out_rms_nm: dict[str, float]
     worse: float
-    worse_se: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,10 +127,12 @@ class EstimateChoice:
 
     Attributes:
         taken: of those tried.
+        standard_error: of the best one's mean squared error, between seconds.
         tried: the simplest first.
     """
 
     taken: str
+    standard_error: float
     tried: tuple[TriedEstimate, ...]
 
 
@@ -290,9 +290,11 @@ class Identification:
         channels: by log.
         trends: by joint.
         coupled: friction of axes that turn with several joints, by the motor's own joint.
+        choice: what was tried before it was decided what to identify; None where that was not open.
     """
 
     identified: Identified | None
     channels: dict[str, ChannelFacts]
     trends: dict[str, FrictionVariation]
     coupled: dict[str, CoupledFriction] = field(default_factory=dict)
+    choice: EstimateChoice | None = None

@@ -4,7 +4,7 @@ A description that is right needs no identification, and one that lacks a tool, 
 friction law explains. Which of them it is the motion tells: each candidate is fitted without a part of the data and
 predicts that part. Parts are blocks of time, and whole logs where there are several. The simplest candidate within one
 standard error of the best is taken (the one-standard-error rule: Breiman et al., Classification and Regression Trees,
-1984, ch. 3), the error being that of the paired difference between seconds.
+1984, ch. 3), an error that seconds tell, for neighbouring samples err alike.
 """
 
 from __future__ import annotations
@@ -95,19 +95,18 @@ def choose_estimate(
     usual = np.min(np.where(np.isfinite(rms), rms, np.inf), axis=0)
     loss = np.array([_by_cluster(rest, usual, motion.cluster) for rest in left])
     best = int(np.argmin(loss.mean(axis=1)))
-    apart = loss - loss[best]
-    error = apart.std(axis=1, ddof=1) / np.sqrt(max(loss.shape[1], 2))
-    taken = int(np.flatnonzero(apart.mean(axis=1) <= error)[0])
+    worse = loss.mean(axis=1) - float(loss[best].mean())
+    error = float(loss[best].std()) / np.sqrt(loss.shape[1])
+    taken = int(np.flatnonzero(worse <= error)[0])
     facts = tuple(
         TriedEstimate(
             what=one.words,
             held_out_rms_nm={j: float(x) for j, x in zip(joint_names, row, strict=True) if np.isfinite(x)},
             worse=float(a),
-            worse_se=float(e),
         )
-        for one, row, a, e in zip(tried, rms, apart.mean(axis=1), error, strict=True)
+        for one, row, a in zip(tried, rms, worse, strict=True)
     )
-    return tried[taken], EstimateChoice(tried[taken].words, facts)
+    return tried[taken], EstimateChoice(tried[taken].words, error, facts)
 
 
 def _parts(motion: Motion, blocks: int) -> list[IntArray]:

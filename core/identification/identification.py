@@ -122,12 +122,18 @@ def _with_gains(
     return replace(unknowns, gain=gains.gain, gain_prior_sd=np.zeros_like(gains.gain)), gains
 
 
-def identify(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> Identified | None:
+def identify(prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
+    Args:
+        prepared: the logs.
+        config: how.
+        taken: of :func:`choose`; None to choose here.
+
     Raises:
-        NotJudgedError: too little motion.
+        ConfigError, NotJudgedError: as of :func:`choose`.
     """
+    taken = choose(prepared, config)[0] if taken is None else taken
     estimate = taken.estimate
     if not estimate:
         return None

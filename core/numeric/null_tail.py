@@ -25,6 +25,9 @@ BLOCK_S = 0.25
 FEWEST_BLOCKS = 12
 #: The law of the peaks is read off between these shares of them, the highest left out.
 _HIGHEST, _BULK = 0.1, 0.5
+#: Peaks are contact where the law would pass their level once in so many such logs.
+_EXCLUDED = 20.0
+_ROUNDS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +66,33 @@ class NullTail:
 
 
 def null_tail(peaks: FloatArray) -> NullTail | None:
-    """The law of peaks (b,), one of each block of motion; None where they are too few, or do not differ."""
-    if peaks.size < FEWEST_BLOCKS:
-        return None
+    """The law of peaks (b,), one of each block of motion; None where they are too few, or do not differ.
+
+    Peaks that the law all but excludes are contact, the other component: the law is read off again without them.
+    """
     squares = np.sort(peaks**2)[::-1]
+    kept, tail = squares, None
+    for round_ in range(_ROUNDS):
+        if kept.size < FEWEST_BLOCKS:
+            return None
+        tail = _law(kept, robust=round_ == 0)
+        if tail is None:
+            return None
+        limit = tail.start + tail.slope * log(tail.share * kept.size * _EXCLUDED)
+        rest = squares[squares <= limit]
+        if rest.size == kept.size and round_ > 0:
+            break
+        kept = rest
+    return tail
+
+
+def _law(squares: FloatArray, robust: bool) -> NullTail | None:
+    """From squares in falling order; ``robust`` against a gap between contact and the rest."""
     first, last = int(_HIGHEST * squares.size), int(_BULK * squares.size)
     spacing = np.arange(first + 1, last + 1) * (squares[first:last] - squares[first + 1 : last + 1])
-    slope = float(spacing.mean())
+    slope = float(np.median(spacing)) / log(2.0) if robust else float(spacing.mean())
+    if not slope > 0.0:
+        slope = float(spacing.mean())
     if not slope > 0.0:
         return None
     return NullTail(float(squares[last]), slope, (last + 0.5) / squares.size, spacing.size, 3600.0 / BLOCK_S)

@@ -8,6 +8,7 @@ from math import inf
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
@@ -44,8 +45,10 @@ def fitted_thresholds(
     return FittedThresholds(config.detect.detector, config.detect.causal, joints)
 
 
-def corrections_that_help(residuals: Sequence[HeldOutResidual], joints: Sequence[str]) -> tuple[str, ...]:
-    """Joints of which the corrections of friction make the held-out residual in motion smaller."""
+def corrections_that_help(
+    residuals: Sequence[HeldOutResidual], corrections: Mapping[str, FrictionCorrection]
+) -> dict[str, FrictionCorrection]:
+    """The corrections of friction that make the held-out residual of their joint in motion smaller."""
 
     def rms(joint: str, corrected: bool) -> float:
         left = []
@@ -56,7 +59,7 @@ def corrections_that_help(residuals: Sequence[HeldOutResidual], joints: Sequence
         every = np.concatenate(left) if left else np.empty(0)
         return float(np.sqrt(np.mean(every**2))) if every.size else 0.0
 
-    return tuple(joint for joint in joints if rms(joint, True) <= rms(joint, False))
+    return {joint: one for joint, one in corrections.items() if rms(joint, True) <= rms(joint, False)}
 
 
 def _joint(

@@ -39,7 +39,7 @@ from collaudit.core.identification.identification_problem import (
 from collaudit.core.identification.identification_samples import Motion, collect
 from collaudit.core.identification.inertial_consistency import Consistent, is_consistent, make_consistent
 from collaudit.core.identification.nuisance import OFFSET
-from collaudit.core.identification.priors import ARMATURE_SHARE, Gains, drive_gains, unknowns_of
+from collaudit.core.identification.priors import ARMATURE_SHARE, Gains, drive_gains, tool_body, unknowns_of
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.identification.standard_errors import StandardErrors, standard_errors
 from collaudit.core.identification.tool_estimate import identified_tool, point_mass_inertia
@@ -58,7 +58,7 @@ _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
 def wanted(config: Config) -> tuple[str, ...] | Literal["auto"]:
     """What is to be identified; a tool whose mass is ``estimate`` belongs to it."""
     if config.fit.estimate == "auto":
-        return "auto" if config.robot.tool.mass_kg != "estimate" else ("friction", "rotor", "tool")
+        return "auto"
     asked = list(dict.fromkeys(config.fit.estimate))
     if config.robot.tool.mass_kg == "estimate" and "tool" not in asked:
         asked.append("tool")
@@ -75,6 +75,8 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     asked, robot = wanted(config), prepared[0].robot
     with_gain = asked == "auto" and bool(config.log.units.torque_constant_nm_per_a)
     tried = candidates_of(asked, config, with_gain)
+    if asked == "auto" and config.robot.tool.mass_kg == "estimate":
+        tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
     nothing = Candidate((), tried[0].width)
     raw = prepared[0].series.effort_unit == "raw"
     if asked == "auto":
@@ -107,7 +109,20 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     def unknowns(one: Candidate) -> Unknowns:
         return _with_gains(prepared, config, one, motion, regressor)[0]
 
-    return choose_estimate(tried, motion, regressor, unknowns, robot.joint_names, config.fit.blocks)
+    taken, choice = choose_estimate(tried, motion, regressor, unknowns, robot.joint_names, config.fit.blocks)
+    if asked == "auto" and "tool" in taken.estimate and _weighs_less(prepared, config, taken):
+        left = [one for one in tried if "tool" not in one.estimate]
+        return choose_estimate(left, motion, regressor, unknowns, robot.joint_names, config.fit.blocks)
+    return taken, choice
+
+
+def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:
+    """Whether the arm would carry a tool of negative mass: something else of the description is wrong then."""
+    found = _solved(prepared, config, taken)
+    body = 10 * tool_body(found.robot, config)
+    known = config.robot.tool.mass_kg
+    change = float(found.solution.inertials[body] - found.robot.inertial_parameters[body])
+    return change + (0.0 if isinstance(known, str) else known) < 0.0
 
 
 def _with_gains(

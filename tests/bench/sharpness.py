@@ -24,7 +24,14 @@ from tables import put
 PROJECT = Path(__file__).resolve().parents[2]
 KEPT = PROJECT / "build" / "sharpness"
 #: Name of a part: the module that measures it and makes its tables.
-PARTS = {"levels": "sharp_levels", "pushes": "sharp_pushes", "touches": "sharp_touches"}
+PARTS = {
+    "levels": "sharp_levels",
+    "pushes": "sharp_pushes",
+    "touches": "sharp_touches",
+    "delay": "sharp_delay",
+    "hours": "sharp_hours",
+    "intervals": "sharp_intervals",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +44,7 @@ class Asked:
         logs: real logs to measure; empty for all.
         seed: first seed of simulated logs.
         hours: of clean simulated motion an arm.
+        seeds: simulated logs an arm where intervals are counted.
     """
 
     data: Path
@@ -44,6 +52,7 @@ class Asked:
     logs: tuple[str, ...]
     seed: int
     hours: float
+    seeds: int
 
 
 def measured(part: str, asked: Asked, again: bool) -> dict[str, Any]:
@@ -88,12 +97,13 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--before", type=Path, help="folder of earlier results")
     parser.add_argument("--seed", type=int, default=8100)
     parser.add_argument("--hours", type=float, default=10.0)
+    parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("-o", "--output", type=Path, help="page whose tables are replaced")
     given = parser.parse_args(arguments)
     work = KEPT / "work"
     work.mkdir(parents=True, exist_ok=True)
     logs = tuple(name.strip() for name in given.logs.split(",") if name.strip())
-    asked = Asked(given.data.absolute(), work, logs, given.seed, given.hours)
+    asked = Asked(given.data.absolute(), work, logs, given.seed, given.hours, given.seeds)
     for part in given.only.split(","):
         found = measured(part, asked, given.again) if not given.tables else _kept(part)
         for name, lines in tables(part, found, given.before):

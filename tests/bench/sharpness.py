@@ -28,6 +28,7 @@ PARTS = {
     "levels": "sharp_levels",
     "pushes": "sharp_pushes",
     "touches": "sharp_touches",
+    "contaminated": "sharp_contaminated",
     "delay": "sharp_delay",
     "hours": "sharp_hours",
     "intervals": "sharp_intervals",

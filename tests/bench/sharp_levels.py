@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 from changed_logs import cut, fitted, judged, prepared
-from plain_script import SHARE, Samples, left_over, samples_of, split
+from plain_script import CUT_HZ, SHARE, Samples, left_over, samples_of, split
 from real_log_list import REAL_LOGS, RealLog
+from scipy.signal import butter, filtfilt
 
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig
@@ -77,6 +78,7 @@ def compared(audit: Audit, rest: Samples, script_nm: np.ndarray) -> dict[str, An
     """By joint: what the script leaves of all its motion, and both of what of it we judged; gamma in force there."""
     signals, result, joints = audit.signals, audit.result, {}
     residual, state = np.asarray(signals.residual_nm)[rest.rows], np.asarray(signals.state)[rest.rows]
+    slow = low_passed(np.asarray(signals.residual_nm), result.log.sample_period_s)[rest.rows]
     gamma = in_force(audit)[rest.rows]
     for j, name in enumerate(signals.joint_names):
         moving, script, ours = rest.moving[:, j], np.abs(script_nm[:, j]), np.abs(residual[:, j])
@@ -87,11 +89,23 @@ def compared(audit: Audit, rest: Samples, script_nm: np.ndarray) -> dict[str, An
             facts["gamma"] = float(np.median(gamma[common if common.any() else moving, j]))
             if np.count_nonzero(common) > _LEAST_COMMON:
                 facts |= {**_level("common", script[common]), **_level("ours", ours[common])}
+                facts["ours_10hz_rms"] = float(np.sqrt(np.mean(slow[common, j] ** 2)))
         joints[name] = facts
     return {
         "joints": joints, "contacts": len(result.contacts), "verdict": result.verdict,
         "seconds": result.log.duration_s, "why": next(iter(result.reasons), "")[:200],
     }  # fmt: skip
+
+
+def low_passed(residual_nm: np.ndarray, period_s: float) -> np.ndarray:
+    """(n, j) as the script filters its torque; gaps bridged by straight lines."""
+    b, a = butter(2, min(CUT_HZ * 2 * period_s, 0.9))
+    rows, out = np.arange(len(residual_nm)), np.zeros_like(residual_nm)
+    for j, values in enumerate(residual_nm.T):
+        known = np.isfinite(values)
+        if known.any():
+            out[:, j] = filtfilt(b, a, np.interp(rows, rows[known], values[known]))
+    return out
 
 
 def _level(of: str, size_nm: np.ndarray) -> Joint:
@@ -167,10 +181,11 @@ def _by_joint(found: Mapping[str, Any], before: Mapping[str, Any], setting: str)
             over, sharp = ratios(facts, setting)
             was = old.get(joint, {})
             mine, key = ("audit_rms", "script") if setting == "whole" else ("ours_rms", "common")
+            slow = f" ({_n(facts.get('ours_10hz_rms'))})" if mine == "ours_rms" and "ours_10hz_rms" in facts else ""
             marks = ["**" if x is not None and x > most else "" for x, most in ((over, MOST_RMS), (sharp, MOST_GAMMA))]
             yield (
                 f"| {log}, {joint} | {_n(facts.get(key + '_rms'))} / {_n(facts.get(key + '_p999'))} "
-                f"| {_n(facts.get(mine))} | {_n(facts.get('gamma'))} | {marks[0]}{_n(over)}{marks[0]} "
+                f"| {_n(facts.get(mine))}{slow} | {_n(facts.get('gamma'))} | {marks[0]}{_n(over)}{marks[0]} "
                 f"| {marks[1]}{_n(sharp)}{marks[1]} | {_percent(facts.get('judged'))} "
                 f"| {_n(was.get('gamma'))} | {_n(ratios(was, setting)[1])} |"
             )

@@ -4,7 +4,8 @@
 
 Every part keeps what it measured in ``build/sharpness/PART.json``, item by item, so that a run goes on where it was
 ended; ``--again`` measures anew, ``--only`` picks parts, ``--logs`` picks real logs. ``-o`` writes the tables between
-their marks on the page, from what is kept. ``--before`` names a folder of such files, for the columns "before".
+their marks on the page, from what is kept. ``--before`` names a folder of such files, for the columns "before":
+without, those of the version before thresholds were sharpened.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from tables import put
 
 PROJECT = Path(__file__).resolve().parents[2]
 KEPT = PROJECT / "build" / "sharpness"
+#: What commit 62163d7 left, before residual and thresholds were sharpened.
+BEFORE = Path(__file__).with_name("sharpness_before")
 #: Name of a part: the module that measures it and makes its tables.
 PARTS = {
     "levels": "sharp_levels",
@@ -95,7 +98,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--logs", default="", help="names of real logs, separated by commas")
     parser.add_argument("--again", action="store_true", help="measure what is kept anew")
     parser.add_argument("--tables", action="store_true", help="measure nothing: tables of what is kept")
-    parser.add_argument("--before", type=Path, help="folder of earlier results")
+    parser.add_argument("--before", type=Path, default=BEFORE, help="folder of earlier results")
     parser.add_argument("--seed", type=int, default=8100)
     parser.add_argument("--hours", type=float, default=10.0)
     parser.add_argument("--seeds", type=int, default=200)

@@ -43,7 +43,7 @@ from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
-from collaudit.core.detection.rule_reach import check_persistence, reach_findings
+from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.tight_thresholds import tight_threshold_findings
@@ -209,7 +209,7 @@ def _detect(
     rule, watch, found = make_rule(series, prepared.phases, config, follows)
     check_persistence(series, rule.n)
     found += change_findings(prepared, applied.quiet, rule.gamma_nm)
-    found += reach_findings(series, prepared.robot, rule)
+    found += reach_findings(series, prepared.robot, rule) + coarse_findings(series, rule)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)

@@ -39,6 +39,8 @@ class ThresholdLevel:
         false_alarms_per_hour: expected of this joint in motion like that of the fit, the threshold's margin not
             counted.
         false_alarms_ci95: its interval.
+        exceeded: share of the blocks of the evidence that pass the level all the same: contact that the fit did not
+            recognise, or motion that the law does not hold for.
     """
 
     n: int
@@ -46,6 +48,7 @@ class ThresholdLevel:
     gamma_nm: float
     false_alarms_per_hour: float
     false_alarms_ci95: tuple[float, float]
+    exceeded: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,8 @@ from collaudit.core.prepare.quiet_level import QuietLevel
 #: Rounding of a persistence that is stated in ms and counted in samples.
 _SLACK = 1e-3
 _HOUR_S = 3600.0
+#: Thresholds of two fits of one robot differ by less than this, unless something changed.
+_RISEN = 2.0
 
 
 def with_fitted_thresholds(
@@ -142,3 +144,24 @@ def _duration(hours: float) -> str:
     if seconds < 120.0:
         return f"{seconds:.3g} s"
     return f"{seconds / 60.0:.3g} min" if seconds < 2.0 * _HOUR_S and math.isfinite(seconds) else f"{hours:.3g} h"
+
+
+def rise_findings(now: FittedThresholds | None, earlier: FittedThresholds | None) -> list[Finding]:
+    """Joints of which the thresholds are several times those of an earlier fit of the same robot."""
+    if now is None or earlier is None:
+        return []
+    risen = []
+    for joint, one in now.joints.items():
+        before = earlier.joints.get(joint)
+        if before is None or not before.levels or not one.levels:
+            continue
+        new, old = (level_at(x, one.levels[0].n, one.levels[0].persistence_s) for x in (one, before))
+        if new is not None and old is not None and new.gamma_nm > _RISEN * old.gamma_nm:
+            risen.append(f"{joint} {old.gamma_nm:.3g} to {new.gamma_nm:.3g}")
+    if not risen:
+        return []
+    text = (
+        f"Thresholds are more than {_RISEN:g} times those of the friction file that this fit replaces, N·m: "
+        f"{', '.join(risen)}. The arm, its effort or the log has changed."
+    )
+    return [Finding("gamma-rose", "warning", text)]

@@ -670,6 +670,20 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
     ),
+    "gamma-coarse": Kind(
+        "A threshold is large beside the torques that the joint exerts in the log.",
+        "Look at the fitted residual: contact in the fit, a wrong scale of the effort, a tool that nobody stated; fit "
+        "on more motion.",
+        _EXCLUDES,
+        setting="detect.gamma_nm",
+    ),
+    "gamma-rose": Kind(
+        "Automatic thresholds are several times those of the friction file that this fit replaces.",
+        "Find out what changed: contact in the fitted log, the effort's scale or filter, a tool. Keep the earlier file "
+        "until then.",
+        _WARNING,
+        setting="detect.gamma_nm",
+    ),
     "persistence-long": Kind(
         "The persistence is longer than many contacts.",
         "Shorten it: [detect] persistence_ms or n; 25 ms is usual.",

@@ -331,10 +331,10 @@ def _joints(job: _Job) -> dict[str, IdentifiedJoint]:
     for j, name in enumerate(job.robot.joint_names):
         drive = _drive(job, j)
         offset_known = drive.gain is not None and bool(moving[:, j].any()) and not job.terms.one_way[j]
-        scaled = drive.gain is not None and job.gains is not None
+        known = None if drive.gain is None or job.gains is None else _interval(drive.gain, float(job.gains.sd[j]))
         joints[name] = replace(
             drive,
-            gain_ci95=_interval(drive.gain, float(job.gains.sd[j])) if scaled else None,
+            gain_ci95=known,
             gain_kept=job.gains is not None and bool(job.gains.kept[j]),
             gain_by_load=job.gains is not None and bool(job.gains.by_load[j]),
             offset_ci95=_interval(drive.offset_nm, float(job.errors.offset_sd[j])) if offset_known else (None, None),

@@ -29,6 +29,8 @@ from collaudit.core.recommend.null_level import (
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
 _PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
+#: Evidence of which more lies above its own law is no evidence of contact-free motion.
+_EXCEEDED = 0.1
 
 
 def fitted_thresholds(
@@ -89,6 +91,13 @@ def _joint(
         level = None if scale is None else threshold_level(data, scale, counts, joints)
         if level is not None:
             levels.setdefault(level.n, level)
+    over = max((level.exceeded for level in levels.values()), default=0.0)
+    if over > _EXCEEDED:
+        why = (
+            f"its residual passes in {100 * over:.0f} % of the motion what the rest of the motion explains: contact, a "
+            "stop or a fault in the fitted log that the fit did not recognise"
+        )
+        return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
     return JointThreshold(
         levels=_falling(list(levels.values())),
         scale=scale,

@@ -60,7 +60,8 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
         level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
         limit = _CLIP * level
     sd = SD_PER_MAD * median_of(size_nm / level)
-    return MotionScale(*(float(sd * w) for w in weights), usual_nm=sd * median_of(level))
+    base, slow, speed, arm, turn = (float(sd * w) for w in weights)
+    return MotionScale(base, slow, speed, arm, turn, sd * median_of(level))
 
 
 def sustained_ratios(one: NullEvidence, scale: MotionScale, n: int) -> FloatArray:
@@ -93,9 +94,8 @@ def threshold_level(
         joints: that share the arm's false alarms.
     """
     single = null_tail(np.concatenate([sustained_ratios(one, scale, 1) for one in evidence]))
-    lasting = null_tail(
-        np.concatenate([sustained_ratios(one, scale, n) for one, n in zip(evidence, counts, strict=True)])
-    )
+    peaks = np.concatenate([sustained_ratios(one, scale, n) for one, n in zip(evidence, counts, strict=True)])
+    lasting = null_tail(peaks)
     if single is None or lasting is None:
         return None
     # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
@@ -103,7 +103,8 @@ def threshold_level(
     level = sqrt(single.level(rate) * lasting.level(rate))
     seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
     gamma = MARGIN * level * scale.usual_nm
-    return ThresholdLevel(max(counts), seconds, gamma, lasting.rate(level), lasting.interval(level))
+    over = float(np.mean(peaks > level))
+    return ThresholdLevel(max(counts), seconds, gamma, lasting.rate(level), lasting.interval(level), over)
 
 
 def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray]) -> float:

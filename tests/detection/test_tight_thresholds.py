@@ -9,6 +9,7 @@ from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
+from collaudit.core.detection.fitted_rule import rise_findings
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Maker = Callable[..., SimulatedFiles]
@@ -44,3 +45,11 @@ def test_a_threshold_that_the_fit_supports_says_nothing(made: Maker, friction_of
         settings = load_config(files.config, {"detect.gamma_nm": gamma})
         result = api.audit(files.log, settings, asking(friction_of("paper6"), asked)).result
         assert "gamma-too-tight" not in {f.code for f in result.findings}
+
+
+def test_thresholds_that_rise_from_one_fit_to_the_next_are_said(friction_of: Fitted) -> None:
+    before, after = (asking(friction_of("paper6"), gamma).thresholds for gamma in (2.0, 4.1))
+    (said,) = rise_findings(after, before)
+    assert said.code == "gamma-rose" and "joint2 2 to 4.1" in said.text
+    assert not rise_findings(before, after)
+    assert not rise_findings(asking(friction_of("paper6"), 3.9).thresholds, before)

@@ -25,7 +25,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 #: Trust in the description that is tried where none is stated: standard deviation of its inertials, as a share.
 WIDTHS = (0.2, 1.0, 5.0)
 #: Gauss-Newton steps of a held-out fit; nearly all of the change is in the first.
-HELD_OUT_STEPS = 4
+HELD_OUT_STEPS = 3
 #: An error counts as at most this many times the usual one: contact and stops choose nothing.
 _MOST = 3.0
 #: Whole logs are held out where there are so many.

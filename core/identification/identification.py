@@ -49,7 +49,7 @@ from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Samples that tell candidates apart as well as all would: errors within a second are alike.
-_MOST_TO_CHOOSE = 5000
+_MOST_TO_CHOOSE = 4000
 #: Bodies that can be are kept where they leave no joint more than so many times the residual of the unconstrained ones.
 _WORSE = 1.05
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference

@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import Collision, RuleFacts
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.detection.fitted_rule import level_at, usable_thresholds
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.null_tail import MARGIN
+from collaudit.core.numeric.stats import MARGIN
 
 
 def tight_threshold_findings(

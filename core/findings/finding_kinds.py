@@ -672,8 +672,8 @@ KINDS: dict[str, Kind] = {
     ),
     "gamma-coarse": Kind(
         "A threshold is large beside the torques that the joint exerts in the log.",
-        "Look at the fitted residual: contact in the fit, a wrong scale of the effort, a tool that nobody stated; fit "
-        "on more motion.",
+        "Look at the fitted residual: contact in the fit, a wrong scale of the effort, a tool that is not configured. "
+        "Fit on more motion.",
         _EXCLUDES,
         setting="detect.gamma_nm",
     ),

@@ -50,7 +50,7 @@ from collaudit.core.robot.robot_model import RobotModel
 
 #: Samples that tell candidates apart as well as all would: errors within a second are alike.
 _MOST_TO_CHOOSE = 4000
-#: Bodies that can be are kept where they leave no joint more than so many times the residual of the unconstrained ones.
+#: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.
 _WORSE = 1.05
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
 
@@ -185,8 +185,8 @@ def _kept_if_it_fits(found: _Solved, free: Solution, made: Consistent, final: So
         return made, final
     grown = ", ".join(f"{names[k]} from {before[k]:.3g} to {after[k]:.3g}" for k in worse)
     how = (
-        f"bodies that can be would leave more (N·m): {grown}; the identified ones are kept. Such a contradiction "
-        "comes from efforts whose scale is wrong, or from torques that no rigid body has"
+        f"physically possible inertias would leave more (N·m): {grown}; the identified ones are kept. Such a "
+        "contradiction comes from efforts whose scale is wrong, or from torques that no rigid body has"
     )
     bodies = free.inertials.size // 10
     possible = all(is_consistent(free.inertials[10 * k : 10 * k + 10]) for k in range(bodies))

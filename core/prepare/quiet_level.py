@@ -14,8 +14,7 @@ import numpy as np
 
 from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.null_tail import ARM_PER_HOUR, MARGIN, block_peaks, null_tail
-from collaudit.core.numeric.stats import SD_PER_MAD, distinct, quantile_of
+from collaudit.core.numeric.stats import ARM_PER_HOUR, MARGIN, SD_PER_MAD, block_peaks, distinct, null_tail, quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
@@ -83,7 +82,7 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
         spread = max(spread, float(noise[j]), _step(torque[quiet, j]))
         rigid = prepared.rigid_nm[:, j] - np.nanmedian(prepared.rigid_nm[:, j])
         off = np.where(quiet, np.abs(torque[:, j] - level), 0.0)
-        tail = null_tail(block_peaks(np.nan_to_num(off), quiet, series.period_s))
+        tail = null_tail(block_peaks(np.nan_to_num(off), quiet, series.period_s), contact_free=True)
         gamma = 0.0 if tail is None else MARGIN * tail.level(ARM_PER_HOUR / len(prepared.judged))
         out[joint] = QuietLevel(level - rigid, spread, max(gamma, _SPREADS * spread), count * series.period_s, stretch)
     return out

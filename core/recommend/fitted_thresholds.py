@@ -15,9 +15,8 @@ from collaudit.core.data.threshold_result import FittedThresholds, JointThreshol
 from collaudit.core.detection.motion_scale import motion_features
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.null_tail import BLOCK_S, FEWEST_BLOCKS
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
+from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS, median_of, quantile_of, robust_sd
 from collaudit.core.recommend.evidence_range import acceleration, range_of_samples, reversals_of
 from collaudit.core.recommend.held_out_residual import HeldOutResidual
 from collaudit.core.recommend.null_level import (

@@ -11,9 +11,19 @@ from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
 from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.motion_scale import LEAST_SHARE, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.null_tail import ARM_PER_HOUR, BLOCK_S, FEWEST_BLOCKS, MARGIN, block_peaks, null_tail
+from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import SD_PER_MAD, median_of
+from collaudit.core.numeric.sliding_extremes import whole_window_minima
+from collaudit.core.numeric.stats import (
+    ARM_PER_HOUR,
+    BLOCK_S,
+    FEWEST_BLOCKS,
+    MARGIN,
+    SD_PER_MAD,
+    block_peaks,
+    median_of,
+    null_tail,
+)
 
 #: A residual counts as at most so many times the scale while the scale is found.
 _CLIP = 2.5
@@ -48,14 +58,12 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
         size_nm: (m,) |residual| in motion.
         features: (m, 5).
     """
-    from scipy.optimize import nnls
-
     usual = median_of(size_nm)
     features = features * (np.mean(features > 0.0, axis=0) >= _SEEN)  # rare motion tells no scale
     limit, level = np.full(size_nm.size, _CLIP * max(usual, 1e-9)), np.full(size_nm.size, usual)
     weights = np.zeros(features.shape[1])
     for _ in range(_ROUNDS):
-        weights, _ = nnls(features, np.minimum(size_nm, limit))
+        weights = nonnegative_fit(features, np.minimum(size_nm, limit))
         level = features @ weights
         level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
         limit = _CLIP * level
@@ -66,10 +74,10 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
 
 def sustained_ratios(one: NullEvidence, scale: MotionScale, n: int) -> FloatArray:
     """(b,) of each block mostly in motion the largest ratio to the scale that |residual| keeps for n samples."""
-    from scipy.ndimage import minimum_filter1d
-
     ratio = np.where(one.moving, np.abs(one.residual_nm) / scale_over(scale, one.features), 0.0)
-    lasting = minimum_filter1d(ratio, n, mode="constant") if n > 1 else ratio
+    lasting = ratio.copy()
+    if n > 1:
+        whole_window_minima(ratio, n, lasting)
     return block_peaks(lasting, one.moving, one.period_s)
 
 

@@ -19,7 +19,7 @@ from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.null_tail import ARM_PER_HOUR, null_tail
+from collaudit.core.numeric.stats import ARM_PER_HOUR, null_tail
 from collaudit.core.prepare.log_part import part_of
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.null_level import NullEvidence, sustained_ratios

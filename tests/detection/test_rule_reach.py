@@ -69,6 +69,7 @@ def test_thresholds_that_are_large_beside_the_joints_torque_are_said() -> None:
     series: Any = SimpleNamespace(effort=np.outer(np.sin(3 * time_s), TORQUE), effort_unit="Nm", joint_names=("a", "b"))
     rule: Any = SimpleNamespace(gamma_nm={"a": 3.5, "b": 1.5}, watch=("a", "b"))
     (said,) = coarse_findings(series, rule)
-    assert said.effect == "excludes" and "b 1.5 of 12" in said.text and "a 3.5" not in said.text
+    assert (said.code, said.effect) == ("gamma-coarse", "excludes")
+    assert "b 1.5 of 12" in said.text and "a 3.5" not in said.text
     still: Any = SimpleNamespace(effort=np.ones((2000, 2)), effort_unit="Nm", joint_names=("a", "b"))
     assert not coarse_findings(still, rule)

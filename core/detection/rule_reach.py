@@ -11,6 +11,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.robot.robot_model import RobotModel
 
 #: Contacts as short as this are usual, s: a longer persistence lets them pass.
@@ -92,8 +93,8 @@ def _range(series: UniformSeries) -> Mapping[str, float]:
     """From the lowest to the highest effort of each joint, one in a hundred left out at either end, N·m or N."""
     assert series.effort is not None
     known = [column[np.isfinite(column)] for column in series.effort.T]
-    ends = [np.quantile(x, [0.01, 0.99]) if x.size else np.zeros(2) for x in known]
-    return {joint: float(b - a) for joint, (a, b) in zip(series.joint_names, ends, strict=True)}
+    ends = [[quantile_of(x, share) if x.size else 0.0 for share in (0.01, 0.99)] for x in known]
+    return {joint: b - a for joint, (a, b) in zip(series.joint_names, ends, strict=True)}
 
 
 def _hopeless(joint: str, gamma: float, most: float, limit: float | None) -> Finding:

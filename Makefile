@@ -31,7 +31,7 @@ SETUP := setup.cfg pyproject.toml
 # As pip does for a wheel: where PYTHONDONTWRITEBYTECODE is set, every command would compile all its modules again (0.3 s).
 COMPILED = $(RUN)/bin/python -m compileall -q $(PACKAGES)
 
-.PHONY: demo test check lint types bench fuzz docs clean bounds lock sbom vulnerabilities wheel-twice soak
+.PHONY: demo test check lint types bench fuzz sharpness spoilt docs clean bounds lock sbom vulnerabilities wheel-twice soak
 
 demo: $(RUN)/.installed
 	$(RUN)/bin/collaudit demo -o $(DEMO_OUT)
@@ -63,6 +63,17 @@ FUZZ_CASES ?= 10000
 FUZZ_ARGS ?=
 fuzz: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/fuzz_logs.py $(FUZZ_CASES) $(FUZZ_ARGS)
+
+# How sharp residual and thresholds are on real logs (DATA) and simulated arms, and what becomes of spoilt logs: the tables
+# of docs/sharpness.md and docs/spoilt-logs.md. Both go on where they were ended; another SEED is another campaign.
+DATA ?= ../shared/data
+SHARPNESS_ARGS ?=
+SEED ?= 9100
+sharpness: $(RUN)/.dev
+	$(RUN)/bin/python tests/bench/sharpness.py --data $(DATA) $(SHARPNESS_ARGS) -o docs/sharpness.md
+
+spoilt: $(RUN)/.dev
+	$(RUN)/bin/python tests/bench/spoilt_logs.py --seed $(SEED) -o docs/spoilt-logs.md
 
 # Supply chain. bounds: selftest with the oldest and the newest dependencies allowed; lock: exact versions for CI and the
 # bill of materials; sbom: CycloneDX; vulnerabilities: pip-audit, which fails where it could not ask about a package.

@@ -24,6 +24,7 @@ from collaudit.core.data.detection_result import DetectionFacts, DetectorFacts
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.data.signals import Signals
+from collaudit.core.data.threshold_result import FollowedMotion
 from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.clean_samples import clean_samples, residual_stats
 from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
@@ -42,7 +43,7 @@ from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
 from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
 from collaudit.core.detection.rest_steps import RestStep, rest_steps
-from collaudit.core.detection.rule_reach import check_persistence, reach_findings
+from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.tight_thresholds import tight_threshold_findings
@@ -113,11 +114,11 @@ def audit_log(
     config = with_rest_thresholds(config, applied.quiet, series.joint_names)
     auto = config.detect.gamma_nm == "auto"
     on_file = None if friction is None else friction.thresholds
-    config, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
+    config, follows, chosen = with_fitted_thresholds(config, on_file, applied.quiet, series)
     judging = _SHARE_BESIDE_A_STUDY if config.study.run else 1.0
     step = stage(progress, 0.0, judging)
     step(2, 10)
-    judged = _detect(prepared, applied, config, on_signals, stage(progress, 0.2 * judging, 0.6 * judging))
+    judged = _detect(prepared, applied, config, follows, on_signals, stage(progress, 0.2 * judging, 0.6 * judging))
     found = judged.run.detected.collisions
     tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, found)
     step(6, 10)
@@ -160,7 +161,7 @@ def audit_log(
         friction=applied.fits,
         identification=None
         if friction is None
-        else Identification(friction.identified, friction.channels, friction.trends, friction.coupled),
+        else Identification(friction.identified, friction.channels, friction.trends, friction.coupled, friction.choice),
         findings=tuple(findings),
         coverage=coverage,
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
@@ -195,14 +196,19 @@ class _Judged:
 
 
 def _detect(
-    prepared: Prepared, applied: AppliedFriction, config: Config, on_signals: OnSignals | None, step: Progress
+    prepared: Prepared,
+    applied: AppliedFriction,
+    config: Config,
+    follows: FollowedMotion,
+    on_signals: OnSignals | None,
+    step: Progress,
 ) -> _Judged:
     """Rule, residual, alarms, and what they leave to say; contacts, controller alarms and scores come later."""
     series, period = prepared.judged_series, prepared.judged_series.period_s
-    rule, watch, found = make_rule(series, prepared.phases, config)
+    rule, watch, found = make_rule(series, prepared.phases, config, follows)
     check_persistence(series, rule.n)
     found += change_findings(prepared, applied.quiet, rule.gamma_nm)
-    found += reach_findings(series, prepared.robot, rule)
+    found += reach_findings(series, prepared.robot, rule) + coarse_findings(series, rule)
     forbidden = joints_not_judged(prepared.findings, prepared.judged)
     inputs = DetectionInputs(applied.laws, forbidden, rule, watch, quiet=applied.quiet)
     run = run_detector(prepared, inputs, config)

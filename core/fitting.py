@@ -12,21 +12,22 @@ from collaudit.core.data.audit_result import (
     Provenance,
 )
 from collaudit.core.data.log_facts import log_facts
-from collaudit.core.detection.fitted_rule import isolated_peak_findings
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units
+from collaudit.core.friction.arm_fit import fit_arm
 from collaudit.core.friction.friction_variation import friction_variation_findings
 from collaudit.core.friction.gear.correction_fit import correction_findings
-from collaudit.core.friction.joint_fits import fit_joints, friction_findings
+from collaudit.core.friction.joint_fits import friction_findings
 from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.identification.coupled_axes import fit_coupled
-from collaudit.core.identification.identification import identify, wanted
+from collaudit.core.identification.identification import choose, wanted
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.prepared import Prepared, calibrated
-from collaudit.core.recommend.fitted_thresholds import corrections_that_help
+from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds
+from collaudit.core.recommend.held_out_residual import BesideFriction, held_out_residuals
+from collaudit.core.recommend.other_detectors import other_detectors
 from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.known_events import known_contact_times
 from collaudit.core.scoring.truth_events import TruthFile
@@ -60,49 +61,51 @@ def fit_logs(
     refuse_if_nothing_is_left(clean)
     channels = {log.series.source.name: facts for log, (facts, _) in zip(prepared, audited, strict=True)}
     sensor = Calibration.of_sensor(channels, config)
-    if {"tool", "inertials"} & set(wanted(config)):
+    if wanted(config) == "auto" or {"tool", "inertials"} & set(wanted(config)):
         sensor = replace(sensor, tool=None)  # the joint torques are to tell the tool
     known = [calibrated(log, sensor, config) for log in clean.logs]
-    identified = identify(known, config)
-    if identified is not None:
-        known = [calibrated(log, replace(sensor, identified=identified, tool=None), config) for log in known]
-    coupled, about_axes = fit_coupled(known, config, "inertials" in wanted(config))
-    if coupled:
-        known = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in known]
-    fits = fit_joints(known, config, stage(progress, 0.4, 0.57))
-    settled = settled_motion(known, fits, stage(progress, 0.57, 0.7))
-    part = stage(progress, 0.7, 1.0)
-    corrections, thresholds = corrections_that_help(known, fits, settled.variation, settled.corrections, config, part)
+    taken, choice = choose(known, config)
+    arm = fit_arm(known, taken, config, progress=stage(progress, 0.4, 0.55))
+    settled = settled_motion(arm.logs, arm.fits, stage(progress, 0.55, 0.65))
+    beside = BesideFriction(settled.variation, settled.corrections)
+    residuals = held_out_residuals(known, arm, taken, beside, config, stage(progress, 0.65, 0.95))
+    corrections = corrections_that_help(residuals, settled.corrections)
+    thresholds = fitted_thresholds(residuals, arm.fits, config)
+    if residuals:
+        thresholds = replace(thresholds, others=other_detectors(arm, thresholds, config))
+    stage(progress, 0.95, 1.0)(1, 1)
     findings = [
         f
         for log, (_, found) in zip(clean.logs, audited, strict=True)
         for f in _of_log(log, (*log.findings, *found), prepared)
     ]
     findings += clean.findings
-    findings += about_axes
-    findings += [f for log, found in zip(known, settled.patterns, strict=True) for f in _of_log(log, found, prepared)]
-    gains = [gain for log in known for gain in log.gains]
-    findings += identified_findings(identified) + friction_findings(fits, gains)
+    findings += arm.findings
+    findings += [
+        f for log, found in zip(arm.logs, settled.patterns, strict=True) for f in _of_log(log, found, prepared)
+    ]
+    gains = [gain for log in arm.logs for gain in log.gains]
+    findings += identified_findings(arm.identified) + friction_findings(arm.fits, gains)
     findings += friction_variation_findings(settled.variation)
     findings += correction_findings(corrections)
-    findings += isolated_peak_findings(thresholds)
     return FrictionFile(
         schema=FRICTION_SCHEMA,
-        joints=fits,
+        joints=dict(arm.fits),
         findings=in_joint_units(findings, prepared[0].sliding),
         provenance=replace(
             provenance,
             logs=_hashes(prepared),
             model_sha256=prepared[0].robot.sha256,
         ),
-        identified=identified,
+        identified=arm.identified,
         channels=channels,
         trends=settled.variation,
         left_out=clean.left_out,
-        coupled=coupled,
+        coupled=dict(arm.coupled),
         thresholds=thresholds,
         corrections=corrections,
         recorded=_recorded(prepared),
+        choice=choice,
     )
 
 

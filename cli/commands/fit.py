@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -51,7 +52,8 @@ def command(
     are mostly contact.
     """
     from collaudit.core import api
-    from collaudit.reports.files.run_files import friction_json, write_friction
+    from collaudit.core.detection.fitted_rule import rise_findings
+    from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
     from collaudit.reports.terminal.fit_text import fit_text
 
     loaded = load_settings()
@@ -60,6 +62,10 @@ def command(
     with progress("fitting") as report:
         friction = api.fit(found, loaded, report, known, known_loads(loads, len(found)))
     if output is not None:
+        earlier = earlier_friction(output)
+        if earlier is not None and earlier.provenance.model_sha256 == friction.provenance.model_sha256:
+            risen = rise_findings(friction.thresholds, earlier.thresholds)
+            friction = replace(friction, findings=(*friction.findings, *risen))
         write_friction(output, friction)
     if as_json:
         say_json(friction_json(friction))

@@ -24,7 +24,7 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.numeric.filters import default_bandwidth_hz
+from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz
 from collaudit.core.numeric.tables import table
 
 #: A wrench with this share of its stamps from the joint states was stamped with them.
@@ -74,7 +74,7 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
         wrench, more = wrench_on_grid(_on_clock(log.wrench, log, base), base.time_s, segments_mask(base), bandwidth)
         findings += more
     edge = np.ones(base.n, dtype=bool)
-    margin = ceil(0.5 / (bandwidth * period))
+    margin = ceil(SETTLED_PERIODS / (bandwidth * period))
     for span in segments:
         edge[span.start + margin : max(span.stop - margin, span.start + margin)] = False
     edge.flags.writeable = base.bridged.flags.writeable = False

@@ -188,12 +188,13 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
     """What ``collaudit fit`` identifies, and from which motion."""
 
     estimate: Annotated[
-        list[Literal["friction", "gain", "inertials", "tool"]],
+        Literal["auto"] | list[Literal["friction", "rotor", "gain", "inertials", "tool"]],
         about(
-            "What is identified. All but friction come from arbitrary motion and are carried in friction.json; "
-            "detect then uses them."
+            "What is identified. auto: friction alone, or with rotor inertia, a tool, or all inertials, whichever "
+            "predicts motion left out of the fit best (the simplest within one standard error); gains too where the "
+            "effort is a current. What is found is carried in friction.json and used by detect."
         ),
-    ] = msgspec.field(default_factory=lambda: ["friction"])
+    ] = "auto"
     motion: Annotated[
         Literal["sections", "auto", "any"],
         about(
@@ -211,12 +212,12 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
         ),
     ] = "find"
     cad_sd: Annotated[
-        Positive,
+        Positive | None,
         about(
             "How far the robot file's inertials are trusted: standard deviation of each, as a share of the "
-            "body's mass, mass times size, and mass times size squared."
+            "body's mass, mass times size, and mass times size squared; by held-out error when absent."
         ),
-    ] = 0.2
+    ] = None
     gain_sd: Annotated[
         Positive,
         about(

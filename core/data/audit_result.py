@@ -12,12 +12,18 @@ from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.data.identification_result import ChannelFacts, FrictionVariation, Identification, Identified
+from collaudit.core.data.identification_result import (
+    ChannelFacts,
+    EstimateChoice,
+    FrictionVariation,
+    Identification,
+    Identified,
+)
 from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.recommendation_result import TailFacts
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
-from collaudit.core.data.threshold_result import FittedThresholds
+from collaudit.core.data.threshold_result import FittedThresholds, MotionScale
 from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 
@@ -59,7 +65,8 @@ class FrictionFile:
     ``coupled`` the friction of axes that turn with several joints, by the motor's own joint.
     ``thresholds`` those for ``gamma_nm = "auto"``; ``corrections`` what a joint's friction goes with besides speed;
     ``left_out`` what the fit did without, by log; ``recorded`` when the first and the last of the logs began, ISO 8601
-    UTC, None where one does not tell.
+    UTC, None where one does not tell; ``choice`` what was tried before it was decided what to identify, None where
+    that was not open.
     """
 
     schema: str
@@ -74,6 +81,7 @@ class FrictionFile:
     corrections: dict[str, FrictionCorrection] = field(default_factory=dict)
     left_out: dict[str, LeftOut] = field(default_factory=dict)
     recorded: tuple[str, str] | None = None
+    choice: EstimateChoice | None = None
 
     @property
     def usable(self) -> tuple[str, ...]:
@@ -104,7 +112,12 @@ class LogFacts:
 
 @dataclass(frozen=True, slots=True)
 class RuleFacts:
-    """Rule (6) as applied. ``gamma_nm`` by judged joint; ``persistence_s`` = n · period."""
+    """Rule (6) as applied. ``gamma_nm`` by judged joint; ``persistence_s`` = n · period.
+
+    ``follows`` by joint how the threshold goes with the motion: gamma_nm in usual motion, and in proportion to the
+    scale elsewhere; joints that are absent have a constant one. ``at_rest_nm`` comes on top where friction is known
+    only as a range.
+    """
 
     detector: str
     gamma_nm: dict[str, float]
@@ -115,6 +128,8 @@ class RuleFacts:
     near_miss_amplitude: float
     near_miss_persistence: float
     near_miss_impulse: float = 0.4
+    follows: dict[str, MotionScale] = field(default_factory=dict)
+    at_rest_nm: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -107,6 +107,36 @@ class IdentifiedTool:
 
 
 @dataclass(frozen=True, slots=True)
+class TriedEstimate:
+    """One way to fit, and what it leaves of motion that it was fitted without.
+
+    Attributes:
+        what: what is identified.
+        held_out_rms_nm: by joint, N·m (N if prismatic), over blocks of time left out, and logs where there are several.
+        worse: mean squared error beyond that of the best candidate, in units of the best one's at each joint.
+    """
+
+    what: str
+    held_out_rms_nm: dict[str, float]
+    worse: float
+
+
+@dataclass(frozen=True, slots=True)
+class EstimateChoice:
+    """What was identified, and what else was tried: the simplest within one standard error of the best.
+
+    Attributes:
+        taken: of those tried.
+        standard_error: of the best one's mean squared error, between seconds.
+        tried: the simplest first.
+    """
+
+    taken: str
+    standard_error: float
+    tried: tuple[TriedEstimate, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Identified:
     """Everything identified from arbitrary motion.
 
@@ -260,9 +290,11 @@ class Identification:
         channels: by log.
         trends: by joint.
         coupled: friction of axes that turn with several joints, by the motor's own joint.
+        choice: what was tried before it was decided what to identify; None where that was not open.
     """
 
     identified: Identified | None
     channels: dict[str, ChannelFacts]
     trends: dict[str, FrictionVariation]
     coupled: dict[str, CoupledFriction] = field(default_factory=dict)
+    choice: EstimateChoice | None = None

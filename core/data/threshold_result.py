@@ -7,40 +7,48 @@ from collaudit.core.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)
+class MotionScale:
+    """How a joint's contact-free residual scatters with the motion: what of it a contact cannot move.
+
+    sd(t) = base + slow s + speed |v| + arm_speed ||v|| + acceleration a: v the joint's velocity, s how close it is to
+    rest (1 at rest, 0 from 0.1 rad/s on), ||v|| the norm over the joints, a the mean size of the joint's acceleration
+    over the second around t.
+
+    Attributes:
+        base_nm, slow_nm: N·m. speed_nm_s_per_rad, arm_speed_nm_s_per_rad: N·m s/rad. acceleration_nm_s2_per_rad:
+            N·m s²/rad.
+        usual_nm: its median over the motion of the fit.
+    """
+
+    base_nm: float
+    slow_nm: float
+    speed_nm_s_per_rad: float
+    arm_speed_nm_s_per_rad: float
+    acceleration_nm_s2_per_rad: float
+    usual_nm: float
+
+
+@dataclass(frozen=True, slots=True)
 class ThresholdLevel:
     """Threshold of one joint at one persistence.
 
     Attributes:
         n: persistence, samples of the fitted logs.
         persistence_s: the same in s.
-        gamma_nm: threshold.
-        false_alarms_per_hour: upper bound (95 %) extrapolated from the tail; None where the tail is not known.
+        gamma_nm: threshold in usual motion; it follows the motion as :class:`MotionScale` has it.
+        false_alarms_per_hour: expected of this joint in motion like that of the fit, the threshold's margin not
+            counted.
+        false_alarms_ci95: its interval.
+        exceeded: share of the blocks of the evidence that pass the level all the same: contact that the fit did not
+            recognise, or motion that the law does not hold for.
     """
 
     n: int
     persistence_s: float
     gamma_nm: float
-    false_alarms_per_hour: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class IsolatedPeak:
-    """A stretch whose residual stands alone: contact that was missed, a stop, a fault, or motion unlike all other.
-
-    Attributes:
-        log: name of its log.
-        start_s, end_s: margins included, seconds from the log's first sample.
-        peak_nm: the largest residual in it.
-        usual_nm: what four of five seconds in motion of all logs stay below.
-        counted: whether thresholds count it all the same, for want of contact elsewhere in its log.
-    """
-
-    log: str
-    start_s: float
-    end_s: float
-    peak_nm: float
-    usual_nm: float
-    counted: bool
+    false_alarms_per_hour: float
+    false_alarms_ci95: tuple[float, float]
+    exceeded: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,18 +57,21 @@ class JointThreshold:
 
     Attributes:
         levels: by persistence, shortest first; empty when there is no threshold, see ``reason``.
-        noise_nm: robust standard deviation of the held-out residual.
+        scale: how the residual scatters with the motion; None without a threshold.
+        rest_nm: on top of the threshold where friction is an interval (at rest, just after a reversal): what the
+            residual of nine of ten such stretches stayed below.
+        noise_nm: robust standard deviation of the held-out residual in motion.
         rms_nm: its root mean square.
-        hours: time that supports the thresholds, rest and reversals included as far as the rule can fire there.
-        held_out: share of its motion whose friction law was fitted without it.
+        hours: time in motion that supports the thresholds.
+        held_out: share of its motion that was judged by a fit without it.
         fastest_rad_s: speed that 99 % of that time stays below (m/s if prismatic).
         reason: why there is no threshold.
         rated_nm: what the description says the drive can exert (N if prismatic); None where it says nothing.
-        isolated: peaks that stand alone; empty in files of earlier versions.
-        evidence: what that time covers; None in files of earlier versions.
+        evidence: what that time covers.
     """
 
     levels: tuple[ThresholdLevel, ...]
+    scale: MotionScale | None
     noise_nm: float | None
     rms_nm: float | None
     hours: float
@@ -68,8 +79,13 @@ class JointThreshold:
     fastest_rad_s: float | None
     reason: str | None = None
     rated_nm: float | None = None
-    isolated: tuple[IsolatedPeak, ...] = ()
     evidence: RangeOfEvidence | None = None
+    rest_nm: float = 0.0
+
+
+def detector_key(name: str, causal: bool) -> str:
+    """Name of a detector in one of its forms."""
+    return f"{name}, {'causal' if causal else 'offline'}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +93,26 @@ class FittedThresholds:
     """Thresholds for ``gamma_nm = "auto"``.
 
     Attributes:
-        detector: whose residual they belong to.
+        detector: whose residual they were found on.
         causal: whether it was computed causally.
         joints: by name.
+        others: of the other detectors (:func:`detector_key`) by joint the factor on the thresholds.
     """
 
     detector: str
     causal: bool
     joints: dict[str, JointThreshold] = field(default_factory=dict)
+    others: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class FollowedMotion:
+    """How automatic thresholds go with the motion, by joint.
+
+    Attributes:
+        scales: of the residual.
+        at_rest_nm: on top where friction is an interval.
+    """
+
+    scales: dict[str, MotionScale]
+    at_rest_nm: dict[str, float]

@@ -4,62 +4,67 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
+from collaudit.core.data.threshold_result import (
+    FittedThresholds,
+    FollowedMotion,
+    JointThreshold,
+    ThresholdLevel,
+    detector_key,
+)
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.detection.rule_settings import DEFAULT_PERSISTENCE_MS
+from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.quiet_level import QuietLevel
 
 #: Rounding of a persistence that is stated in ms and counted in samples.
 _SLACK = 1e-3
 _HOUR_S = 3600.0
-#: Events, with 95 % confidence no more, in a time in which none was seen (Poisson).
-_NONE_SEEN_95 = -math.log(0.05)
-#: Hours of motion from which thresholds are not called little supported.
-_MUCH_H = 0.1
-_SHOWN = 6
+#: Thresholds of two fits of one robot differ by less than this, unless something changed.
+_RISEN = 2.0
 
 
 def with_fitted_thresholds(
     config: Config, thresholds: FittedThresholds | None, still: Mapping[str, QuietLevel], series: UniformSeries
-) -> tuple[Config, list[Finding]]:
-    """The configuration with numbers in place of "auto"; unchanged when it asks for something else.
+) -> tuple[Config, FollowedMotion, list[Finding]]:
+    """The configuration with numbers in place of "auto", and how they follow the motion; unchanged without "auto".
 
     A joint without a threshold on file gets none: it is not judged, and an error says so.
 
     Args:
         config: as given.
-        thresholds: of the friction file; None without a file, or of an older one.
+        thresholds: of the friction file; None without a file.
         still: joints that are judged for changes of their torque: their thresholds come from this log.
         series: the judged joints.
     """
     if config.detect.gamma_nm != "auto":
-        return config, []
+        return config, FollowedMotion({}, {}), []
     gamma = {joint: level.gamma_nm for joint, level in still.items()}
     findings: list[Finding] = []
     usable, why = usable_thresholds(thresholds, config)
     n, lasting_s = _persistence(config, series.period_s)
+    follows = FollowedMotion({}, {})
+    used: dict[str, ThresholdLevel] = {}
     for joint in series.joint_names:
         known = usable.joints.get(joint) if usable is not None else None
         level = level_at(known, n, lasting_s) if known is not None else None
-        if level is not None and joint not in still:
-            gamma[joint] = level.gamma_nm
+        if level is not None and known is not None and joint not in still:
+            gamma[joint], used[joint] = level.gamma_nm, level
+            if known.scale is not None:
+                follows.scales[joint], follows.at_rest_nm[joint] = known.scale, known.rest_nm
     missing = [joint for joint in series.joint_names if joint not in gamma]
     for joint in missing:
         known = usable.joints.get(joint) if usable is not None else None
         reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
         text = f"Joint '{joint}' is not judged: gamma_nm = \"auto\", and {reason}."
         findings.append(Finding("gamma-missing", "error", text, joint=joint))
-    fitted = {joint: level for joint, level in gamma.items() if joint not in still}
-    if usable is not None and fitted:
-        findings.append(_source(usable, fitted, series.joint_names))
-        findings += [f for f in isolated_peak_findings(usable) if f.joint in fitted]
-        findings += _beyond_drive(usable, fitted)
+    if usable is not None and used:
+        findings.append(_source(usable, used, series.joint_names))
+        findings += _beyond_drive(usable, {joint: level.gamma_nm for joint, level in used.items()})
     detect = config.detect.changed({"gamma_nm": gamma})
-    return config.changed({"detect": detect}), findings
+    return config.changed({"detect": detect}), follows, findings
 
 
 def _persistence(config: Config, period_s: float) -> tuple[int, float]:
@@ -73,20 +78,22 @@ def _persistence(config: Config, period_s: float) -> tuple[int, float]:
 def usable_thresholds(
     thresholds: FittedThresholds | None, config: Config
 ) -> tuple[FittedThresholds | None, str | None]:
-    """Thresholds that belong to this residual, or why there are none."""
+    """Thresholds for the configured detector, or why there are none."""
     if thresholds is None:
         return None, "there is no friction file with thresholds (collaudit fit writes them)"
-    ours = (config.detect.detector, config.detect.causal)
-    if (thresholds.detector, thresholds.causal) != ours:
-        return None, (
-            f"the thresholds on file belong to {_words(thresholds.detector, thresholds.causal)}, and this residual is "
-            f"of {_words(*ours)} (fit again with the same [detect] table)"
-        )
-    return thresholds, None
+    name, causal = config.detect.detector, config.detect.causal
+    if (thresholds.detector, thresholds.causal) == (name, causal):
+        return thresholds, None
+    factors = thresholds.others.get(detector_key(name, causal), {})
+    if not factors:
+        return None, f"the friction file has no thresholds for {detector_key(name, causal)} (fit again)"
+    joints = {joint: _scaled(one, factors[joint]) for joint, one in thresholds.joints.items() if joint in factors}
+    return FittedThresholds(name, causal, joints), None
 
 
-def _words(detector: str, causal: bool) -> str:
-    return f"the detector '{detector}' ({'causal' if causal else 'offline'})"
+def _scaled(known: JointThreshold, factor: float) -> JointThreshold:
+    levels = tuple(replace(level, gamma_nm=factor * level.gamma_nm) for level in known.levels)
+    return replace(known, levels=levels, rest_nm=factor * known.rest_nm)
 
 
 def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel | None:
@@ -101,49 +108,20 @@ def level_at(known: JointThreshold, n: int, lasting_s: float) -> ThresholdLevel 
     return max(known.levels, key=lambda x: x.gamma_nm, default=None)
 
 
-def _source(thresholds: FittedThresholds, gamma: dict[str, float], order: tuple[str, ...]) -> Finding:
+def _source(thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], order: tuple[str, ...]) -> Finding:
     """The evidence for the thresholds, in one sentence."""
-    known = [thresholds.joints[joint] for joint in order if joint in gamma]
-    least = min(joint.hours for joint in known)
+    known = [thresholds.joints[joint] for joint in used]
     held = min(joint.held_out for joint in known)
-    in_sample = "" if held > 0.5 else "; for a joint or more the friction law was not held out, so they may be too low"
-    listed = ", ".join(f"{joint} {gamma[joint]:.3g}" for joint in order if joint in gamma)
+    in_sample = "" if held > 0.5 else " For a joint or more the fit was not held out, so they may be too low."
+    listed = ", ".join(f"{joint} {used[joint].gamma_nm:.3g}" for joint in order if joint in used)
+    rate = sum(level.false_alarms_per_hour for level in used.values())
+    low, high = (sum(level.false_alarms_ci95[k] for level in used.values()) for k in range(2))
     text = (
-        f"Thresholds (N·m) from the friction file's held-out residual: {listed}. They are "
-        f"supported by at least {_duration(least)} of motion per joint{in_sample}."
+        f"Thresholds in usual motion (N·m), the best estimate from {_duration(min(one.hours for one in known))} of "
+        f"motion that the fit had not seen: {listed}. They follow speed and acceleration. False alarms of the arm "
+        f"expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
     )
-    if 0 < least < _MUCH_H:
-        text += (
-            f" That is little: so short a time alone cannot exclude up to {_NONE_SEEN_95 / least:.2g} false alarms "
-            "per joint and hour (95 %), and the thresholds include a margin for that."
-        )
     return Finding("gamma-from-fit", "info", text)
-
-
-def isolated_peak_findings(thresholds: FittedThresholds) -> list[Finding]:
-    """Peaks of the fitted residual that stand alone, with joint, time and size, and what thresholds make of them."""
-    out = []
-    for joint, known in thresholds.joints.items():
-        for counted in (False, True):
-            peaks = [peak for peak in known.isolated if peak.counted == counted]
-            if not peaks:
-                continue
-            listed = [f"{p.peak_nm:.3g} N·m at {p.start_s:.1f} to {p.end_s:.1f} s of {p.log}" for p in peaks]
-            more = f" and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
-            facts = f"{', '.join(listed[:_SHOWN])}{more}; 80 % of the seconds stay below {peaks[0].usual_nm:.3g} N·m."
-            if counted:
-                text = (
-                    f"The fitted threshold of joint '{joint}' is determined by isolated peaks of the residual: {facts} "
-                    "If something was touched there, the threshold is too high, and contact below it goes unseen."
-                )
-            else:
-                text = (
-                    f"The fitted threshold of joint '{joint}' does not count isolated peaks of the residual: "
-                    f"{facts} They look like contact or a stop. If nothing happened there, motion like it will alarm."
-                )
-            code = "gamma-peaks-counted" if counted else "gamma-peaks-left-out"
-            out.append(Finding(code, "warning", text, joint=joint))
-    return out
 
 
 def _beyond_drive(thresholds: FittedThresholds, gamma: Mapping[str, float]) -> list[Finding]:
@@ -166,3 +144,24 @@ def _duration(hours: float) -> str:
     if seconds < 120.0:
         return f"{seconds:.3g} s"
     return f"{seconds / 60.0:.3g} min" if seconds < 2.0 * _HOUR_S and math.isfinite(seconds) else f"{hours:.3g} h"
+
+
+def rise_findings(now: FittedThresholds | None, earlier: FittedThresholds | None) -> list[Finding]:
+    """Joints of which the thresholds are several times those of an earlier fit of the same robot."""
+    if now is None or earlier is None:
+        return []
+    risen = []
+    for joint, one in now.joints.items():
+        before = earlier.joints.get(joint)
+        if before is None or not before.levels or not one.levels:
+            continue
+        new, old = (level_at(x, one.levels[0].n, one.levels[0].persistence_s) for x in (one, before))
+        if new is not None and old is not None and new.gamma_nm > _RISEN * old.gamma_nm:
+            risen.append(f"{joint} {old.gamma_nm:.3g} to {new.gamma_nm:.3g}")
+    if not risen:
+        return []
+    text = (
+        f"Thresholds are more than {_RISEN:g} times those of the friction file that this fit replaces, N·m: "
+        f"{', '.join(risen)}. The arm, its effort or the log has changed."
+    )
+    return [Finding("gamma-rose", "warning", text)]

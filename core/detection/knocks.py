@@ -20,7 +20,7 @@ from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 #: A kernel leaves nearly all of a short knock within this many of its settling times.
 _SETTLING_TIMES = 1.4
 #: Impulses count from so many robust standard deviations of those of the log: ripple is no series of knocks.
-_SDS = 3.0
+_SDS = 6.0
 
 
 def knock_width(n: int, settle_s: float, period_s: float) -> int:

@@ -17,6 +17,8 @@ from collaudit.core.robot.robot_model import RobotModel
 LONGEST_PERSISTENCE_S = 0.25
 #: A threshold that many times beyond all that any joint of the arm exerted, or than a joint's limit, is a mistake.
 _FAR = 10.0
+#: A threshold above this share of the range of the joint's torque tells little of what people do to an arm.
+_COARSE = 0.1
 
 
 def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) -> list[Finding]:
@@ -60,6 +62,38 @@ def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) ->
         )
         out.append(Finding("gamma-out-of-reach", "warning", text))
     return out
+
+
+def coarse_findings(series: UniformSeries, rule: RuleFacts) -> list[Finding]:
+    """Thresholds that are large beside what the joints themselves exert in this log.
+
+    Args:
+        series: the judged joints, effort in N·m or N.
+        rule: as applied.
+    """
+    if series.effort is None or series.effort_unit != "Nm":
+        return []
+    span = _range(series)
+    coarse = [
+        f"{joint} {rule.gamma_nm[joint]:.3g} of {span[joint]:.3g}"
+        for joint in rule.watch
+        if rule.gamma_nm[joint] > _COARSE * span[joint] > 0.0
+    ]
+    if not coarse:
+        return []
+    text = (
+        f"Thresholds above a tenth of the range of the joint's own torque in this log, N·m: {', '.join(coarse)}. "
+        "Contacts that are not small beside the arm's own torques go unseen there."
+    )
+    return [Finding("gamma-coarse", "warning", text)]
+
+
+def _range(series: UniformSeries) -> Mapping[str, float]:
+    """From the lowest to the highest effort of each joint, one in a hundred left out at either end, N·m or N."""
+    assert series.effort is not None
+    known = [column[np.isfinite(column)] for column in series.effort.T]
+    ends = [np.quantile(x, [0.01, 0.99]) if x.size else np.zeros(2) for x in known]
+    return {joint: float(b - a) for joint, (a, b) in zip(series.joint_names, ends, strict=True)}
 
 
 def _hopeless(joint: str, gamma: float, most: float, limit: float | None) -> Finding:

@@ -7,20 +7,26 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.audit_result import RuleFacts
+from collaudit.core.data.threshold_result import FollowedMotion
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
 from collaudit.core.detection.watch import Watch, choose_watched
 from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.phases import contact_mask
 
-DEFAULT_PERSISTENCE_MS = 25.0
-
 
 def make_rule(
-    series: UniformSeries, phases: NDArray[np.int8], config: Config
+    series: UniformSeries,
+    phases: NDArray[np.int8],
+    config: Config,
+    follows: FollowedMotion | None = None,
 ) -> tuple[RuleFacts, dict[str, Watch], list[Finding]]:
     """Thresholds, persistence and watched joints for a log's judged joints.
+
+    Args:
+        series, phases, config: of the log.
+        follows: how thresholds go with the motion; None: they are constant.
 
     Raises:
         ConfigError: a threshold or a watched name belongs to no judged joint.
@@ -44,6 +50,8 @@ def make_rule(
         near_miss_amplitude=config.near_miss.amplitude,
         near_miss_persistence=config.near_miss.persistence,
         near_miss_impulse=config.near_miss.impulse,
+        follows={} if follows is None else follows.scales,
+        at_rest_nm={} if follows is None else follows.at_rest_nm,
     )
     return rule, watch, _findings(rule, watch, series.period_s)
 

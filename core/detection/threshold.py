@@ -13,11 +13,12 @@ from dataclasses import field
 import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
-from collaudit.core.config.schema_detect import DynamicConfig
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
+from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.dataclass import dataclass
+from collaudit.core.detection.motion_scale import relative_scale
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
@@ -52,18 +53,29 @@ class Threshold:
     def of(self, j: int, part: slice | IntArray = slice(None)) -> FloatArray:
         """(n,) N·m of one joint, or of a part of its samples; NaN without one."""
         joint = self.series.joint_names[j]
-        law = self.config.dynamic.get(joint) if self.config.gamma_nm == "dynamic" else None
-        level = self.rule.gamma_nm.get(joint, np.nan) if law is None else self._dynamic(j, law)[part]
-        return np.asarray(self.residual.uncertainty_nm[:, j][part] + level)
+        constant = joint not in self.rule.follows and self.config.gamma_nm != "dynamic"
+        level = self.rule.gamma_nm.get(joint, np.nan) if constant else self._moving(j, joint)[part]
+        level = np.asarray(self.residual.uncertainty_nm[:, j][part] + level)
+        if extra := self.rule.at_rest_nm.get(joint, 0.0):
+            level = np.where(self.residual.state[:, j][part] == State.FRICTION_INTERVAL, level + extra, level)
+        return level
 
-    def _dynamic(self, j: int, law: DynamicConfig) -> FloatArray:
+    def _moving(self, j: int, joint: str) -> FloatArray:
+        """(n,) threshold of a joint that follows the motion, through the residual's kernel."""
         if j not in self._kept:
             balance, series = self.residual.balance, self.series
-            level = dynamic_level(
-                DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
-                balance.velocity_rad_s[:, j],
-                series.acceleration_rad_s2[:, j],
-            )
+            scale, law = self.rule.follows.get(joint), self.config.dynamic.get(joint)
+            if scale is not None:
+                relative = relative_scale(scale, series.velocity_rad_s, j, series.period_s)
+                level = self.rule.gamma_nm[joint] * relative
+            elif law is None:
+                level = np.full(series.time_s.size, self.rule.gamma_nm.get(joint, np.nan))
+            else:
+                level = dynamic_level(
+                    DynamicThreshold(law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad),
+                    balance.velocity_rad_s[:, j],
+                    series.acceleration_rad_s2[:, j],
+                )
             self._kept[j] = balance.kernel.apply(level[:, None], series.segments, series.period_s)[:, 0]
         return self._kept[j]
 

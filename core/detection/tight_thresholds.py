@@ -9,10 +9,7 @@ from collaudit.core.data.audit_result import Collision, RuleFacts
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.core.detection.fitted_rule import level_at, usable_thresholds
 from collaudit.core.findings import Finding
-
-#: A fitted threshold holds this margin over the residual that it comes from (recommend.MARGIN); within it, a stated
-#: one is lower, and the clean residual still does not reach it.
-_MARGIN = 1.25
+from collaudit.core.numeric.stats import MARGIN
 
 
 def tight_threshold_findings(
@@ -36,7 +33,7 @@ def tight_threshold_findings(
     for joint, gamma in rule.gamma_nm.items():
         known = usable.joints.get(joint)
         level = None if known is None else level_at(known, rule.n, rule.persistence_s)
-        if known is None or level is None or _MARGIN * gamma >= level.gamma_nm:
+        if known is None or level is None or MARGIN * gamma >= level.gamma_nm:
             continue
         own = [abs(alarm.peak_nm) for alarm in alarms if alarm.joint == joint]
         text = (
@@ -46,8 +43,8 @@ def tight_threshold_findings(
         if known.rms_nm is not None:
             text += f" (its RMS is {known.rms_nm:.3g} N·m)"
         text += (
-            ". Likely causes are a spring, cable or payload that the model lacks, or friction that is off. "
-            f'[detect] gamma_nm = "auto" takes {level.gamma_nm:.3g} N·m'
+            ". Likely causes are a spring, cable or payload that the model lacks, or friction that is off: find the "
+            "cause before a higher threshold is set"
         )
         if own:
             below = sum(peak < level.gamma_nm for peak in own)

@@ -564,18 +564,6 @@ KINDS: dict[str, Kind] = {
         "Nothing. Fit on more motion, as fast and as loaded as the logs that are judged, for lower thresholds.",
         _INFO,
     ),
-    "gamma-peaks-left-out": Kind(
-        "Thresholds of the friction file do not count isolated peaks of the fitted logs' residual.",
-        "Look at these times. If something was touched there, nothing; else fit on more motion of this kind, so that "
-        "it no longer stands alone.",
-        _WARNING,
-    ),
-    "gamma-peaks-counted": Kind(
-        "Thresholds of the friction file are determined by isolated peaks of the fitted logs' residual.",
-        "Look at these times. If something was touched there, label it (--truth, --labels) and fit again; else fit on "
-        "more motion of this kind.",
-        {"warning": "excludes"},
-    ),
     "gamma-beyond-drive": Kind(
         "A threshold of the friction file is above the torque that the drive of its joint is rated for.",
         "Look at the fitted residual: a wrong unit or sign of the effort, a wrong model, or contact in the log; "
@@ -686,6 +674,20 @@ KINDS: dict[str, Kind] = {
         "nothing, could exceed it.",
         "Lower it: collaudit recommend says what the data support; check the unit of [detect] gamma_nm.",
         {"warning": "excludes", "error": "not-judged-joint"},
+        setting="detect.gamma_nm",
+    ),
+    "gamma-coarse": Kind(
+        "A threshold is large beside the torques that the joint exerts in the log.",
+        "Look at the fitted residual: contact in the fit, a wrong scale of the effort, a tool that is not configured. "
+        "Fit on more motion.",
+        _EXCLUDES,
+        setting="detect.gamma_nm",
+    ),
+    "gamma-rose": Kind(
+        "Automatic thresholds are several times those of the friction file that this fit replaces.",
+        "Find out what changed: contact in the fitted log, the effort's scale or filter, a tool. Keep the earlier file "
+        "until then.",
+        _WARNING,
         setting="detect.gamma_nm",
     ),
     "persistence-long": Kind(

@@ -6,9 +6,12 @@ import numpy as np
 
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction_laws.law_registry import law_named
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, robust_sd
 
 _STEP = 1e-4
+#: Time, s, and strokes that tell how friction goes on above the fastest fitted speed.
+_TOLD_S, _TOLD_STROKES = 2.0, 4
 
 
 def extrapolation_doubt(law: FrictionModel, velocity: FloatArray) -> FloatArray:
@@ -32,6 +35,31 @@ def extrapolation_doubt(law: FrictionModel, velocity: FloatArray) -> FloatArray:
     growth = np.abs(law.torque(v) - law.torque(edge))
     out[rows] = growth + np.maximum(half_width(law, v) - half_width(law, edge), 0.0)
     return out
+
+
+def scatter_beyond(
+    law: FrictionModel, velocity: FloatArray, residual_nm: FloatArray, counts: BoolArray, period_s: float
+) -> float:
+    """What friction above the fastest fitted speed is off by in a log (95 %), N·m, from the bulk of its residual there.
+
+    The median of the residual along the motion is the error of the extrapolated curve, its spread what varies. Less
+    than half of the time that counts may be contact. Infinite where a few strokes, or little time, would have to tell.
+
+    Args:
+        law: the fitted law.
+        velocity, residual_nm: (n,) of the joint.
+        counts: (n,) samples that tell something.
+        period_s: sample period, s.
+    """
+    with np.errstate(invalid="ignore"):
+        beyond = np.abs(velocity) > law.speed_range[1]
+    rows = np.flatnonzero(beyond & counts & np.isfinite(residual_nm))
+    strokes = np.count_nonzero(np.diff(rows) > 1) + 1
+    if rows.size * period_s < _TOLD_S or strokes < _TOLD_STROKES:
+        return float("inf")
+    along = residual_nm[rows] * np.sign(velocity[rows])
+    middle = median_of(along)
+    return abs(middle) + STANDARD_ERRORS_95 * robust_sd(along - middle)
 
 
 def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:

@@ -69,6 +69,36 @@ def fit_joints(
     return {joint: replace(fit, directions=direction_difference(sums[joint])) for joint, fit in fits.items()}
 
 
+def refit_joints(
+    prepared: Sequence[Prepared], kinds: Mapping[str, FrictionFit], config: Config
+) -> dict[str, FrictionFit]:
+    """The laws of earlier fits with values from other samples: the law, and where its points come from, are kept.
+
+    Args:
+        prepared: the logs.
+        kinds: fits by joint; those without a law are left out.
+        config: how friction is fitted.
+    """
+    known = {joint: fit for joint, fit in kinds.items() if fit.model is not None}
+    none = SectionSet((), ())
+    of_sections = any(fit.motion == "sections" for fit in known.values())
+    sections = [find_sections(log.series, config.sections) if of_sections else none for log in prepared]
+
+    def refit(joint: str) -> FrictionFit:
+        fit = known[joint]
+        assert fit.model is not None
+        logs = [(log, found) for log, found in zip(prepared, sections, strict=True) if joint in log.judged]
+        if fit.motion == "sections":
+            points = [p for log, found in logs for p in _of_sections(joint, log, found, config)[0]]
+        else:
+            points = _loose_points(joint, prepared, config)
+        robot = logs[0][0].robot
+        units = FrictionUnits.of(robot.joint_types[robot.joint_names.index(joint)], logs[0][0].series.effort_unit)
+        return _fitted(points, units, config, fit.model)
+
+    return by_name(refit, known)
+
+
 def _fit_joint(
     joint: str,
     points: Sequence[FrictionPoint],
@@ -118,11 +148,13 @@ def _in_torque_units(prepared: Sequence[Prepared], joint: str) -> list[Prepared]
     return [log for log in prepared if log.series.effort_unit == "Nm" and joint in log.judged]
 
 
-def _fitted(points: Sequence[FrictionPoint], units: FrictionUnits, config: Config) -> FrictionFit:
+def _fitted(
+    points: Sequence[FrictionPoint], units: FrictionUnits, config: Config, model: str | None = None
+) -> FrictionFit:
     from collaudit.core.friction.friction_fitting import fit_friction  # an audit takes the law of a file
 
     ordered = sorted(points, key=lambda p: p.speed_rad_s)
-    return fit_friction(ordered, units, config.friction.model, config.friction.robust)
+    return fit_friction(ordered, units, model or config.friction.model, config.friction.robust)
 
 
 def _model_in_effort_unit(log: Prepared, joint: str) -> FloatArray | None:

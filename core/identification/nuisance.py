@@ -44,11 +44,12 @@ def drift_columns(times_s: Sequence[FloatArray]) -> FloatArray:
     """
     parts = []
     for k, time in enumerate(times_s):
-        count = int(np.clip(round(float(time[-1] - time[0]) / _KNOT_S), 1, _MOST_KNOTS)) if time.size else 1
-        knots = np.linspace(time[0], time[-1], count + 1) if time.size else np.array([0.0, 1.0])
+        # a log of less than half a minute has no drift: a trend would take what gravity does in the few poses it has
+        count = min(int(float(time[-1] - time[0]) / _KNOT_S), _MOST_KNOTS) if time.size else 0
+        knots = np.linspace(time[0], time[-1], count + 1) if time.size else np.array([0.0])
         # the first log lacks one hat: all hats together are the offset itself
         hats = [np.interp(time, knots, row) for row in np.eye(count + 1)[int(k == 0) :]]
-        parts.append(np.column_stack(hats))
+        parts.append(np.array(hats).reshape(len(hats), time.size).T)
     out = np.zeros((sum(t.size for t in times_s), sum(p.shape[1] for p in parts)))
     row = column = 0
     for part in parts:

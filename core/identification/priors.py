@@ -9,6 +9,7 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.dataclass import dataclass
+from collaudit.core.identification.estimate_choice import Candidate
 from collaudit.core.identification.gains.load_pairs import pair_gains
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
@@ -28,22 +29,16 @@ _SEEN, _ALIKE = 3.0, (0.5, 2.0)
 _TOLD = 0.8
 
 
-def inertial_prior_sd(config: Config) -> float:
-    """Standard deviation of the described inertials, as a share of them; ``cad_sd`` in the configuration."""
-    return config.fit.cad_sd
-
-
-def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple[str, ...], config: Config) -> Unknowns:
+def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Candidate, config: Config) -> Unknowns:
     """Priors of all unknowns: the description's inertials, next to nothing for a tool, gains as they look.
 
     Args:
         prepared: the logs; gains start from the first one's.
         robot: the arm as described.
-        estimate: what is to be identified; the rest is held.
-        config: how far the description is believed.
+        candidate: what is to be identified, the rest being held, and how far the description is believed.
+        config: how far stated gains are believed; the tool's frame.
     """
-    inertials = robot.inertial_parameters
-    share = inertial_prior_sd(config)
+    inertials, estimate, share = robot.inertial_parameters, candidate.estimate, candidate.width
     sd = _inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
     if "tool" in estimate:
         last = 10 * (tool_body(robot, config) + 1)
@@ -53,7 +48,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, estimate: tuple
     leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
     armature = robot.armature[leader]
     armature_prior_sd = np.zeros(len(names))
-    if "inertials" in estimate:
+    if {"inertials", "rotor"} & set(estimate):
         inertia = _joint_inertia(robot, prepared[0])
         armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * inertia)
         # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them

@@ -16,8 +16,8 @@ from collaudit.core.numeric.tables import table
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
-
-
+#: Periods of the -3 dB frequency after which nothing is left of how a stretch begins.
+SETTLED_PERIODS = 1.5
 #: Values from which on columns are worth several threads.
 _FOR_THREADS = 1 << 17
 
@@ -52,7 +52,7 @@ def low_pass(
         for span in segments:
             result[span.slice] = rows[span.slice]
         return result.reshape(x.shape)
-    settle = round(1.5 / (bandwidth_hz * period_s))
+    settle = round(SETTLED_PERIODS / (bandwidth_hz * period_s))
     result, missing = filtered(*butterworth_low_pass(corner), rows, segments, both_ways=True, pad=settle, out=result)
     if missing is not None:
         result[missing] = np.nan

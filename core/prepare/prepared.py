@@ -165,8 +165,6 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     findings += position_findings(series, robot, units.position, "position" in units.given)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
     source, about_source = effort_source(config.log, robot.joint_names)
-    if not config.detect.causal:
-        series = replace(series, raw_velocity_rad_s=None)  # only a causal detector reads it
     return ConditionedLog(series, robot, judged, labels, (*findings, *about_source), source)
 
 

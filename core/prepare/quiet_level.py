@@ -14,7 +14,7 @@ import numpy as np
 
 from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import SD_PER_MAD, distinct, quantile_of
+from collaudit.core.numeric.stats import ARM_PER_HOUR, MARGIN, SD_PER_MAD, block_peaks, distinct, null_tail, quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
@@ -27,8 +27,8 @@ _WINDOW_S, _EVEN_SHARE, _EVEN_TIMES = 0.25, 0.2, 3.0
 DRIFT_S = 120.0
 #: Less quiet time than this, or than this share, tells no level.
 _LEAST_S, _LEAST_SHARE = 1.0, 0.05
-#: Changes count from this many spreads on, and from this share of the joint's rated torque: sensors are no better.
-_SPREADS, _RATED_SHARE = 6.0, 0.02
+#: Changes count from this many spreads on, or from what their peaks reach by themselves: noise decides, nothing else.
+_SPREADS = 6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,11 +80,11 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
         level = _level(torque[:, j], quiet, series.time_s)
         spread = SD_PER_MAD * float(np.median(np.abs(torque[quiet, j] - level[quiet])))
         spread = max(spread, float(noise[j]), _step(torque[quiet, j]))
-        rated = float(prepared.robot.effort_limit_nm[j])
-        floor = _RATED_SHARE * rated if np.isfinite(rated) else 0.0
-        gamma = max(_SPREADS * spread, floor)
         rigid = prepared.rigid_nm[:, j] - np.nanmedian(prepared.rigid_nm[:, j])
-        out[joint] = QuietLevel(level - rigid, spread, gamma, count * series.period_s, stretch)
+        off = np.where(quiet, np.abs(torque[:, j] - level), 0.0)
+        tail = null_tail(block_peaks(np.nan_to_num(off), quiet, series.period_s), contact_free=True)
+        gamma = 0.0 if tail is None else MARGIN * tail.level(ARM_PER_HOUR / len(prepared.judged))
+        out[joint] = QuietLevel(level - rigid, spread, max(gamma, _SPREADS * spread), count * series.period_s, stretch)
     return out
 
 

@@ -14,12 +14,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import window_minima
-from collaudit.core.recommend.clean_tail import BLOCK_S
-
-MARGIN = 1.25
-#: Hours of motion of a joint between two false alarms that a threshold of the fit promises, at 95 % confidence.
-TARGET_H = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,21 +57,6 @@ class CleanResidual:
                 level[part] = np.where(self.clean[part], np.abs(self.residual_nm[part]), -np.inf)
             self._level.append(level)
         return self._level[0]
-
-
-def sustained_peaks(data: CleanResidual, n: int, block_s: float = BLOCK_S) -> FloatArray:
-    """(b,) the largest level that |residual| stays above for n clean samples in a row, in each block of time, N·m.
-
-    It is the maximum over all windows of n samples of the smallest |residual| inside: rule (6) with this n fires in a
-    block of clean data exactly when gamma is below it. Blocks in which no window fits are left out.
-    """
-    level = np.full(data.residual_nm.size, -np.inf)
-    window_minima(data.level_nm(), n, level[n // 2 : n // 2 + max(0, level.size - n + 1)])
-    length = max(1, round(block_s / data.period_s))
-    if level.size == 0:
-        return level
-    peaks: FloatArray = np.maximum.reduceat(level, np.arange(0, level.size, length))
-    return peaks[np.isfinite(peaks)]
 
 
 def round_up(level_nm: float) -> float:

@@ -13,7 +13,7 @@ from collaudit.core.data.columns import Columns, OfTwo
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.dataclass import dataclass
-from collaudit.core.friction.extrapolation import extrapolation_doubt
+from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_doubt
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
@@ -217,7 +217,9 @@ def _fill_joint(
     columns.state[rows] = State.FRICTION_INTERVAL
     doubt: FloatArray | None = None
     if exceeds(velocity, law.speed_range[1]).any():
-        doubt = extrapolation_doubt(law, velocity)
+        seen = ~(undecided | series.edge | balance.unsettled | series.saturated[:, j])
+        shown = scatter_beyond(law, velocity, columns.torque_nm, seen, series.period_s)
+        doubt = np.minimum(extrapolation_doubt(law, velocity), shown)
         columns.state[beyond & ~(doubt <= config.beyond_range * np.abs(band.sliding_nm))] = State.TOO_FAST
     if law.load is not None and load_nm is not None:
         carried = load_doubt(law.load, load_nm, velocity)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "atomic_write",
     "audit_json",
+    "earlier_friction",
     "friction_json",
     "open_run",
     "read_friction",
@@ -87,6 +88,14 @@ def read_friction(path: Path) -> FrictionFile:
         CollauditError: it is missing, damaged, of another kind or version, or does not fit.
     """
     return read_result(path, FrictionFile, FRICTION_SCHEMA)
+
+
+def earlier_friction(path: Path) -> FrictionFile | None:
+    """The friction file that is about to be replaced; None where there is none, or none that can be read."""
+    try:
+        return read_friction(path) if path.exists() else None
+    except CollauditError:
+        return None
 
 
 def no_run(folder: Path) -> CollauditError:

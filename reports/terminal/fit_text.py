@@ -6,7 +6,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identification
 from collaudit.reports.terminal.text_table import table, table_with_text, wrapped
-from collaudit.reports.values.identified import identification_tables
+from collaudit.reports.values.identified import identification_tables, threshold_table
 from collaudit.reports.values.joint_lines import joint_lines
 
 
@@ -38,9 +38,12 @@ def _left_out_text(friction: FrictionFile) -> str:
 def _identification_text(friction: FrictionFile, width: int | None) -> str:
     """Sensor delays, gains, inertials and trends, table by table; long tables stay in friction.json and the page."""
 
-    found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled)
+    found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled, friction.choice)
     parts = []
-    for each in identification_tables(found):
+    tables = identification_tables(found)
+    if friction.thresholds is not None and friction.thresholds.joints:
+        tables = (threshold_table(friction.thresholds), *tables)
+    for each in tables:
         if not each.folded:
             notes = "".join(f"{wrapped(f'  {note}', width, '    ')}\n" for note in each.notes)
             parts.append(f"\n{each.title}\n{table(each.head, each.rows, width=width, fold=True)}{notes}")

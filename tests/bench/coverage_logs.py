@@ -18,10 +18,14 @@ from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.imperfections.arm_imperfections import given_way, loads_nm
 from collaudit.fixtures.imperfections.gear_imperfections import geared
 from collaudit.fixtures.imperfections.recording_imperfections import spoiled
+from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 from collaudit.fixtures.run import carry_out
 from collaudit.fixtures.sensors import record
+
+#: Symbols of other laws with the same meaning: the Coulomb level and the viscous slope.
+SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}
 
 
 def streams(scenario: str, seed: int) -> list[np.random.Generator]:
@@ -80,3 +84,16 @@ def logged(
         LogSource("simulated", "0" * 64, "test", None, "column", "/joint_states"),
     )
     return replace(log, effort=joints.effort[:, back], effort_unit="raw") if raw else log
+
+
+def truth(joint: LuGre) -> tuple[str, dict[str, float]]:
+    """The law a joint's mean over both directions follows, and its parameters."""
+    ahead, back = joint.forward, joint.backward
+    fc, fs, viscous = (
+        0.5 * (getattr(ahead, name) + getattr(back, name))
+        for name in ("coulomb_nm", "stiction_nm", "viscous_nm_s_per_rad")
+    )
+    vs = ahead.stribeck_rad_s
+    if joint.exponent == 2:
+        return "stribeck-gauss", {"Fc": fc, "Fs": fs, "vs": vs, "sigma2": viscous}
+    return "static-lugre", {"A": fc, "B": fs - fc, "C": 1.0 / vs, "D": viscous}

@@ -18,7 +18,7 @@ from json import dumps, loads
 from pathlib import Path
 
 import numpy as np
-from coverage_logs import logged, motion, streams
+from coverage_logs import SAME, logged, motion, streams, truth
 from identified_coverage import described
 from tables import put
 
@@ -32,14 +32,11 @@ from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
 from collaudit.fixtures.imperfections.arm_imperfections import loads_nm
 from collaudit.fixtures.imperfections.gear_imperfections import geared
-from collaudit.fixtures.lugre import LuGre
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import plan
 
 ROBOTS = ("paper6", "seven")
 UNITS = FrictionUnits.of("revolute", "Nm")
-#: Symbols of other laws with the same meaning: the Coulomb level and the viscous slope.
-SAME = {"A": "Fc", "Fc": "A", "D": "sigma2", "sigma2": "D"}
 
 
 def points_of(cache: Path, robot: str, seeds: int) -> Iterator[dict[str, list[FrictionPoint]]]:
@@ -91,19 +88,6 @@ def spoilt_points(cache: Path, robot: str, name: str, seed: int) -> list[Frictio
         log = logged(trace, arm, model, rngs[2], imperfections=names)
         keep_points(kept, prepare(log, file, Config()))
     return kept_points(kept).get(arm.joints[1], [])
-
-
-def truth(joint: LuGre) -> tuple[str, dict[str, float]]:
-    """The law a joint's mean over both directions follows, and its parameters."""
-    ahead, back = joint.forward, joint.backward
-    fc, fs, viscous = (
-        0.5 * (getattr(ahead, name) + getattr(back, name))
-        for name in ("coulomb_nm", "stiction_nm", "viscous_nm_s_per_rad")
-    )
-    vs = ahead.stribeck_rad_s
-    if joint.exponent == 2:
-        return "stribeck-gauss", {"Fc": fc, "Fs": fs, "vs": vs, "sigma2": viscous}
-    return "static-lugre", {"A": fc, "B": fs - fc, "C": 1.0 / vs, "D": viscous}
 
 
 class Tally:

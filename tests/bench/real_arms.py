@@ -19,6 +19,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from simulated_arm import robot_of, simulated
 from tables import put
 
 from collaudit.fixtures import simulation
@@ -78,29 +79,6 @@ def memoised() -> None:
     simulation.carry_out = once
 
 
-def simulated(folder: Path, scenario: str, seed: int, imperfections: tuple[str, ...]) -> Path:
-    """The log, made unless it is there."""
-    log = folder / f"{'-'.join((scenario, str(seed), *imperfections))}.mcap"
-    if not log.with_suffix(".truth.json").exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        length = 60.0 if scenario == "free-clean" else None
-        simulation.simulate_to(scenario, "paper6", seed, "mcap", log, duration_s=length, imperfections=imperfections)
-    return log
-
-
-def robot_of(log: Path) -> Path:
-    """The simulation's configuration without anything but robot and units."""
-    kept, keep = [], True
-    for line in log.with_suffix(".toml").read_text(encoding="utf-8").splitlines():
-        if line.startswith("["):
-            keep = line.startswith(("[robot", "[[robot", "[log.units"))
-        if keep:
-            kept.append(line)
-    path = log.with_suffix(".robot.toml")
-    path.write_text("\n".join(kept) + "\n", encoding="utf-8")
-    return path
-
-
 def measured(row: str, results: Path) -> list[Cell]:
     """The cells of a row that are kept."""
     return [_kept(path) for path in sorted(results.glob(f"{row.replace(' ', '-')}-[0-9]*.json"))]
@@ -118,8 +96,10 @@ def measure(row: str, seed: int, logs: Path, results: Path, command: list[str]) 
     if not kept.exists():
         work = results / "work" / f"{row.replace(' ', '-')}-{seed}"
         work.mkdir(parents=True, exist_ok=True)
-        first = simulated(logs, fitted, seed + 500 * (fitted == judged), imperfections)
-        second = simulated(logs, judged, seed, imperfections)
+        first, second = (
+            simulated(logs, scenario, its, imperfections, seconds=60.0 if scenario == "free-clean" else None)
+            for scenario, its in ((fitted, seed + 500 * (fitted == judged)), (judged, seed))
+        )
         cell = _run(first, second, work, command)
         kept.write_text(json.dumps(cell), encoding="utf-8")
     return _kept(kept)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from collaudit.core.detection.rule import collisions, exceedances, persistence_samples, rule_events
-from collaudit.core.recommend.recommendation import CleanResidual, sustained_peaks
+from collaudit.core.recommend.recommendation import CleanResidual
+from collaudit.core.recommend.sustained_levels import sustained_level
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))
 MASKS = st.integers(0, 2**32 - 1)
@@ -97,18 +98,11 @@ def test_persistence_rounds_up(milliseconds: float, period: float, n: int) -> No
     assert persistence_samples(milliseconds / 1e3, period) == n
 
 
-@pytest.mark.parametrize(("first", "block"), [(494, 0), (495, 1), (990, 1), (990 + 5, 2)])
-def test_a_sustained_level_belongs_to_the_block_of_its_middle(first: int, block: int) -> None:
-    x = np.ones(1500)
-    x[first : first + 10] = 5.0
-    peaks = sustained_peaks(CleanResidual(x, np.ones(1500, dtype=bool), 0.002), 10, block_s=1.0)
-    np.testing.assert_array_equal(peaks, np.where(np.arange(3) == block, 5.0, 1.0))
-
-
 @given(arrays(np.float64, st.integers(20, 200), elements=st.floats(-10, 10)), MASKS, st.integers(1, 12))
 def test_the_sustained_level_is_the_threshold_at_which_alarms_stop(x: np.ndarray, seed: int, n: int) -> None:
     clean = mask_for(x, seed)
-    peaks = sustained_peaks(CleanResidual(x, clean, 0.002), n)
+    level = sustained_level(CleanResidual(x, clean, 0.002), n)
+    peaks = level[np.isfinite(level)]
     if peaks.size == 0:
         starts, stops = exceedances(np.ones(x.size), clean, 0.0)
         assert starts.size == 0 or (stops - starts).max() < n, "a window fits and no level was given"

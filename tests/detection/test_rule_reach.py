@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from collaudit.core.detection.rule_reach import check_persistence, reach_findings
+from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.errors import NotJudgedError
 
 TORQUE = 20.0, 6.0  # largest of each joint on record
@@ -62,3 +62,14 @@ def test_a_persistence_longer_than_the_log_is_refused() -> None:
 
 def test_raw_efforts_are_compared_with_nothing() -> None:
     assert not found((1e9, 1e9), NONE, unit="raw")
+
+
+def test_thresholds_that_are_large_beside_the_joints_torque_are_said() -> None:
+    time_s = np.arange(2000) * 0.002
+    series: Any = SimpleNamespace(effort=np.outer(np.sin(3 * time_s), TORQUE), effort_unit="Nm", joint_names=("a", "b"))
+    rule: Any = SimpleNamespace(gamma_nm={"a": 3.5, "b": 1.5}, watch=("a", "b"))
+    (said,) = coarse_findings(series, rule)
+    assert (said.code, said.effect) == ("gamma-coarse", "excludes")
+    assert "b 1.5 of 12" in said.text and "a 3.5" not in said.text
+    still: Any = SimpleNamespace(effort=np.ones((2000, 2)), effort_unit="Nm", joint_names=("a", "b"))
+    assert not coarse_findings(still, rule)

@@ -16,7 +16,6 @@ from collaudit.core import fitting
 from collaudit.core.api import fit
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
-from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.fixtures.simulated_audit import audit_simulated, fit_simulated
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles, simulate_to
 
@@ -121,19 +120,17 @@ def robot(request: pytest.FixtureRequest) -> str:
 
 def without_thresholds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let fits of this test end at the laws: their held-out residual, which nobody asks for, takes half of the time."""
-    nothing = FittedThresholds("direct", False, {})
-    monkeypatch.setattr(fitting, "corrections_that_help", lambda *_: ({}, nothing))
+    monkeypatch.setattr(fitting, "held_out_residuals", lambda *_: [])
 
 
 def fit_without_folds(files: SimulatedFiles) -> FrictionFile:
     """Friction of one simulated log with every correction that was found, and without thresholds.
 
-    Which corrections help is told by the laws without each fold in turn: half of a fit's time. Of identification runs
+    Which corrections help is told by fits without each fold in turn: half of a fit's time. Of identification runs
     with 14 and 30 speeds every correction did, on both robots and five seeds.
     """
-    nothing = FittedThresholds("direct", False, {})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fitting, "corrections_that_help", lambda _, _f, _v, found, *_more: (dict(found), nothing))
+        without_thresholds(patch)
         return fit_simulated(files)
 
 

@@ -55,6 +55,7 @@ def test_ur10_from_inspect_to_report(cli, data_dir: Path) -> None:  # type: igno
     assert {f["model"] for f in fits.values()} <= {
         "coulomb-viscous",
         "asymmetric-coulomb-viscous",
+        "asymmetric-stribeck-gauss",  # wrist 2 is driven slowly enough
         "smooth-coulomb-viscous",
         "rbf",  # a curve without meaning of its own, where it predicts other speeds best
     }

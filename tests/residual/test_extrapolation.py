@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.friction.extrapolation import extrapolation_doubt
+from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.parameter_units import FrictionUnits
@@ -55,3 +55,21 @@ def test_the_truth_lies_in_it_up_to_twice_the_speed(kind: str) -> None:
         error = np.abs(law.torque(beyond) - truth(beyond)) - np.abs(law.torque(beyond[:1]) - truth(beyond[:1]))
         held += bool((error <= extrapolation_doubt(law, beyond) + 1e-9).all())
     assert held >= 19
+
+
+def test_a_log_tells_how_friction_goes_on() -> None:
+    """Strokes to twice the fitted speed: the curve is off by 1.5 N·m there, a push of 6 N·m lies on one of them."""
+    speed = np.linspace(0.05, 1.0, 20)
+    law = fitted(5.0 + 3.0 * speed, speed, model="coulomb-viscous")
+    t = np.arange(0.0, 40.0, 0.002)
+    v = 2.0 * np.sin(2.0 * np.pi * t / 4.0)
+    noise = 0.2 * np.random.default_rng(1).standard_normal(t.size)
+    off = np.where(np.abs(v) > 1.0, 1.5, 0.0) * np.sign(v) + noise
+    everywhere = np.ones(t.size, dtype=bool)
+    clean = scatter_beyond(law, v, off, everywhere, 0.002)
+    assert clean == pytest.approx(1.5 + 1.96 * 0.2, rel=0.05)
+    assert clean < extrapolation_doubt(law, np.array([2.0]))[0]
+    pushed = off + np.where((t > 13.0) & (t < 13.13), 6.3, 0.0)
+    assert scatter_beyond(law, v, pushed, everywhere, 0.002) == pytest.approx(clean, rel=0.05)
+    brief = np.asarray(t < 1.9)  # one stroke
+    assert np.isinf(scatter_beyond(law, v, off, brief, 0.002))

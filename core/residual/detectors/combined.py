@@ -11,7 +11,7 @@ from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import balance_from_acceleration
@@ -83,7 +83,8 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     noise = np.array([_noise(torque[state[:, j] == State.JUDGED, j]) for j in range(torque.shape[1])])
     beyond = np.sign(torque) * np.maximum(np.abs(torque) - by_joint.uncertainty_nm, 0.0)
     share = np.where(evidence, beyond, 0.0) / noise
-    norm = np.sqrt(np.sum(share**2, axis=1))
+    told = np.count_nonzero((state == State.JUDGED) | (share != 0.0), axis=1)
+    norm = normal_equivalent(np.sum(share**2, axis=1), told)
     somewhere = np.any(evidence, axis=1, keepdims=True)
     shown = np.where(somewhere & (state > State.FRICTION_INTERVAL), np.int8(State.FRICTION_INTERVAL), state)
     series = prepared.judged_series
@@ -96,6 +97,18 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     )
 
 
+def normal_equivalent(squares: FloatArray, joints: IntArray) -> FloatArray:
+    """(n,) what a sum of squares of so many standard normal values is worth as one such value, 0 below the mean.
+
+    So a threshold means the same whether one joint moves or all do. The cube root of chi-squared over its degrees of
+    freedom k is nearly normal, with mean 1 - 2 / 9k and variance 2 / 9k (Wilson and Hilferty, Proc. Nat. Acad. Sci. 17,
+    1931).
+    """
+    spread = 2.0 / (9.0 * np.maximum(joints, 1))
+    root = np.cbrt(squares / np.maximum(joints, 1))
+    return np.asarray(np.maximum((root - (1.0 - spread)) / np.sqrt(spread), 0.0))
+
+
 def _noise(judged_nm: FloatArray) -> float:
     """Robust standard deviation of a residual; contacts, which are rare, do not move it."""
     known = judged_nm[np.isfinite(judged_nm)]
@@ -104,8 +117,8 @@ def _noise(judged_nm: FloatArray) -> float:
 
 DETECTOR = Detector(
     name="combined",
-    equation="r = sd |(r_1/sd_1, ..., r_j/sd_j)|, r_j as of direct at 4 Hz with zero phase, sd the robust standard "
-    "deviation of each over the log",
-    source="norm of the residuals in units of their noise, as of Mahalanobis with a diagonal covariance",
+    equation="r = sd z(sum (r_j/sd_j)^2), r_j as of direct at 4 Hz with zero phase, sd the robust standard deviation "
+    "of each over the log, z the normal value as rare as the sum",
+    source="sum of squares in units of their noise (Mahalanobis, diagonal covariance), by Wilson and Hilferty (1931)",
     residual=combined_residual,
 )

@@ -1,0 +1,87 @@
+"""The fit of an arm: drives and inertials, axes that turn with several joints, then the friction of every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from collaudit.core.config.schema import Config
+from collaudit.core.data.coupled_friction import CoupledFriction
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import Identified
+from collaudit.core.dataclass import dataclass
+from collaudit.core.findings import Finding
+from collaudit.core.friction.joint_fits import fit_joints, refit_joints
+from collaudit.core.identification.coupled_axes import fit_coupled
+from collaudit.core.identification.estimate_choice import Candidate
+from collaudit.core.identification.identification import identify, identify_values
+from collaudit.core.numeric.arrays import BoolArray
+from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.prepare.prepared import Prepared, calibrated
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmFit:
+    """What a fit finds of an arm.
+
+    Attributes:
+        logs: calibrated with it, whole.
+        identified: drives, inertials, tool; None where only friction was fitted.
+        coupled: friction of axes that turn with several joints.
+        fits: friction by joint.
+        findings: on the coupled axes.
+    """
+
+    logs: tuple[Prepared, ...]
+    identified: Identified | None
+    coupled: Mapping[str, CoupledFriction]
+    fits: Mapping[str, FrictionFit]
+    findings: tuple[Finding, ...]
+
+
+def fit_arm(
+    logs: Sequence[Prepared],
+    taken: Candidate,
+    config: Config,
+    left_out: Sequence[BoolArray] | None = None,
+    kinds: Mapping[str, FrictionFit] | None = None,
+    progress: Progress | None = None,
+) -> ArmFit:
+    """Fit an arm from its logs.
+
+    Args:
+        logs: calibrated with what is known of the sensor, cleaned of contact.
+        taken: what is identified beside friction.
+        config: how.
+        left_out: of each log the samples (n,) that are not to be fitted; None for none.
+        kinds: fits of the whole logs: only the values of their laws are found again, without intervals; None chooses
+            each law.
+        progress: called with steps done and in all.
+    """
+
+    def seen(some: Sequence[Prepared]) -> list[Prepared]:
+        masks = left_out if left_out is not None else [None] * len(some)
+        return [log if mask is None else without_samples(log, mask) for log, mask in zip(some, masks, strict=True)]
+
+    whole = list(logs)
+    identified = (identify if kinds is None else identify_values)(seen(whole), config, taken)
+    if identified is not None:
+        found = [replace(log.calibration, identified=identified, tool=None) for log in whole]
+        whole = [calibrated(log, known, config) for log, known in zip(whole, found, strict=True)]
+    coupled, findings = fit_coupled(seen(whole), config, "inertials" in taken.estimate)
+    if coupled:
+        whole = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in whole]
+    fits = fit_joints(seen(whole), config, progress) if kinds is None else refit_joints(seen(whole), kinds, config)
+    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings))
+
+
+def without_samples(prepared: Prepared, left_out: BoolArray) -> Prepared:
+    """The same log with the effort of some samples (n,) unknown; its model torque and findings stay as they are."""
+    effort = prepared.series.effort
+    if effort is None:
+        return prepared
+    known = effort.copy(order="K")
+    known[left_out] = np.nan
+    return replace(prepared, series=replace(prepared.series, effort=known))

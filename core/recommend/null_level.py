@@ -1,0 +1,135 @@
+"""Thresholds from what contact-free motion does by itself: scale in any motion, and the law of the peaks over it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+
+import numpy as np
+
+from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
+from collaudit.core.dataclass import dataclass
+from collaudit.core.detection.motion_scale import LEAST_SHARE, scale_over
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
+from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.sliding_extremes import whole_window_minima
+from collaudit.core.numeric.stats import (
+    ARM_PER_HOUR,
+    BLOCK_S,
+    FEWEST_BLOCKS,
+    MARGIN,
+    SD_PER_MAD,
+    block_peaks,
+    median_of,
+    null_tail,
+)
+
+#: A residual counts as at most so many times the scale while the scale is found.
+_CLIP = 2.5
+_ROUNDS = 6
+#: Of the stretches at rest or after a reversal so many are taken to be free of contact.
+_REST_SHARE = 0.9
+#: Share of the samples in which a feature must show to be followed.
+_SEEN = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NullEvidence:
+    """One joint of one log.
+
+    Attributes:
+        residual_nm: (n,) residual.
+        moving: (n,) samples in motion at which it counts.
+        features: (n, 5) what the scale may follow (:func:`motion_features`).
+        period_s: sample period, s.
+    """
+
+    residual_nm: FloatArray
+    moving: BoolArray
+    features: FloatArray
+    period_s: float
+
+
+def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
+    """Scale of a residual as a non-negative combination of features, robust against a minority of contacts.
+
+    Args:
+        size_nm: (m,) |residual| in motion.
+        features: (m, 5).
+    """
+    usual = median_of(size_nm)
+    features = features * (np.mean(features > 0.0, axis=0) >= _SEEN)  # rare motion tells no scale
+    limit, level = np.full(size_nm.size, _CLIP * max(usual, 1e-9)), np.full(size_nm.size, usual)
+    weights = np.zeros(features.shape[1])
+    for _ in range(_ROUNDS):
+        weights = nonnegative_fit(features, np.minimum(size_nm, limit))
+        level = features @ weights
+        level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
+        limit = _CLIP * level
+    sd = SD_PER_MAD * median_of(size_nm / level)
+    base, slow, speed, arm, turn = (float(sd * w) for w in weights)
+    return MotionScale(base, slow, speed, arm, turn, sd * median_of(level))
+
+
+def sustained_ratios(one: NullEvidence, scale: MotionScale, n: int) -> FloatArray:
+    """(b,) of each block mostly in motion the largest ratio to the scale that |residual| keeps for n samples."""
+    ratio = np.where(one.moving, np.abs(one.residual_nm) / scale_over(scale, one.features), 0.0)
+    lasting = ratio.copy()
+    if n > 1:
+        whole_window_minima(ratio, n, lasting)
+    return block_peaks(lasting, one.moving, one.period_s)
+
+
+def scale_of(evidence: Sequence[NullEvidence]) -> MotionScale | None:
+    """Scale of one joint over its logs; None without enough motion."""
+    size = np.concatenate([np.abs(one.residual_nm[one.moving]) for one in evidence])
+    features = np.concatenate([one.features[one.moving] for one in evidence])
+    step = max(1, size.size // 200_000)  # the bulk of a long log is known from a part of it
+    seconds = sum(float(np.count_nonzero(one.moving)) * one.period_s for one in evidence)
+    return motion_scale(size[::step], features[::step]) if seconds >= FEWEST_BLOCKS * BLOCK_S else None
+
+
+def threshold_level(
+    evidence: Sequence[NullEvidence], scale: MotionScale, counts: Sequence[int], joints: int
+) -> ThresholdLevel | None:
+    """Best estimate of one joint's threshold at one persistence: ``ARM_PER_HOUR`` over the joints, with ``MARGIN``.
+
+    Args:
+        evidence: of one joint, one entry a log.
+        scale: of it.
+        counts: persistence in samples of each log.
+        joints: that share the arm's false alarms.
+    """
+    single = null_tail(np.concatenate([sustained_ratios(one, scale, 1) for one in evidence]))
+    peaks = np.concatenate([sustained_ratios(one, scale, n) for one, n in zip(evidence, counts, strict=True)])
+    lasting = null_tail(peaks)
+    if single is None or lasting is None:
+        return None
+    # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
+    rate = ARM_PER_HOUR / joints
+    level = sqrt(single.level(rate) * lasting.level(rate))
+    seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
+    gamma = MARGIN * level * scale.usual_nm
+    over = float(np.mean(peaks > level))
+    return ThresholdLevel(max(counts), seconds, gamma, lasting.rate(level), lasting.interval(level), over)
+
+
+def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray]) -> float:
+    """What nine of ten stretches stay below in which friction is an interval, N·m; 0 without any.
+
+    How hard a joint breaks away differs from one standstill to the next, and is seldom seen: most of such samples are
+    zero. So each stretch is one value, its largest residual.
+
+    Args:
+        residual_nm: (n,) of one joint, one entry a log.
+        loose: (n,) samples at which the rule can fire and friction is an interval.
+    """
+    peaks = []
+    for x, mask in zip(residual_nm, loose, strict=True):
+        starts, _ = run_bounds(mask)
+        if starts.size:
+            size = np.where(mask, np.abs(np.nan_to_num(x)), 0.0)
+            peaks.append(np.maximum.reduceat(size, starts))
+    every = np.concatenate(peaks) if peaks else np.empty(0)
+    return float(np.quantile(every, _REST_SHARE, method="lower")) if every.size else 0.0

@@ -1,0 +1,121 @@
+"""Faults of stretches and stamps: rows filled, frozen, replayed, doubled, lost; clocks; rates. See ``log_faults``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+from log_faults import LogFault, Place, with_values
+
+from collaudit.core.data.joint_log import JointLog
+
+_FIELDS = ("position_rad", "velocity_rad_s", "effort")
+
+
+def _stretches(log: JointLog, place: Place, length: float) -> Iterator[slice]:
+    for at in place.times:
+        a, b = np.searchsorted(log.time_s, [at - length / 2, at + length / 2])
+        if b > a:
+            yield slice(int(a), int(b))
+
+
+def _copies(log: JointLog, fields: tuple[str, ...]) -> dict[str, np.ndarray]:
+    return {name: np.array(getattr(log, name)) for name in fields if getattr(log, name) is not None}
+
+
+def stretches() -> Iterator[LogFault]:
+    """Rows that were filled, frozen or copied."""
+
+    def filled(log: JointLog, place: Place, length: float, fields: tuple[str, ...]) -> JointLog:
+        values = _copies(log, fields)
+        for part in _stretches(log, place, length):
+            share = np.linspace(0.0, 1.0, part.stop - part.start + 2)[1:-1, None]
+            for value in values.values():
+                first, last = value[max(0, part.start - 1)], value[min(len(value) - 1, part.stop)]
+                value[part] = (1.0 - share) * first + share * last
+        return with_values(log, **values)
+
+    def frozen(log: JointLog, place: Place, length: float, fields: tuple[str, ...], noise: float) -> JointLog:
+        values = _copies(log, fields)
+        for part in _stretches(log, place, length):
+            for value in values.values():
+                value[part] = value[part.start] + noise * place.rng.standard_normal(value[part].shape)
+        return with_values(log, **values)
+
+    def replayed(log: JointLog, place: Place, length: float, fields: tuple[str, ...]) -> JointLog:
+        values = _copies(log, fields)
+        for part in _stretches(log, place, length):
+            for value in values.values():
+                value[part] = value[2 * part.start - part.stop : part.start]
+        return with_values(log, **values)
+
+    effort = ("effort",)
+    for words, fields in (("all columns", _FIELDS), ("efforts", effort)):
+        for length in (0.4, 0.8):
+            change = partial(filled, length=length, fields=fields)
+            yield LogFault("interpolated gap", f"{words}, {length:g} s", change, blinds=True)
+            change = partial(replayed, length=length, fields=fields)
+            yield LogFault("replayed", f"{words}, {length:g} s", change, blinds=True)
+        yield LogFault("frozen", f"{words}, 0.5 s", partial(frozen, length=0.5, fields=fields, noise=0.0), blinds=True)
+    noisy = partial(frozen, length=0.5, fields=effort, noise=0.02)
+    yield LogFault("frozen", "efforts, 0.5 s, with noise of 0.02", noisy, blinds=True)
+
+
+def stamps() -> Iterator[LogFault]:
+    """Samples twice, rows lost, clocks."""
+
+    def rows(log: JointLog, chosen: np.ndarray, time_s: np.ndarray) -> JointLog:
+        values = {name: value[chosen] for name, value in _copies(log, _FIELDS).items()}
+        return with_values(log, time_s=time_s, **values)
+
+    def doubled(log: JointLog, place: Place, calm_first: bool, size: float) -> JointLog:
+        assert log.effort is not None
+        calm = np.array(log.effort)
+        for part in _stretches(log, place, 0.5):
+            share = np.linspace(0.0, 1.0, part.stop - part.start)[:, None]
+            calm[part] = (1.0 - share) * calm[part.start] + share * calm[part.stop - 1]
+        calm += size * place.rng.standard_normal(calm.shape)
+        pair = (calm, log.effort) if calm_first else (log.effort, calm)
+        twice = np.repeat(np.arange(log.time_s.size), 2)
+        out = rows(log, twice, log.time_s[twice])
+        return with_values(out, effort=np.stack(pair, axis=1).reshape(len(twice), -1))
+
+    def renumbered(log: JointLog, place: Place, length: float, share: float) -> JointLog:
+        keep = place.rng.random(log.time_s.size) >= share
+        for part in _stretches(log, place, length):
+            keep[part] = False
+        chosen = np.flatnonzero(keep)
+        return rows(log, chosen, log.time_s[: chosen.size])
+
+    def clock(log: JointLog, place: Place, factor: float, jitter_s: float) -> JointLog:
+        noise = jitter_s * place.rng.standard_normal(log.time_s.size)
+        time_s = np.sort(factor * log.time_s + noise)
+        return with_values(log, time_s=time_s - time_s[0])
+
+    def thinned(log: JointLog, place: Place, every: int, back: bool) -> JointLog:
+        chosen = np.arange(0, log.time_s.size, every)
+        few = rows(log, chosen, log.time_s[chosen])
+        if not back:
+            return few
+        full = {
+            name: np.column_stack([np.interp(log.time_s, few.time_s, x) for x in value.T])
+            for name, value in _copies(few, _FIELDS).items()
+        }
+        return with_values(log, **full)
+
+    for first, words in ((True, "without the push first"), (False, "with the push first")):
+        change = partial(doubled, calm_first=first, size=0.0)
+        yield LogFault("one stamp twice", f"efforts {words}", change, blinds=True)
+        change = partial(doubled, calm_first=first, size=0.5)
+        yield LogFault("one stamp twice", f"efforts {words}, both noisy", change, blinds=True)
+    for length in (0.25, 0.5):
+        change = partial(renumbered, length=length, share=0.0)
+        yield LogFault("rows cut, stamps renumbered", f"{length:g} s", change, blinds=True)
+    yield LogFault("rows cut, stamps renumbered", "2 % here and there", partial(renumbered, length=0.0, share=0.02))
+    for factor in (0.8, 1.25):
+        yield LogFault("clock", f"runs × {factor:g}", partial(clock, factor=factor, jitter_s=0.0))
+    yield LogFault("clock", "stamps of ± 4 ms", partial(clock, factor=1.0, jitter_s=0.004))
+    for every in (5, 12):
+        yield LogFault("resampled", f"one row of {every}", partial(thinned, every=every, back=False))
+        yield LogFault("resampled", f"one row of {every}, filled up", partial(thinned, every=every, back=True))

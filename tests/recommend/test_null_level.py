@@ -1,0 +1,96 @@
+"""Thresholds from the bulk of a contact-free residual: what they are worth on more of the same, and with contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from collaudit.core.data.threshold_result import ThresholdLevel
+from collaudit.core.detection.motion_scale import motion_features, relative_scale, scale_over
+from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_level
+
+PERIOD = 0.002
+N = 13
+
+
+def coloured(duration_s: float, seed: int) -> np.ndarray:
+    """Gaussian noise of unit size that remembers 40 ms."""
+    x = lfilter([0.05], [1.0, -0.95], np.random.default_rng(seed).standard_normal(round(duration_s / PERIOD)))
+    return np.asarray(x / np.std(x))
+
+
+def swinging(samples: int) -> np.ndarray:
+    """(n, 2) velocities of two joints."""
+    t = np.arange(samples) * PERIOD
+    return np.column_stack([1.5 * np.sin(0.9 * t), 0.5 * np.cos(0.4 * t)])
+
+
+def evidence(residual: np.ndarray) -> NullEvidence:
+    velocity = swinging(residual.size)
+    return NullEvidence(residual, np.abs(velocity[:, 0]) > 0.02, motion_features(velocity, 0, PERIOD), PERIOD)
+
+
+def level_of(one: NullEvidence, n: int = N) -> ThresholdLevel:
+    scale = scale_of([one])
+    assert scale is not None
+    found = threshold_level([one], scale, [n], 6)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("seconds", [30.0, 600.0])
+def test_the_level_is_seldom_passed_and_not_high(seconds: float) -> None:
+    """From half a minute or ten, over an hour and more of the same: no run of n samples, at 4 to 7 deviations."""
+    for seed in range(10):
+        level = level_of(evidence(coloured(seconds, seed)))
+        assert 3.5 < level.gamma_nm < 7.5
+        low, high = level.false_alarms_ci95
+        assert low <= level.false_alarms_per_hour <= high
+        over = np.abs(coloured(600.0, 100 + seed)) > level.gamma_nm
+        assert np.convolve(over, np.ones(N), "valid").max() < N
+    assert level_of(evidence(coloured(seconds, 1)), 1).gamma_nm > level.gamma_nm * 0.95
+
+
+def test_contact_in_the_evidence_hardly_raises_it() -> None:
+    """Pushes of 0.6 s every 6 s that no mask found: a tenth of the time, forty deviations high."""
+    clean = coloured(120.0, 4)
+    touched = clean + 40.0 * ((np.arange(clean.size) * PERIOD) % 6.0 < 0.6)
+    assert level_of(evidence(touched)).gamma_nm < 1.4 * level_of(evidence(clean)).gamma_nm
+
+
+def test_it_follows_speed() -> None:
+    velocity = swinging(60_000)
+    size = 0.2 + 0.8 * np.abs(velocity[:, 0])
+    one = replace(evidence(coloured(120.0, 5)), residual_nm=size * coloured(120.0, 5))
+    scale = scale_of([one])
+    assert scale is not None
+    slow, fast = (scale_over(scale, np.array([[1.0, 0.0, v, v, 0.0]]))[0] for v in (0.2, 1.4))
+    assert fast / slow == pytest.approx((0.2 + 0.8 * 1.4) / (0.2 + 0.8 * 0.2), rel=0.3)
+    relative = relative_scale(scale, velocity, 0, PERIOD)
+    assert np.median(relative[one.moving]) == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_push_does_not_lift_the_threshold_that_it_has_to_pass() -> None:
+    """A collision that throws the joint by 0.2 rad/s for a tenth of a second: the scale rises by a few per cent."""
+    velocity = swinging(60_000)
+    one = evidence(coloured(120.0, 6) * (0.3 + np.abs(velocity[:, 0])))
+    scale = scale_of([one])
+    assert scale is not None
+    hit = velocity.copy()
+    hit[30_000:30_050, 0] += 0.2 * np.sin(np.linspace(0, 6 * np.pi, 50))
+    before, after = (relative_scale(scale, v, 0, PERIOD)[30_000:30_050] for v in (velocity, hit))
+    assert (after / before).max() < 1.4
+
+
+def test_what_most_standstills_stay_below() -> None:
+    loose = np.zeros(10_000, dtype=bool)
+    residual = np.zeros(10_000)
+    for k in range(20):
+        loose[500 * k : 500 * k + 100] = True
+        residual[500 * k + 50] = 0.1 * k
+    residual[1050] = 30.0  # contact at one of them
+    assert 1.6 <= rest_level([residual], [loose]) <= 1.9
+    assert rest_level([residual], [np.zeros(10_000, dtype=bool)]) == 0.0

@@ -99,6 +99,7 @@ def findings_page() -> str:
         "| none | Nothing by itself. Time without signal, friction or model counts as not judged in the coverage. |",
         "| `excludes` | A kind of contact cannot be seen. The verdict lists it under what it does not cover. |",
         "| `doubts-alarms` | The verdict says that alarms of the joint may be errors of the model. |",
+        "| `excludes-and-doubts` | Both of these. |",
         "| `not-judged-part` | Part of the log could not be judged. The rest is, and a contact in it counts. |",
         "| `not-judged-joint` | Nothing of the joint is judged; where the finding names none, nothing of any. |",
         "| `not-judged-log` | Nothing of the log is judged. |",

@@ -49,7 +49,7 @@ from collaudit.core.detection.threshold import learn_dynamic_thresholds
 from collaudit.core.detection.tight_thresholds import tight_threshold_findings
 from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
-from collaudit.core.findings.joint_units import in_joint_units, text_in_joint_units
+from collaudit.core.findings.joint_units import in_joint_units
 from collaudit.core.friction.applied_friction import AppliedFriction, applied_friction
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
@@ -141,12 +141,11 @@ def audit_log(
     moving = joints_in_motion(series, detected.state)
     coverage = measure_coverage(series, detected.state, judged.inputs.watch, moving)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s, moving)
-    short = shortfalls(config.policy, coverage, sensitivity.joints, judged.inputs.not_judged)
-    short = tuple(replace(one, text=text_in_joint_units(one.text, one.joint, sliding)) for one in short)
+    short = shortfalls(config.policy, coverage, sensitivity, judged.inputs, sliding)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
     findings = list(in_joint_units(findings, sliding))
-    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity.joints, short, findings, units)
+    evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)
     verdict, reasons = decide(config.policy, evidence)
     result = AuditResult(
         schema=AUDIT_SCHEMA,
@@ -168,7 +167,7 @@ def audit_log(
         provenance=replace(provenance, model_sha256=prepared.robot.sha256),
         detection=replace(judged.facts, incidents=contacts, flags=alarms, scores=scores),
         contacts=contacts,
-        exclusions=exclusions(coverage, sensitivity.joints, findings, units),
+        exclusions=exclusions(coverage, sensitivity, findings, units),
         sensitivity=sensitivity,
         disturbances=disturbed,
         unjudged=tuple(unjudged(config.policy, evidence)),

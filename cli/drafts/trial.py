@@ -99,6 +99,8 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
         if own and (friction := _own_fit(prepared, loaded, origin, stage(report, 0.2, 0.6))) is not None:
             prepared = calibrated(prepared, Calibration.of(friction, config), config)
         report(6, 10)
+        # What is fitted on the log itself is no evidence, and enough to see whether the log can be judged.
+        config = config.changed({"policy": config.policy.changed({"same_log": "allow"})})
         judged = audit_log(prepared, config, friction, origin, progress=stage(report, 0.6, 1.0))
     except CollauditError as error:
         return replace(trial, obstacle=error)

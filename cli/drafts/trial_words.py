@@ -92,7 +92,7 @@ def next_step(trial: Trial, log: str, config: Path | None, *, fitted: bool) -> s
         return f"next: collaudit detect {log} -c {file} -o run"
     if any(fit.model is not None for fit in result.friction.values()):
         own = "Friction and thresholds were" if result.rule.gamma_nm else "Friction was"
-        why = f"{own} fitted on the log that was judged, so contact in it may go unseen."
+        why = f"{own} fitted on the log that was judged, so contact in it may go unseen: detect asks for another log's."
     else:
         why = "No friction could be fitted here; only changes of torque at rest were judged."
     return (

@@ -92,12 +92,27 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         Meta(ge=0),
         about("Disturbances of standing joints, below what alarms, that a log may have; with more it is not judged."),
     ] = 0
+    observable_n: Annotated[
+        dict[str, Positive],
+        about(
+            "Contact force that must alarm, N, by place: `tool`, `forearm` (its outer end), or a link's name. Of a "
+            "place that is absent: 100 at the tool, 150 at the forearm, at most half of what the arm can exert there. "
+            "None is asked where the table is absent and `observable_nm` covers every watched joint."
+        ),
+    ] = {}
+    observable_share: Annotated[
+        float,
+        Meta(gt=0, le=1),
+        about(
+            "Least share of the time in motion in which the force of `observable_n` would have alarmed, from 80 % of "
+            "the directions that load a watched joint; with less the log is not judged. If the arm never moves, of all "
+            "time."
+        ),
+    ] = 0.9
+    observable_ms: Annotated[Positive, about("Duration of the push that must alarm, ms.")] = 200.0
     observable_nm: Annotated[
         Positive | dict[str, Positive] | None,
-        about(
-            "External torque that must be noticeable, N·m; one number, or by joint; for a joint that has "
-            "none its `gamma_nm` and breakaway friction together, at least 2 and at most 5 times `gamma_nm`."
-        ),
+        about("External torque that must alarm, N·m (N if prismatic); one number, or by joint. Absent: none is asked."),
     ] = None
     min_observable: Annotated[
         float,
@@ -107,11 +122,18 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
             "alarmed; with less the log is not judged."
         ),
     ] = 0.5
+    same_log: Annotated[
+        Literal["refuse", "allow"],
+        about(
+            "refuse: a log is not judged by friction and thresholds that were fitted on it alone, since what touched "
+            "the arm in it counts as friction there; allow: it is judged, and the verdict excludes that."
+        ),
+    ] = "refuse"
     max_hidden_s: Annotated[
         Positive,
         about(
-            "Longest stretch in which a watched joint may hide a torque of `observable_nm`, at rest too, s; "
-            "with a longer one the log is not judged."
+            "Longest stretch in which the force of `observable_n`, or a torque of `observable_nm`, may go unnoticed, "
+            "at rest too, s; with a longer one the log is not judged."
         ),
     ] = 1800.0
     min_coverage: Annotated[
@@ -136,8 +158,8 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     min_observable_s: Annotated[
         NonNegative | None,
         about(
-            "Least time of each watched joint, at rest included, in which a torque of `observable_nm` would "
-            "have alarmed, s; `audit` does not judge a log with less."
+            "Least time, at rest included, in which the force of `observable_n` would have alarmed at each place, and "
+            "each torque of `observable_nm`, s; `audit` does not judge a log with less."
         ),
     ] = None
     max_fit_age_days: Annotated[

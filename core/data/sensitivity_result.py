@@ -1,6 +1,13 @@
 """Result types of sensitivity over time: how small a torque or force would have alarmed, for how much of the time."""
 
+from typing import Literal
+
 from collaudit.core.dataclass import dataclass
+
+#: Names of the places that a force is asked for at by default; other places go by the link that ends there.
+TOOL, FOREARM = "tool", "forearm"
+#: Who asks for a force: the configuration, the program, or the same with half of what the arm can exert there.
+AskedBy = Literal["stated", "default", "arm-limits"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,45 +24,44 @@ class TorqueLevel:
 
 
 @dataclass(frozen=True, slots=True)
-class TimeShares:
-    """Some time of a joint, divided by what would have alarmed in it.
+class AskedTorque:
+    """A torque that the configuration asks to alarm on a joint, and for how much of the time it would have.
 
     Attributes:
-        time_s: all of it; the sum of the others.
-        detectable_s: in which a torque of ``observable_nm`` would have alarmed.
-        hidden_s: in which friction hides that size, and a larger torque would have alarmed.
-        not_judged_s: in which nothing can be told.
+        torque_nm: its size.
+        share: of the joint's motion, gaps included, in which it would have alarmed, 0 to 1.
+        noticed_s, unnoticed_s: of all time in which the joint was watched, that in which it would have alarmed, and
+            that in which only a larger torque would have.
+        longest_unnoticed_s: the longest stretch without a moment in which it would have alarmed.
     """
 
-    time_s: float
-    detectable_s: float
-    hidden_s: float
-    not_judged_s: float
+    torque_nm: float
+    share: float
+    noticed_s: float
+    unnoticed_s: float
+    longest_unnoticed_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class JointSensitivity:
-    """The smallest external torque of one joint that would have alarmed, over the time in which it was to be judged.
+    """The smallest external torque of one joint that would have alarmed, over the time in which it was watched.
 
-    A torque counts that outlasts filter and persistence, whatever its sign and wherever in its interval friction was.
+    A push of the duration asked for counts, whatever its sign, on top of the log's own residual, and wherever in its
+    range friction was.
 
     Attributes:
-        observable_nm: the torque that is asked to be noticeable.
-        observable_stated: whether the configuration states it; else it follows from the threshold.
-        all: the time to judge: of the log with its gaps, less that in which the joint was not watched.
-        motion: the part of it in which the joint moved, or may have moved in a gap.
-        longest_hidden_s: the longest stretch without a moment in which ``observable_nm`` would have alarmed.
+        levels: the distribution over the time in which the joint was watched, gaps included, by rising share.
         largest_nm: the torque that would have alarmed whenever anything could be told; None: never.
-        levels: the distribution over the time to judge, by rising share.
+        motion_s: time in which the joint moved, or may have moved in a gap.
+        told_s: the part of it in which some torque would have alarmed.
+        asked: what the configuration asks of the joint; None where it asks nothing.
     """
 
-    observable_nm: float
-    observable_stated: bool
-    all: TimeShares
-    motion: TimeShares
-    longest_hidden_s: float
-    largest_nm: float | None
     levels: tuple[TorqueLevel, ...]
+    largest_nm: float | None
+    motion_s: float = 0.0
+    told_s: float = 0.0
+    asked: AskedTorque | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,33 +69,82 @@ class ForceLevel:
     """A force that would have alarmed in a share of the time.
 
     Attributes:
-        share: of the arm's recorded time, 0 to 1.
-        force_n: a force of this size would have alarmed, from 95 % of all directions; None: no force would.
-        typical_n: the same from half of all directions.
+        share: of the time, 0 to 1.
+        force_n: a force of this size would have alarmed, from 80 % of the directions that load a watched joint; None:
+            no force would.
     """
 
     share: float
     force_n: float | None
-    typical_n: float | None
 
 
 @dataclass(frozen=True, slots=True)
-class ForceSensitivity:
-    """The smallest pure force at a place on the arm that would have alarmed, over the recorded time.
+class AskedForce:
+    """A force that must alarm, and for how much of the time it would have.
 
     Attributes:
-        place: words for the place, such as ``tool`` or ``outer end of link upper_arm``.
+        force_n: its size.
+        by: who asks for it.
+        share: of the time that counts (:class:`ForceTime`) in which it would have alarmed, 0 to 1.
+        noticed_s, unnoticed_s: of all recorded time, that in which it would have alarmed, and that in which not.
+        longest_unnoticed_s: the longest stretch of that.
+        limited_by: the joint that a larger force would have alarmed first where this one did not alarm; None where
+            it always did, or no force would.
+    """
+
+    force_n: float
+    by: AskedBy
+    share: float
+    noticed_s: float
+    unnoticed_s: float
+    longest_unnoticed_s: float
+    limited_by: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class NoticedForce:
+    """The smallest pure force at a place on the arm that would have alarmed.
+
+    Attributes:
+        place: ``tool``, ``forearm``, or the link at whose outer end it acts.
+        link: that ends there.
         frame: frame at whose origin the force acts.
-        joints: joints between the base and the place: the only ones that feel it.
-        moments: evenly spread moments of the log that were computed.
-        levels: the distribution over them, by rising share.
+        joints: watched joints between the base and the place: the only ones that feel it.
+        levels: the distribution over the time that counts, by rising share.
+        unfelt: share of the directions, over that time, from which a force there loads no watched joint; 0 to 1.
+        asked: the force that must alarm there; None where none is asked for.
+        before_sensor: the force acts before a wrist sensor, whose reading is taken off: what acts beyond is not told.
     """
 
     place: str
+    link: str
     frame: str
     joints: tuple[str, ...]
-    moments: int
     levels: tuple[ForceLevel, ...]
+    unfelt: float
+    asked: AskedForce | None = None
+    before_sensor: bool = False
+
+    def at(self, share: float) -> float | None:
+        """The force of that level, N; None where there is none."""
+        return next((level.force_n for level in self.levels if level.share == share), None)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceTime:
+    """What the forces were looked at for.
+
+    Attributes:
+        push_s: duration of the push.
+        share: of the time in which the force asked for must have alarmed.
+        moving: the time is that in which a watched joint moved, gaps included; else all time, of an arm that rested.
+        time_s: that time.
+    """
+
+    push_s: float
+    share: float
+    moving: bool
+    time_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +153,13 @@ class Sensitivity:
 
     Attributes:
         joints: of the watched joints.
-        arm: of the links and the tool; empty without a kinematic model, or for a detector that does not isolate.
+        forces: at the links' ends and the tool, base to tip; empty without a kinematic model, or for a detector that
+            does not tell joints apart.
+        time: what ``forces`` were looked at for; None where there are none.
+        push_alarms: whether a push of the duration asked for can alarm at all: by filter, persistence, the log's rate.
     """
 
     joints: dict[str, JointSensitivity]
-    arm: tuple[ForceSensitivity, ...] = ()
+    forces: tuple[NoticedForce, ...] = ()
+    time: ForceTime | None = None
+    push_alarms: bool = True

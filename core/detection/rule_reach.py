@@ -38,7 +38,7 @@ def reach_findings(series: UniformSeries, robot: RobotModel, rule: RuleFacts) ->
     out = [found for found in (_persistence(rule),) if found is not None]
     if series.effort_unit != "Nm":
         return out
-    largest = _largest(series)
+    largest = largest_efforts(series)
     limits = dict(zip(robot.joint_names, robot.effort_limit_nm.tolist(), strict=True))
     most = max(largest.values(), default=0.0)
     above_limit, above_record = [], []
@@ -130,7 +130,7 @@ def _persistence(rule: RuleFacts) -> Finding | None:
     return None
 
 
-def _largest(series: UniformSeries) -> Mapping[str, float]:
+def largest_efforts(series: UniformSeries) -> Mapping[str, float]:
     """The largest effort of each joint, N·m or N; joints without any are absent."""
     effort: FloatArray | None = series.effort
     if effort is None:

@@ -62,6 +62,16 @@ class Finding:
         return self.kind.effects[self.severity]
 
     @property
+    def excludes(self) -> bool:
+        """Whether a pass does not cover what it speaks of."""
+        return self.effect in ("excludes", "excludes-and-doubts")
+
+    @property
+    def doubts_alarms(self) -> bool:
+        """Whether alarms of its joint may be errors of the model."""
+        return self.effect in ("doubts-alarms", "excludes-and-doubts")
+
+    @property
     def forbids_pass(self) -> bool:
         """Whether no log with it passes."""
         return self.effect.startswith("not-judged")

@@ -12,10 +12,19 @@ Severity = Literal["info", "warning", "error"]
 #:
 #: - ``excludes``: a kind of contact cannot be seen; a pass says that it does not cover it.
 #: - ``doubts-alarms``: alarms of the joint may be errors of the model; the verdict says so.
+#: - ``excludes-and-doubts``: both: a pass does not cover some contact, and an alarm may be an error of the model.
 #: - ``not-judged-part``: a part of the log could not be judged; the rest is, and a contact in it counts.
 #: - ``not-judged-joint``: nothing of the joint is judged, or of all where it names none.
 #: - ``not-judged-log``: nothing of the log is judged.
-Effect = Literal["none", "excludes", "doubts-alarms", "not-judged-part", "not-judged-joint", "not-judged-log"]
+Effect = Literal[
+    "none",
+    "excludes",
+    "doubts-alarms",
+    "excludes-and-doubts",
+    "not-judged-part",
+    "not-judged-joint",
+    "not-judged-log",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -398,9 +407,10 @@ KINDS: dict[str, Kind] = {
         setting="log.units.effort_sign",
     ),
     "effort-gain": Kind(
-        "Effort and the model's gravity torque differ in scale: it may not be in N·m.",
+        "A joint's effort and the model's torque differ in scale by more than a measured torque may be wrong: contact "
+        "torques are not as large as they appear, or the model's masses are wrong.",
         'Check the unit in [log.units] and the payload in [robot.tool], or fit with [fit] estimate = ["gain"].',
-        _DOUBTS,
+        {"warning": "excludes-and-doubts"},
         setting="log.units",
     ),
     "effort-scale": Kind(
@@ -408,12 +418,6 @@ KINDS: dict[str, Kind] = {
         "is wrong.",
         "State what the effort is in [log.units], with torque constants; or check model, tool and mounting in [robot].",
         _SPAN,
-        setting="log.units",
-    ),
-    "effort-understated": Kind(
-        "A joint's effort is so much smaller than the model's torque that contacts appear smaller than they are.",
-        "State what the effort is in [log.units], with its torque constant, or correct the payload in [robot.tool].",
-        {"warning": "excludes"},
         setting="log.units",
     ),
     "effort-kind": Kind(
@@ -620,9 +624,11 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "friction-same-log": Kind(
-        "Friction was fitted on the log that is judged with it.",
-        "Fit on a log without contact, and judge with that: --friction friction.json.",
-        {"warning": "excludes"},
+        "Friction, and thresholds with it, were fitted on the log that is judged: on it alone (error) or among others.",
+        "Fit on another log, without contact, and judge with that: --friction friction.json. "
+        '[policy] same_log = "allow" accepts a fit on the log alone.',
+        {"warning": "excludes", "error": "not-judged-part"},
+        setting="policy.same_log",
     ),
     "friction-model-points": Kind(
         "Friction points rely on the robot model's torque, not on a pair of directions.",

@@ -16,6 +16,8 @@ from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel, quiet_levels
 
+_THRESHOLDS = ' and the thresholds (gamma_nm = "auto")'
+
 
 @dataclass(frozen=True, slots=True)
 class AppliedFriction:
@@ -46,10 +48,9 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
     if friction is None:
         from collaudit.core.identification.log_cleaning import cleaned
 
-        text = "Friction was fitted on the judged log itself: a constant external force would be mistaken for friction."
         clean = cleaned([prepared], config)
         fits = fit_joints(clean.logs, config)
-        said = [Finding("friction-same-log", "warning", text)] if any(fit.model for fit in fits.values()) else []
+        said = [_circular(config, auto=False)] if any(fit.model for fit in fits.values()) else []
         findings = [*said, *clean.findings]
     else:
         fits = {joint: fit for joint, fit in friction.joints.items() if joint in series.joint_names}
@@ -70,20 +71,36 @@ def applied_friction(prepared: Prepared, friction: FrictionFile | None, config: 
 
 def _same_log(friction: FrictionFile, prepared: Prepared, config: Config) -> list[Finding]:
     """A friction file that was fitted on the log to be judged, among others or alone."""
-    logs = friction.provenance.logs.values()
-    if prepared.series.source.sha256 not in logs:
+    logs, auto = friction.provenance.logs.values(), config.detect.gamma_nm == "auto"
+    others = set(logs) - {prepared.series.source.sha256}
+    if len(others) == len(set(logs)):
         return []
-    others = "" if len(logs) == 1 else f" and {len(logs) - 1} more"
+    if not others:
+        return [_circular(config, auto)]
     text = (
-        f"The friction file was fitted on the log that is judged{others}: a constant external force would be "
-        "mistaken for friction."
+        f"Friction{_was(auto)} fitted on the log that is judged and {len(others)} more: what touched the arm in it "
+        "counts as friction in part, and may go unseen."
     )
-    if config.detect.gamma_nm == "auto":
-        text += (
-            ' The thresholds (gamma_nm = "auto") are from this log too: a contact that the fit did not '
-            "recognise raised them, and cannot alarm."
-        )
     return [Finding("friction-same-log", "warning", text)]
+
+
+def _was(auto: bool) -> str:
+    return f"{_THRESHOLDS} were" if auto else " was"
+
+
+def _circular(config: Config, auto: bool) -> Finding:
+    """That nothing but the judged log says what it looks like without contact: no evidence, unless that is accepted."""
+    text = (
+        f"Friction{_was(auto)} fitted on the judged log alone: what touched the arm in it counts as friction"
+        f"{', has raised the thresholds,' if auto else ''} and may go unseen."
+    )
+    if config.policy.same_log == "allow":
+        return Finding("friction-same-log", "warning", text)
+    return Finding(
+        "friction-same-log",
+        "error",
+        f'{text} Fit on another log, free of contact (collaudit fit); or state [policy] same_log = "allow".',
+    )
 
 
 def _left_out(friction: FrictionFile) -> list[Finding]:

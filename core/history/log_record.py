@@ -27,8 +27,9 @@ class JointRecord:
         joint: its name.
         watched: whether its residual was judged.
         gamma_nm, n: rule applied.
-        judged_s: seconds judged by the rule; ``detectable_s`` those in which the torque asked for would have alarmed.
-        detectable_s, observed_s: of ``observed_s`` seconds looked at.
+        judged_s: seconds judged by the rule.
+        detectable_s, observed_s: of ``observed_s`` seconds looked at, those in which the torque asked of the joint
+            would have alarmed; ``judged_s`` where none is asked.
         clean_s: judged seconds away from events.
         rms_nm, p99_nm, clean_mean_abs_nm: level of the residual.
         gamma_margin: gamma over the largest clean level that lasted n samples.

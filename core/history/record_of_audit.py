@@ -110,7 +110,8 @@ def _contact(contact: Contact) -> ContactRecord:
 def _joint(audit: Audit, log: LogEvidence, joint: str) -> JointRecord:
     result = audit.result
     coverage, stats = result.coverage.joints[joint], result.residual.get(joint)
-    time = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
+    sensitivity = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
+    asked = None if sensitivity is None else sensitivity.asked
     law, speed, bounds = _law(result.friction.get(joint))
     shares, level = _shares(audit, log, joint), _level(result, joint)
     friction, load, offset = (None, None, None) if shares is None else (shares.friction, shares.load, shares.offset)
@@ -124,8 +125,8 @@ def _joint(audit: Audit, log: LogEvidence, joint: str) -> JointRecord:
         gamma_nm=gamma,
         n=result.rule.n,
         judged_s=coverage.judged_s,
-        detectable_s=0.0 if time is None else time.all.detectable_s,
-        observed_s=0.0 if time is None else time.all.time_s,
+        detectable_s=coverage.judged_s if asked is None else asked.noticed_s,
+        observed_s=coverage.judged_s + coverage.standing_s + sum(coverage.not_judged_s.values()),
         clean_s=0.0 if stats is None else stats.clean_s,
         rms_nm=None if stats is None else stats.rms_nm,
         p99_nm=None if stats is None else stats.p99_nm,

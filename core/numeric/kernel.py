@@ -63,14 +63,18 @@ class Kernel:
         out = self.apply(pulse, [Span(0, len(pulse))], period_s)
         return float(np.sqrt(np.sum(out**2)))
 
-    def share_of_push(self, samples: int, period_s: float) -> float:
-        """The largest share of a rectangular push of so many samples that passes."""
+    def push_response(self, samples: int, period_s: float) -> tuple[FloatArray, int]:
+        """(w,) what passes of a rectangular push of height 1 and so many samples, and at which of them it begins."""
         if self.identity:
-            return 1.0
+            return np.ones(samples), 0
         around = max(16, math.ceil(4.0 * self.settle_s / period_s))
         push = np.zeros((samples + 2 * around, 1))
         push[around : around + samples] = 1.0
-        return float(self.apply(push, [Span(0, len(push))], period_s).max())
+        return self.apply(push, [Span(0, len(push))], period_s)[:, 0], around
+
+    def share_of_push(self, samples: int, period_s: float) -> float:
+        """The largest share of a rectangular push of so many samples that passes."""
+        return float(self.push_response(samples, period_s)[0].max())
 
     def apply(
         self, x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None

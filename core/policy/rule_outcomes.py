@@ -10,6 +10,7 @@ from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.config.schema_policy import RuleName
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.policy_result import RuleOutcome, RuleState
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import findings_with_level
 from collaudit.core.history.log_record import LogRecord
@@ -18,6 +19,7 @@ from collaudit.core.policy.friction_change import FrictionChange, friction_chang
 from collaudit.core.policy.history_baseline import HistoryBaseline, change_over_nights
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import seconds_text
+from collaudit.core.verdict.noticed_words import place_text
 
 _DAY_S = 86400.0
 
@@ -177,15 +179,14 @@ class RuleBook:
         level, limit = self._level("observable_time"), self._policy.min_observable_s
         if level is None or limit is None:
             return
-        known = {} if self._result.sensitivity is None else self._result.sensitivity.joints
-        for joint in self._result.rule.watch:
-            time_s = known[joint].all.detectable_s if joint in known else 0.0
-            text = (
-                f"A contact of the torque asked for was detectable on joint '{joint}' for {seconds_text(time_s)} "
-                f"(policy: at least {seconds_text(limit)})."
-            )
+        found = list(_noticed(self._result))
+        if not found:
+            text = "What would have alarmed is not known: neither a force nor a torque is asked for."
+            yield RuleOutcome("observable_time", level, "not_judged", text, (), None, limit)
+        for what, joints, time_s in found:
+            text = f"{what} would have alarmed for {seconds_text(time_s)} (policy: at least {seconds_text(limit)})."
             state: RuleState = "kept" if time_s >= limit else "not_judged"
-            yield RuleOutcome("observable_time", level, state, text, (joint,), time_s, limit)
+            yield RuleOutcome("observable_time", level, state, text, joints, time_s, limit)
 
     def _age(self) -> Iterator[RuleOutcome]:
         level, limit = self._level("fit_age"), self._policy.max_fit_age_days
@@ -212,6 +213,18 @@ class RuleBook:
             note = "baseline: it has this finding, too" if before else None
             text = f"Finding {finding.code}: {finding.text}"
             yield RuleOutcome(finding.code, level, "known" if before else "broken", text, joints, note=note)
+
+
+def _noticed(result: AuditResult) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """What must alarm: its name, the joints that would have, and for how long it would have, s."""
+    sensitivity = result.sensitivity or Sensitivity({})
+    for force in sensitivity.forces:
+        if force.asked is not None:
+            yield f"{force.asked.force_n:.3g} N at {place_text(force)}", force.joints, force.asked.noticed_s
+    for joint, s in sensitivity.joints.items():
+        if s.asked is not None:
+            unit = result.log.units.get(joint, "N·m")
+            yield f"{s.asked.torque_nm:.3g} {unit} on joint '{joint}'", (joint,), s.asked.noticed_s
 
 
 def _moment(text: str | None) -> datetime | None:

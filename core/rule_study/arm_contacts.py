@@ -26,7 +26,7 @@ from collaudit.core.rule_study.injected_contacts import (
 )
 from collaudit.core.rule_study.noticed_force import alarm_delays, noticed_forces
 from collaudit.core.rule_study.shown_torque import Windows, margin_samples, through_filters, windows
-from collaudit.core.verdict.force_sensitivity import Place, places
+from collaudit.core.verdict.arm_places import Place, arm_places
 
 #: Shares of contacts whose force is given, and forces at which misses are counted.
 NOTICED_SHARES = (0.5, 0.9, 0.95)
@@ -103,7 +103,7 @@ def added_contacts(
     series, kernel = prepared.judged_series, run.residual.balance.kernel
     columns = watched_columns(inputs, series.joint_names)
     model_columns = prepared.columns()
-    felt = [p for p in places(prepared.robot, tool) if any(model_columns[j] < p.joints for j in columns)]
+    felt = [p for p in arm_places(prepared.robot, tool) if any(model_columns[j] < p.joints for j in columns)]
     margin = margin_samples(kernel, series.bandwidth_hz, series.period_s)
     after = ceil(shape.duration_s / series.period_s) + margin
     judged = np.asarray((run.detected.state[:, columns] <= State.FRICTION_INTERVAL).any(axis=1))

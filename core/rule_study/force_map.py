@@ -1,4 +1,4 @@
-"""Where on its way the arm notices how small a lasting force, and from where it feels none at all."""
+"""Where on its way the arm notices how small a force, and from where it feels none at all."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from collaudit.core.data.rule_study_result import BlindPose, ForceCell, ForceMap
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.force_sensitivity import Place, directions, places, torque_per_newton
+from collaudit.core.verdict.arm_places import Place, arm_places, directions, torque_per_newton
 
 #: A direction that needs more than this is called blind.
 LIMIT_N = 500.0
@@ -21,14 +21,14 @@ _ALONG = 0.94
 
 
 def force_map(prepared: Prepared, detectable_nm: FloatArray, samples: IntArray, tool: str | None) -> ForceMap | None:
-    """Smallest noticeable lasting force over the poses of a log.
+    """Smallest noticeable force over the poses of a log.
 
     A force of f newton from direction d gives joint j the torque f J_j · d, and alarms where that exceeds what is
     detectable there.
 
     Args:
         prepared: the log and its model.
-        detectable_nm: (k, j) smallest lasting torque of each judged joint that alarms, infinite where none does.
+        detectable_nm: (k, j) smallest torque of each judged joint that alarms, infinite where none does.
         samples: (k,) of the log.
         tool: frame of the tool.
 
@@ -37,7 +37,7 @@ def force_map(prepared: Prepared, detectable_nm: FloatArray, samples: IntArray, 
     """
     robot = prepared.robot
     told = np.isfinite(prepared.series.position_rad[samples]).all(axis=1) & np.isfinite(detectable_nm).any(axis=1)
-    there = places(robot, tool)
+    there = arm_places(robot, tool)
     if not there or not told.any():
         return None
     samples, level = samples[told], np.full((int(told.sum()), len(robot.joint_names)), np.inf)
@@ -53,7 +53,7 @@ def _felt(prepared: Prepared, place: Place, samples: IntArray, level: FloatArray
     """(k, d) share of its threshold that a newton from each direction (base axes) brings the best joint to; (k, 3)."""
     robot = prepared.robot
     q = prepared.series.position_rad[samples]
-    arms = np.stack([torque_per_newton(robot, q, axis, place.frame) for axis in range(3)], axis=2)[:, : place.joints]
+    arms = torque_per_newton(robot, q, place.frame)[:, : place.joints]
     turns = np.stack([robot.frame_rotation(pose, place.frame) for pose in q])
     origin = np.concatenate([robot.frame_positions(pose, [place.frame]) for pose in q])
     in_base = arms @ turns.transpose(0, 2, 1)

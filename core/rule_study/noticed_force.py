@@ -6,6 +6,7 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.rule_study.shown_torque import Windows, shown
 
 #: Forces between which the smallest is looked for, N: beyond the largest no contact with a person is.
@@ -14,16 +15,6 @@ LEAST_N, LARGEST_N = 0.1, 5000.0
 _HALVINGS = 10
 #: Contacts that are computed together: few enough to stay in the cache.
 _AT_ONCE = 8
-
-
-def lowest_in_row(excess_nm: FloatArray, n: int) -> FloatArray:
-    """(…, t - n + 1) smallest excess of n samples in a row, by their first; empty where the stretch is shorter."""
-    length = 1
-    while length < n and excess_nm.shape[-1] > 0:
-        step = min(length, n - length)
-        excess_nm = np.minimum(excess_nm[..., :-step], excess_nm[..., step:])
-        length += step
-    return excess_nm
 
 
 def first_alarms(excess_nm: FloatArray, gamma_nm: FloatArray, n: int) -> IntArray:

@@ -43,7 +43,7 @@ from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.plane_frontier import frontier
 from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
-from collaudit.core.verdict.sensitivity import detectable_torque
+from collaudit.core.verdict.noticed_torque import Push, noticed_torque
 
 #: Moments that planes, delays and the map are computed at.
 _PUSH_MOMENTS, _DELAY_MOMENTS, _MAP_MOMENTS = 160, 64, 400
@@ -192,15 +192,16 @@ def _added_torque(studied: StudiedLog, j: int, shape: ContactShape, most: int) -
 
 
 def _map(studied: StudiedLog) -> ForceMap | None:
-    """The smallest lasting force over the poses of the log."""
-    series, n = studied.prepared.judged_series, studied.inputs.rule.n
-    if not judges_joints(studied.run) or not studied.columns:
+    """The smallest force over the poses of the log that a push of the duration asked for needs."""
+    series, run, n = studied.prepared.judged_series, studied.run, studied.inputs.rule.n
+    if not judges_joints(run) or not studied.columns:
         return None
-    told = np.flatnonzero((studied.run.detected.state <= State.FRICTION_INTERVAL).any(axis=1)).astype(np.int64)
-    samples = spread_moments(told, _MAP_MOMENTS, np.random.default_rng(_SEED))
+    push = Push.of(studied.config.policy.observable_ms / 1e3, run.residual.balance.kernel, n, series.period_s)
+    told = np.asarray((run.detected.state <= State.FRICTION_INTERVAL).any(axis=1))
+    samples = push.moments(told, _MAP_MOMENTS)
     level = np.full((samples.size, len(series.joint_names)), np.inf)
     for j in studied.columns:
-        level[:, j] = detectable_torque(studied.run, j, n)[samples]
+        level[:, j] = noticed_torque(run, j, push, samples)
     return force_map(studied.prepared, level, samples, studied.config.robot.tool.frame)
 
 

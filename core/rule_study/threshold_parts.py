@@ -12,8 +12,8 @@ import numpy as np
 from collaudit.core.data.rule_study_result import ThresholdPart, ThresholdParts
 from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.rule_study.alarm_grid import excess
-from collaudit.core.rule_study.noticed_force import lowest_in_row
 
 _BLOCK_S, _TURN_S, _DRIFT_S = 1.0, 5.0, 20.0
 #: Less clean time than this says nothing.

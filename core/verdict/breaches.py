@@ -27,7 +27,7 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
             f"{intended} of them {'looks' if intended == 1 else 'look'} intended. The policy counts every contact, "
             "since what was intended is an estimate."
         )
-    doubting = [f for f in findings if f.effect == "doubts-alarms" and f.joint in joints]
+    doubting = [f for f in findings if f.doubts_alarms and f.joint in joints]
     doubtful = sorted({f.joint for f in doubting if f.joint is not None})
     if doubtful:
         reasons.append(

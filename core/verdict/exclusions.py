@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from collaudit.core.data.audit_result import Coverage
-from collaudit.core.data.sensitivity_result import JointSensitivity
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding
+from collaudit.core.verdict.noticed_words import listed, place_text
 
 #: Time that is worth saying, and that next to gaps and ends, which every log has.
 _WORTH_SAYING_S, _WORTH_SAYING_OF_EDGES_S = 0.1, 1.0
+#: Share of the directions that is worth saying: fewer cross the axes of all joints in any pose.
+_WORTH_SAYING_OF_DIRECTIONS = 0.05
 
 
 def exclusions(
     coverage: Coverage,
-    sensitivity: Mapping[str, JointSensitivity],
+    sensitivity: Sensitivity,
     findings: Iterable[Finding] = (),
     units: Mapping[str, str] | None = None,
 ) -> tuple[str, ...]:
@@ -23,17 +26,18 @@ def exclusions(
 
     Args:
         coverage: seconds by joint and reason.
-        sensitivity: of the watched joints.
+        sensitivity: of the watched joints and of the arm.
         findings: of the log and its detection; those that exclude a kind of contact are said first.
         units: by joint, of what its drive exerts; N·m where absent.
     """
-    out = list(dict.fromkeys(finding.text for finding in findings if finding.effect == "excludes"))
+    out = list(dict.fromkeys(finding.text for finding in findings if finding.excludes))
     if coverage.gaps_s > 0:
         out.append(f"Gaps in the log: {seconds_text(coverage.gaps_s)}.")
     away = [joint for joint, cover in coverage.joints.items() if not cover.watched]
     if away:
         out.append(f"Joints not watched: {', '.join(away)}.")
-    return (*out, *_not_judged(coverage), *_hidden(sensitivity, units or {}))
+    out += [*_unfelt(sensitivity), *_not_judged(coverage), *_hidden(sensitivity, coverage.recorded_s, units or {})]
+    return tuple(out)
 
 
 def _not_judged(coverage: Coverage) -> list[str]:
@@ -53,16 +57,30 @@ def _not_judged(coverage: Coverage) -> list[str]:
     return out
 
 
-def _hidden(sensitivity: Mapping[str, JointSensitivity], units: Mapping[str, str]) -> list[str]:
-    """Joints on which friction hid more than what is to be noticeable, longest first."""
-    parts = []
-    for joint, s in sorted(sensitivity.items(), key=lambda item: -item[1].all.hidden_s):
-        if s.all.hidden_s >= _WORTH_SAYING_S and s.largest_nm is not None:
-            of = f"for {seconds_text(s.all.hidden_s)} of {seconds_text(s.all.time_s)}"
-            unit = units.get(joint, "N·m")
-            parts.append(f"{joint} up to {s.largest_nm:.3g} {unit} {of} (asked: {s.observable_nm:.3g})")
-    where = "at rest, in slow motion, just after a reversal or beyond the fitted speeds"
-    return [f"Hidden by friction {where}: {'; '.join(parts)}."] if parts else []
+def _unfelt(sensitivity: Sensitivity) -> list[str]:
+    """Directions that no watched joint feels, at the places where a force is asked for."""
+    return [
+        f"From {100 * force.unfelt:.2g} % of the directions a force at {place_text(force)} loads no watched joint."
+        for force in sensitivity.forces
+        if force.unfelt >= _WORTH_SAYING_OF_DIRECTIONS and (force.asked is not None or force.place in (TOOL, FOREARM))
+    ]
+
+
+def _hidden(sensitivity: Sensitivity, recorded_s: float, units: Mapping[str, str]) -> list[str]:
+    """Time in which what is asked for would not have alarmed: forces, then torques."""
+    where = "at rest, in slow motion, just after a reversal, beyond the fitted speeds or not judged"
+    forces = [
+        f"{force.asked.force_n:.3g} N at {place_text(force)} for {seconds_text(force.asked.unnoticed_s)}"
+        for force in reversed(sensitivity.forces)
+        if force.asked is not None and force.asked.unnoticed_s >= _WORTH_SAYING_S
+    ]
+    torques = [
+        f"{s.asked.torque_nm:.3g} {units.get(joint, 'N·m')} on {joint} for {seconds_text(s.asked.unnoticed_s)}"
+        for joint, s in sorted(sensitivity.joints.items())
+        if s.asked is not None and s.asked.unnoticed_s >= _WORTH_SAYING_S
+    ]
+    parts = [*forces, *torques]
+    return [f"Not noticed {where}: {listed(parts)} of {seconds_text(recorded_s)}."] if parts else []
 
 
 def by_joint(seconds: Mapping[str, float], watched: int) -> str:

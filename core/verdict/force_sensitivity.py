@@ -1,137 +1,153 @@
-"""The smallest force along the arm that would have alarmed: torque sensitivity of all joints through J^T.
+"""The smallest force along the arm that would have alarmed: what each joint would have noticed, through J^T.
 
-A pure force f·d at a place gives the joints the torques J_v^T f·d. It alarms when one of them exceeds what is
-detectable there: from direction d at f = min_j s_j / |J_v,j · d|. Whatever is beyond a place does not feel it.
+A pure force f·d at a place gives the joints the torques J_v^T f·d. It alarms when one of them exceeds what that joint
+would have noticed: from direction d at f = min_j s_j / |J_v,j · d|. Whatever is beyond a place does not feel it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from collaudit.core.data.sensitivity_result import ForceLevel, ForceSensitivity
+from collaudit.core.data.sensitivity_result import AskedForce, ForceLevel, NoticedForce
 from collaudit.core.dataclass import dataclass
-from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stats import in_order
-from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.verdict.arm_places import Place, directions, torque_per_newton
+from collaudit.core.verdict.asked_forces import Asked
+from collaudit.core.verdict.time_levels import level_at, longest_unseen
 
-#: Shares of the time, and of the directions, at which the distribution is given.
-_TIME_SHARES = (0.5, 0.8, 0.95)
-_MOST_DIRECTIONS, _HALF_DIRECTIONS = 0.95, 0.5
-_DIRECTIONS = 120
-MOMENTS = 500
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """A frame of the arm, with words for it, and how many joints lie between it and the base."""
-
-    words: str
-    frame: str
-    joints: int
+#: A force is noticed when it alarms from so many of the directions that load a watched joint. All of them would ask for
+#: an infinite force: in any pose some direction nearly crosses every axis.
+DIRECTIONS = 0.8
+#: A direction loads a joint where a newton gives it at least this share of the arm's longest lever there.
+_LOADED = 0.05
+#: Shares of the time at which the distribution is given, besides that which the policy asks for.
+_TIME_SHARES = (0.5, 0.95)
 
 
-def force_sensitivities(
-    prepared: Prepared, detectable_nm: FloatArray, samples: IntArray, tool: str | None
-) -> tuple[ForceSensitivity, ...]:
-    """What force would have alarmed at the outer end of each link and at the tool.
+@dataclass(frozen=True, slots=True, eq=False)
+class Moments:
+    """What the joints of an arm would have noticed at some moments of a log.
+
+    Attributes:
+        time_s: (k,) of the log.
+        position_rad: (k, j) of all joints of the model.
+        noticed_nm: (k, j) smallest torque of each that would have alarmed; infinite where none would.
+        watched: (k, j) whether it was watched.
+        spans_s: time that the moments stand for.
+        lost_s: time besides in which nothing would have alarmed: gaps.
+    """
+
+    time_s: FloatArray
+    position_rad: FloatArray
+    noticed_nm: FloatArray
+    watched: BoolArray
+    spans_s: float
+    lost_s: float
+
+
+def noticed_forces(
+    robot: RobotModel,
+    places: Sequence[Place],
+    counted: Moments,
+    recorded: Moments,
+    asked: Mapping[str, Asked],
+    share: float,
+) -> tuple[NoticedForce, ...]:
+    """What force would have alarmed at each place.
 
     Args:
-        prepared: the log and its model.
-        detectable_nm: (k, j) smallest torque of each judged joint that would have alarmed, at some samples.
-        samples: (k,) these samples.
-        tool: frame of the tool; None: the frame of the last link that is furthest out.
+        robot: the arm.
+        places: on it.
+        counted: moments of the time that counts: in motion, of an arm that moved.
+        recorded: moments of all recorded time.
+        asked: force that must alarm, by place.
+        share: of the time that counts, in which it must.
 
     Returns:
-        One a place, base to tip; none without a kinematic model or samples. At a moment without a position nothing can
-        be told.
+        One for each place before which a joint was watched at any of the moments, or at which a force is asked for.
     """
-    robot, judged = prepared.robot, prepared.judged_series.joint_names
-    positions = prepared.series.position_rad[samples]
-    fine = np.isfinite(positions).all(axis=1)
-    if robot.bodies is None or not fine.any():
-        return ()
-    level = np.full((int(fine.sum()), len(robot.joint_names)), np.inf)
-    columns = [robot.joint_names.index(joint) for joint in judged]
-    level[:, columns] = detectable_nm[fine]
-    return tuple(
-        _at(robot, place, positions[fine], level, judged, samples.size)
-        for place in places(robot, tool)
-        if any(joint in judged for joint in robot.joint_names[: place.joints])
-    )
-
-
-def places(robot: RobotModel, tool: str | None) -> list[Place]:
-    """The outer ends of the links, where the next joint is, and the tool; none without a kinematic model."""
-    if robot.bodies is None:
-        return []
-    names, frames = robot.joint_names, robot.bodies.frame_names
     out = []
-    for k, following in enumerate(names[1:], 1):
-        frame = following if following in frames else robot.link_of(following)
-        if frame is not None:
-            out.append(Place(f"end of {robot.link_of(names[k - 1]) or names[k - 1]}", frame, k))
-    own = [f for f in frames if robot.bodies.frame_joint(f) == names[-1]]
-    outer = tool if tool in frames else max(own, key=lambda f: _distance(robot, f), default=None)
-    return [*out, Place("tool", outer, len(names))] if outer is not None else out
-
-
-def _distance(robot: RobotModel, frame: str) -> float:
-    """From the joint that moves a frame, m."""
-    assert robot.bodies is not None
-    return float(np.linalg.norm(robot.bodies.frame_in_joint(frame)[1]))
+    for place in places:
+        felt = slice(0, place.joints)
+        watched = np.flatnonzero(np.concatenate([at.watched[:, felt] for at in (counted, recorded)]).any(axis=0))
+        if watched.size or place.name in asked:
+            joints = tuple(robot.joint_names[k] for k in watched)
+            out.append(_at(robot, place, joints, counted, recorded, asked.get(place.name), share))
+    return tuple(out)
 
 
 def _at(
-    robot: RobotModel, place: Place, q: FloatArray, level_nm: FloatArray, judged: Sequence[str], moments: int
-) -> ForceSensitivity:
-    """At one place, over positions (k, j) with the joints' levels (k, j)."""
-    arms = np.stack([torque_per_newton(robot, q, axis, place.frame) for axis in range(3)], axis=2)
+    robot: RobotModel,
+    place: Place,
+    joints: tuple[str, ...],
+    counted: Moments,
+    recorded: Moments,
+    asked: Asked | None,
+    share: float,
+) -> NoticedForce:
+    here = _forces(robot, place, counted)
+    count = here.force_n.size * (1.0 + (counted.lost_s / counted.spans_s if counted.spans_s > 0 else 0.0))
+    shares = sorted({*_TIME_SHARES, share})
+    known = here.force_n[np.isfinite(here.force_n)]
+    levels = tuple(ForceLevel(x, level) for x, level in zip(shares, level_at(known, count, shares), strict=True))
+    found = None
+    if asked is not None and here.force_n.size:
+        missed = here.force_n > asked.force_n
+        always = _forces(robot, place, recorded)
+        seen = always.force_n <= asked.force_n
+        each_s = recorded.spans_s / max(1, recorded.time_s.size)
+        found = AskedForce(
+            force_n=asked.force_n,
+            by=asked.by,
+            share=float(np.count_nonzero(~missed)) / count,
+            noticed_s=each_s * float(np.count_nonzero(seen)),
+            unnoticed_s=each_s * float(np.count_nonzero(~seen)),
+            longest_unnoticed_s=longest_unseen(recorded.time_s[always.felt], seen),
+            limited_by=_most(here.first[missed & np.isfinite(here.force_n)], robot.joint_names),
+        )
+    return NoticedForce(place.name, place.link, place.frame, joints, levels, here.unfelt, found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Forces:
+    """At one place.
+
+    Attributes:
+        felt: (k,) moments at which some direction loads a watched joint.
+        force_n: (m,) at those the smallest force that alarms from :data:`DIRECTIONS` of such directions.
+        first: (m,) joint that alarms first from the last of them.
+        unfelt: share of all directions over all moments that load no watched joint.
+    """
+
+    felt: BoolArray
+    force_n: FloatArray
+    first: IntArray
+    unfelt: float
+
+
+def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
     felt = slice(0, place.joints)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        force = level_nm[:, felt, None] / np.abs(arms[:, felt] @ directions())
-    smallest = np.where(np.isnan(force), np.inf, force).min(axis=1)
-    ordered = np.sort(smallest, axis=1)
-    most, half = (ordered[:, _place_of(share, ordered.shape[1])] for share in (_MOST_DIRECTIONS, _HALF_DIRECTIONS))
-    return ForceSensitivity(
-        place=place.words,
-        frame=place.frame,
-        joints=tuple(joint for joint in robot.joint_names[: place.joints] if joint in judged),
-        moments=moments,
-        levels=tuple(
-            ForceLevel(share, _at_share(most, moments, share), _at_share(half, moments, share))
-            for share in _TIME_SHARES
-        ),
-    )
+    lever = torque_per_newton(robot, at.position_rad, place.frame)[:, felt]
+    arm = np.abs(lever @ directions())  # (k, j, d)
+    slides = np.array([kind == "prismatic" for kind in robot.joint_types[felt]])
+    longest = np.linalg.norm(np.where(slides[:, None], 0.0, lever), axis=2).max(axis=1, initial=0.0)
+    least = _LOADED * np.where(slides, 1.0, longest[:, None])  # a sliding joint takes up to a newton a newton
+    loads = (arm > least[:, :, None]) & at.watched[:, felt, None]
+    with np.errstate(divide="ignore"):
+        force = np.where(loads, at.noticed_nm[:, felt, None] / arm, np.inf)
+    any_joint: BoolArray = np.asarray(loads.any(axis=1))
+    smallest = np.where(any_joint, force.min(axis=1), np.inf)
+    here: BoolArray = np.asarray(any_joint.any(axis=1))
+    order = np.argsort(smallest, axis=1)
+    place_in = np.maximum(np.ceil(DIRECTIONS * any_joint.sum(axis=1) - 1e-9).astype(int), 1) - 1
+    column = np.take_along_axis(order, place_in[:, None], axis=1)
+    value = np.take_along_axis(smallest, column, axis=1)[:, 0]
+    first = np.take_along_axis(force.argmin(axis=1), column, axis=1)[:, 0]
+    return _Forces(here, value[here], first[here], float(1.0 - any_joint.mean()) if any_joint.size else 1.0)
 
 
-def torque_per_newton(robot: RobotModel, q: FloatArray, axis: int, frame: str) -> FloatArray:
-    """(k, j) torque of each joint for a newton along one axis of the frame."""
-    wrench = np.zeros((q.shape[0], 6))
-    wrench[:, axis] = 1.0
-    return robot.wrench_torque(q, wrench, frame)
-
-
-@cache
-def directions() -> FloatArray:
-    """(3, m) unit vectors, evenly spread (golden-angle spiral) over half a sphere: an opposite force feels alike."""
-    z = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
-    angle = np.arange(_DIRECTIONS) * np.pi * (3.0 - np.sqrt(5.0))
-    across = np.sqrt(1.0 - z**2)
-    return np.stack([across * np.cos(angle), across * np.sin(angle), z])
-
-
-def _place_of(share: float, count: int) -> int:
-    return max(int(np.ceil(share * count - 1e-9)), 1) - 1
-
-
-def _at_share(force_n: FloatArray, moments: int, share: float) -> float | None:
-    """The smallest force that a share of all moments does not exceed; None: in so many no force would alarm."""
-    place = _place_of(share, moments)
-    if place >= force_n.size:
-        return None
-    value = in_order(force_n, place)[0]
-    return value if np.isfinite(value) else None
+def _most(joints: IntArray, names: Sequence[str]) -> str | None:
+    return names[int(np.bincount(joints).argmax())] if joints.size else None

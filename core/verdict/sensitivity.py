@@ -1,94 +1,66 @@
-"""The smallest torque that would have alarmed at each instant of a log, and its distribution over time, by joint."""
+"""How little would have alarmed on a log: torque by joint and force along the arm, over time."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config, PolicyConfig
-from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares, TorqueLevel
+from collaudit.core.data.sensitivity_result import (
+    TOOL,
+    AskedTorque,
+    ForceTime,
+    JointSensitivity,
+    Sensitivity,
+    TorqueLevel,
+)
 from collaudit.core.data.signals import State
 from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.detection.rule_reach import largest_efforts
 from collaudit.core.errors import ConfigError
-from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.sliding_extremes import window_maxima, window_minima
-from collaudit.core.numeric.stats import in_order
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.verdict.force_sensitivity import MOMENTS, force_sensitivities
+from collaudit.core.verdict.arm_places import arm_places
+from collaudit.core.verdict.asked_forces import Asked, asked_forces
+from collaudit.core.verdict.force_sensitivity import Moments, noticed_forces
+from collaudit.core.verdict.noticed_torque import Push, noticed_torque
+from collaudit.core.verdict.time_levels import level_at, longest_unseen
 
-#: Bounds, in thresholds, of the torque that is to be noticeable where the configuration states none.
-_LEAST_THRESHOLDS, _MOST_THRESHOLDS = 2.0, 5.0
-#: Shares of the time at which the distribution is given.
+#: Moments of the time in motion, and of all recorded time, that are looked at: their share is that of the time to 1 %.
+MOMENTS = 500
+#: Shares of the time at which a joint's distribution is given.
 SHARES = (0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
+#: An arm that moves for less than this rests, and is judged over all its time, s.
+BRIEF_S = 0.5
 
 
-@dataclass(frozen=True, slots=True)
-class Observable:
-    """A torque that is to be noticeable, N·m, and whether the configuration states it."""
-
-    torque_nm: float
-    stated: bool
-
-
-def observable_torques(
-    policy: PolicyConfig, gamma_nm: Mapping[str, float], laws: Mapping[str, FrictionModel]
-) -> dict[str, Observable]:
-    """What is to be noticeable on each joint with a threshold: as stated, else threshold and breakaway friction.
-
-    A contact as strong as the joint's own friction shows above the threshold while the joint slides. At least two
-    thresholds are asked, for what friction hides on a joint with little of it, and at most five.
+def observable_torques(policy: PolicyConfig, joints: tuple[str, ...]) -> dict[str, float]:
+    """The torque that must alarm on each joint for which the configuration asks for one.
 
     Args:
         policy: what is stated.
-        gamma_nm: thresholds of the judged joints.
-        laws: their friction.
+        joints: those that are judged.
 
     Raises:
         ConfigError: a torque is stated for a joint that is not judged.
     """
     stated = policy.observable_nm
-    if isinstance(stated, dict) and (unknown := sorted(stated.keys() - gamma_nm.keys())):
+    if stated is None:
+        return {}
+    if not isinstance(stated, dict):
+        return dict.fromkeys(joints, stated)
+    if unknown := sorted(stated.keys() - set(joints)):
         raise ConfigError(
             "a torque is asked to be observable on a joint that is not judged",
             where="[policy] observable_nm",
             found=", ".join(unknown),
-            expected="some of " + ", ".join(gamma_nm),
+            expected="some of " + ", ".join(joints),
         )
-    of_joint = stated if isinstance(stated, dict) else dict.fromkeys(gamma_nm, stated)
-    out = {}
-    for joint, gamma in gamma_nm.items():
-        value, law = of_joint.get(joint), laws.get(joint)
-        usual = gamma + (0.0 if law is None else law.hold)
-        usual = min(max(usual, _LEAST_THRESHOLDS * gamma), _MOST_THRESHOLDS * gamma)
-        out[joint] = Observable(usual if value is None else value, value is not None)
-    return out
-
-
-def detectable_torque(run: DetectorRun, j: int, n: int) -> FloatArray:
-    """(n,) smallest torque of one joint, N·m, that would have alarmed at each instant; infinite where none would.
-
-    Threshold plus what friction hides: the width of its interval, or the error its level may have (95 %) on top of
-    what the threshold carries already. Friction may lie at one end and the torque act against it. A torque that lasts
-    ``n`` samples has to exceed this level at each of them, so it is the lowest of the peaks over the stretches of
-    ``n`` samples around an instant.
-
-    Args:
-        run: residual, threshold, states.
-        j: column.
-        n: persistence, samples.
-    """
-    level = run.threshold.of(j) + run.residual.uncertainty_nm[:, j]
-    if run.residual.hidden_nm is not None:
-        hidden = run.residual.hidden_nm[j]
-        level[hidden.rows] += hidden.values
-    level[(run.detected.state[:, j] > State.FRICTION_INTERVAL) | np.isnan(level)] = np.inf
-    return _lasting(level, n)
+    return dict(stated)
 
 
 def measure_sensitivity(
@@ -110,89 +82,128 @@ def measure_sensitivity(
         moving: by joint the samples (n,) at which it moved.
 
     Raises:
-        ConfigError: something is to be noticeable on a joint that is not judged.
+        ConfigError: something is to be noticeable on a joint that is not judged, or at a place that the arm lacks.
     """
-    observable = observable_torques(config.policy, inputs.rule.gamma_nm, inputs.laws)
-    series, states = prepared.judged_series, run.detected.state
-    recorded = np.logical_or.reduce([column != State.GAP for column in states.T])
-    samples = _spread(np.flatnonzero(recorded), MOMENTS)
-    at_samples = np.full((samples.size, states.shape[1]), np.inf)
-
-    def of_joint(joint: str) -> JointSensitivity:
-        j = series.column(joint)
-        level, state = detectable_torque(run, j, inputs.rule.n), states[:, j]
-        at_samples[:, j] = level[samples]
-        there, moves = np.asarray((state != State.GAP) & (state != State.NOT_WATCHED)), moving[joint]
-        if not there.all():
-            level, moves = level[there], moves[there]
-        return _distribution(level, moves, series.period_s, gaps_s, observable[joint])
-
-    watched = [joint for joint in series.joint_names if inputs.watch[joint].watched and joint in observable]
-    joints = by_name(of_joint, watched)
-    if not run.residual.isolation.isolates:
-        return Sensitivity(joints)
-    return Sensitivity(joints, force_sensitivities(prepared, at_samples, samples, config.robot.tool.frame))
-
-
-def _spread(samples: IntArray, most: int) -> IntArray:
-    """At most so many of the samples, evenly spread."""
-    if samples.size <= most:
-        return samples
-    return np.asarray(samples[((np.arange(most) + 0.5) * samples.size / most).astype(np.int64)])
+    log = _Looked.at(prepared, run, inputs, config, moving)
+    observable = observable_torques(config.policy, tuple(inputs.rule.gamma_nm))
+    joints = by_name(lambda joint: _of_joint(log, joint, moving[joint], gaps_s, observable.get(joint)), log.joints)
+    places = arm_places(prepared.robot, config.robot.tool.frame) if run.residual.isolation.isolates else ()
+    if not places or not log.joints:
+        return Sensitivity(joints, push_alarms=log.push.alarms)
+    moved = np.logical_or.reduce([moving[joint] for joint in log.joints])
+    moves = float(np.count_nonzero(moved)) * log.period_s >= BRIEF_S
+    recorded = log.moments(log.any_watched, gaps_s)
+    counted = log.moments(moved, gaps_s) if moves else recorded
+    asked: dict[str, Asked] = {}
+    if config.policy.observable_n or not observable.keys() >= set(log.joints):
+        asked = asked_forces(config.policy, prepared.robot, places, counted.position_rad, _limits(prepared))
+    share = config.policy.observable_share
+    forces = noticed_forces(prepared.robot, places, counted, recorded, asked, share)
+    if prepared.contact_nm is not None:
+        forces = tuple(replace(force, before_sensor=force.place == TOOL) for force in forces)
+    time = ForceTime(log.push.duration_s, share, moves, counted.spans_s + counted.lost_s)
+    return Sensitivity(joints, forces, time, log.push.alarms)
 
 
-def _distribution(
-    level_nm: FloatArray, moving: BoolArray, period_s: float, gaps_s: float, observable: Observable
-) -> JointSensitivity:
-    """Of the levels (k,) of recorded samples, some in motion, and so much time besides in which nothing can be told."""
-    known = np.isfinite(level_nm)
-    detectable = np.asarray(level_nm <= observable.torque_nm)
-    finite = level_nm[known]
-    count = level_nm.size + round(gaps_s / period_s)
-    starts, stops = run_bounds(~detectable)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Looked:
+    """A judged log, looked at for what a push would have shown.
+
+    Attributes:
+        prepared, run: the log.
+        joints: watched ones with a threshold.
+        push: as asked for.
+        states: (n, j) of the judged joints.
+        period_s: sample period, s.
+    """
+
+    prepared: Prepared
+    run: DetectorRun
+    joints: tuple[str, ...]
+    push: Push
+
+    @classmethod
+    def at(
+        cls,
+        prepared: Prepared,
+        run: DetectorRun,
+        inputs: DetectionInputs,
+        config: Config,
+        moving: Mapping[str, BoolArray],
+    ) -> _Looked:
+        series, rule = prepared.judged_series, inputs.rule
+        joints = tuple(j for j in series.joint_names if inputs.watch[j].watched and j in rule.gamma_nm)
+        push = Push.of(config.policy.observable_ms / 1e3, run.residual.balance.kernel, rule.n, series.period_s)
+        return cls(prepared, run, joints, push)
+
+    @property
+    def period_s(self) -> float:
+        return self.prepared.judged_series.period_s
+
+    def watched(self, joint: str) -> BoolArray:
+        """(n,) recorded samples at which a joint was watched."""
+        state = self.run.detected.state[:, self.prepared.judged_series.column(joint)]
+        return np.asarray((state != State.GAP) & (state != State.NOT_WATCHED))
+
+    @property
+    def any_watched(self) -> BoolArray:
+        """(n,) recorded samples at which a joint was."""
+        return np.asarray(np.logical_or.reduce([self.watched(joint) for joint in self.joints]))
+
+    def noticed(self, joint: str, samples: IntArray) -> FloatArray:
+        """(k,) smallest torque of a joint that would have alarmed."""
+        return noticed_torque(self.run, self.prepared.judged_series.column(joint), self.push, samples)
+
+    def moments(self, mask: BoolArray, gaps_s: float) -> Moments:
+        """What every joint would have noticed at moments of the marked samples (n,)."""
+        robot, series = self.prepared.robot, self.prepared.series
+        samples = self.push.moments(mask, MOMENTS)
+        position = series.position_rad[samples]
+        level = np.full((samples.size, len(robot.joint_names)), np.inf)
+        watched = np.zeros(level.shape, dtype=np.bool_)
+        for joint, found in by_name(lambda joint: self.noticed(joint, samples), self.joints).items():
+            column = robot.joint_names.index(joint)
+            level[:, column], watched[:, column] = found, self.watched(joint)[samples]
+        level[~np.isfinite(position).all(axis=1)] = np.inf
+        spans_s = float(np.count_nonzero(mask)) * self.period_s
+        return Moments(series.time_s[samples], np.nan_to_num(position), level, watched, spans_s, gaps_s)
+
+
+def _limits(prepared: Prepared) -> FloatArray:
+    """(j,) torque limits of the joints; NaN where none is known, or the log exceeds it: that is none."""
+    largest = largest_efforts(prepared.series) if prepared.series.effort_unit == "Nm" else {}
+    seen = np.array([largest.get(joint, 0.0) for joint in prepared.robot.joint_names])
+    return np.where(prepared.robot.effort_limit_nm >= seen, prepared.robot.effort_limit_nm, np.nan)
+
+
+def _of_joint(log: _Looked, joint: str, moving: BoolArray, gaps_s: float, asked_nm: float | None) -> JointSensitivity:
+    """One joint over the time in which it was watched, and over that in which it moved."""
+    watched = log.watched(joint)
+    watched_s, moving_s = (float(np.count_nonzero(mask)) * log.period_s for mask in (watched, moving))
+    samples, in_motion = (log.push.moments(mask, MOMENTS) for mask in (watched, moving))
+    level, level_moving = log.noticed(joint, samples), log.noticed(joint, in_motion)
+    known = level[np.isfinite(level)]
+    count = samples.size * (1.0 + gaps_s / watched_s) if watched_s > 0 else 0.0
+    motion_s = moving_s + gaps_s if moving_s > 0 else 0.0
+    asked = None
+    if asked_nm is not None:
+        seen = level <= asked_nm
+        larger = np.isfinite(level) & ~seen
+        asked = AskedTorque(
+            torque_nm=asked_nm,
+            share=moving_s * _share(level_moving <= asked_nm) / motion_s if motion_s > 0 else 0.0,
+            noticed_s=watched_s * _share(seen),
+            unnoticed_s=watched_s * _share(larger),
+            longest_unnoticed_s=longest_unseen(log.prepared.series.time_s[samples], seen),
+        )
     return JointSensitivity(
-        observable_nm=observable.torque_nm,
-        observable_stated=observable.stated,
-        all=_shares(detectable, known, detectable.size, period_s, gaps_s),
-        motion=_shares(detectable & moving, known & moving, int(np.count_nonzero(moving)), period_s, gaps_s),
-        longest_hidden_s=float((stops - starts).max(initial=0)) * period_s,
-        largest_nm=float(finite.max()) if finite.size else None,
-        levels=tuple(TorqueLevel(*pair) for pair in zip(SHARES, level_at(finite, count, SHARES), strict=True)),
+        levels=tuple(TorqueLevel(*pair) for pair in zip(SHARES, level_at(known, count, SHARES), strict=True)),
+        largest_nm=float(known.max()) if known.size else None,
+        motion_s=motion_s,
+        told_s=moving_s * _share(np.isfinite(level_moving)),
+        asked=asked,
     )
 
 
-def _shares(detectable: BoolArray, known: BoolArray, samples: int, period_s: float, gaps_s: float) -> TimeShares:
-    """Of so many samples, those that are detectable, and those of which a level is known, being marked."""
-    seen, told = int(np.count_nonzero(detectable)), int(np.count_nonzero(known))
-    return TimeShares(
-        time_s=samples * period_s + gaps_s,
-        detectable_s=seen * period_s,
-        hidden_s=(told - seen) * period_s,
-        not_judged_s=(samples - told) * period_s + gaps_s,
-    )
-
-
-def level_at(known: FloatArray, count: int, shares: Sequence[float]) -> list[float | None]:
-    """The smallest of the known values that a share of all ``count`` values does not exceed; None: too few are known.
-
-    Args:
-        known: (k,) finite values, k <= count.
-        count: how many there are with the unknown ones, which exceed everything.
-        shares: above 0, to 1.
-    """
-    places = [max(math.ceil(share * count - 1e-9), 1) - 1 for share in shares]
-    value = {place: in_order(known, place)[0] for place in set(places) if place < known.size}
-    return [value.get(place) for place in places]
-
-
-def _lasting(level: FloatArray, n: int) -> FloatArray:
-    """(n,) lowest, over the stretches of ``n`` samples that hold a sample, of their highest; overwrites ``level``."""
-    if n <= 1 or level.size == 0:
-        return level
-    if level.size < n:
-        level[:] = np.inf
-        return level
-    highest = np.empty(level.size + n - 1)
-    highest[: n - 1] = highest[level.size :] = np.inf  # stretches that reach beyond an end do not exist
-    window_maxima(level, n, highest[n - 1 : level.size])
-    return window_minima(highest, n, level)
+def _share(mask: BoolArray) -> float:
+    return float(np.mean(mask)) if mask.size else 0.0

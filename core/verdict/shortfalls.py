@@ -1,55 +1,64 @@
-"""Joints on which less would have been noticed than the policy asks for."""
+"""Where less would have been noticed than the policy asks for: on the arm, and on its joints."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
 from collaudit.core.config.schema import PolicyConfig
-from collaudit.core.data.audit_result import Coverage, JointCoverage
-from collaudit.core.data.sensitivity_result import JointSensitivity, TimeShares
+from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
+from collaudit.core.data.sensitivity_result import AskedForce, JointSensitivity, NoticedForce, Sensitivity
 from collaudit.core.dataclass import dataclass
+from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding
+from collaudit.core.findings.joint_units import text_in_joint_units, torque_unit_of
 from collaudit.core.verdict.exclusions import seconds_text, state_text
+from collaudit.core.verdict.noticed_words import force_text, place_text, time_text, too_insensitive
+from collaudit.core.verdict.sensitivity import BRIEF_S
 
-#: Motion shorter than this that could not be judged is an exclusion, and does not take the verdict away.
-_BRIEF_S = 0.5
+#: What makes an arm more sensitive, and what to state where it need not be.
+_REMEDY = (
+    'What lowers it: the payload in [robot.tool], [fit] estimate = ["friction", "inertials"], more motion in the fit, '
+    "a lower gamma_nm where one is stated. If that force may go unnoticed, state it: [policy] observable_n."
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Shortfall:
-    """A joint, and what is missing on it for the policy, in words."""
+    """What is missing for the policy, in words, and the joint on which; None: on the arm."""
 
-    joint: str
+    joint: str | None
     text: str
 
 
 def shortfalls(
-    policy: PolicyConfig, coverage: Coverage, sensitivity: Mapping[str, JointSensitivity], forbidden: Collection[str]
+    policy: PolicyConfig,
+    coverage: Coverage,
+    sensitivity: Sensitivity,
+    inputs: DetectionInputs,
+    sliding: Collection[str] = (),
 ) -> tuple[Shortfall, ...]:
-    """What each watched joint lacks: motion that tells anything, motion that tells enough, rest that is not too long.
+    """What the arm lacks, then each watched joint: a force or torque that is noticed, motion that tells anything.
 
     Args:
         policy: what is asked.
         coverage: seconds by joint and reason.
-        sensitivity: of the watched joints.
-        forbidden: joints that a finding forbids judging; it says all there is to say.
+        sensitivity: of the watched joints and of the arm.
+        inputs: the rule; of joints that a finding forbids judging that says all there is to say.
+        sliding: names of the prismatic joints.
     """
+    if not sensitivity.push_alarms:
+        return (Shortfall(None, _too_short(policy, inputs.rule)),)
     out = []
-    for joint, s in sensitivity.items():
-        if joint in forbidden:
+    for joint, s in sensitivity.joints.items():
+        if joint in inputs.not_judged:
             continue
-        cover = coverage.joints[joint]
-        text = None
-        if cover.moving_s > 0:
-            text = _untold(policy, joint, s, cover) or _hidden(policy, joint, s, cover)
-        if text is None and s.longest_hidden_s > policy.max_hidden_s:
-            text = (
-                f"Joint '{joint}' could hide {s.observable_nm:.3g} N·m for {seconds_text(s.longest_hidden_s)} without "
-                f"a break (policy: at most {seconds_text(policy.max_hidden_s)}): {_what(s.all, s, cover)}"
-            )
+        text = _untold(policy, joint, s, coverage.joints[joint]) or _unnoticed(policy, joint, s, coverage.joints[joint])
         if text is not None:
-            out.append(Shortfall(joint, text))
-    return tuple(out)
+            out.append(Shortfall(joint, text_in_joint_units(text, joint, sliding)))
+    if inputs.not_judged:
+        return tuple(out)
+    arm = _of_arm(policy, sensitivity, inputs.rule, sliding) or (None if out else _lost(sensitivity, coverage))
+    return (*out,) if arm is None else (Shortfall(None, arm), *out)
 
 
 def coverage_findings(missing: tuple[Shortfall, ...]) -> list[Finding]:
@@ -57,44 +66,111 @@ def coverage_findings(missing: tuple[Shortfall, ...]) -> list[Finding]:
     return [Finding("coverage-low", "warning", short.text, joint=short.joint) for short in missing]
 
 
+def _too_short(policy: PolicyConfig, rule: RuleFacts) -> str:
+    """Why no push of the duration asked for can alarm."""
+    return (
+        f"A push of {policy.observable_ms:g} ms cannot alarm, however hard it is: the rule asks for {rule.n} samples "
+        f"in a row, {1e3 * rule.persistence_s:.4g} ms. Shorten [detect] persistence_ms or n, log faster, or state a "
+        "longer push: [policy] observable_ms."
+    )
+
+
+def _of_arm(policy: PolicyConfig, sensitivity: Sensitivity, rule: RuleFacts, sliding: Collection[str]) -> str | None:
+    """What force goes unnoticed that must not."""
+    asked, time = _asked(sensitivity), sensitivity.time
+    if not asked or time is None:
+        return _nothing_asked(sensitivity, rule)
+    short = too_insensitive(sensitivity)
+    if short:
+        told = [
+            f"{force_text(force.at(time.share))} at {place_text(force)}, {need.force_n:.3g} N asked"
+            for force, need in short
+        ]
+        joint = next((need.limited_by for _, need in short if need.limited_by is not None), None)
+        limit = "" if joint is None else f"; limited by {joint} (γ {_gamma(joint, rule, sliding)})"
+        return f"Too insensitive: {'; '.join(told)}; {time_text(time)}{limit}. {_REMEDY}"
+    long = [(force, need) for force, need in asked if need.longest_unnoticed_s > policy.max_hidden_s]
+    if long:
+        force, need = long[0]
+        return (
+            f"A push of {need.force_n:.3g} N at {place_text(force)} would have gone unnoticed for "
+            f"{seconds_text(need.longest_unnoticed_s)} without a break (policy: at most "
+            f"{seconds_text(policy.max_hidden_s)})."
+        )
+    return None
+
+
+def _lost(sensitivity: Sensitivity, coverage: Coverage) -> str | None:
+    """That in too much of the time no force at all would have alarmed, though no joint lacks that much."""
+    time, lost = sensitivity.time, dict[str, float]()
+    short = [(force, need) for force, need in _asked(sensitivity) if time is not None and need.share < time.share]
+    if not short or time is None:
+        return None
+    for cover in coverage.joints.values():
+        lost |= {code: max(lost.get(code, 0.0), seconds) for code, seconds in cover.not_judged_s.items()}
+    force, need = short[0]
+    return (
+        f"A push of {need.force_n:.3g} N at {place_text(force)} would have been noticed in {100 * need.share:.3g} % of "
+        f"the time{' the arm moved' if time.moving else ''} (policy: at least {100 * time.share:g} %){_reasons(lost)}."
+    )
+
+
+def _asked(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
+    """Places at which a force is asked for, the tool first."""
+    return [(force, force.asked) for force in reversed(sensitivity.forces) if force.asked is not None]
+
+
+def _gamma(joint: str, rule: RuleFacts, sliding: Collection[str]) -> str:
+    return f"{rule.gamma_nm[joint]:.3g} {torque_unit_of(joint, sliding)}"
+
+
+def _nothing_asked(sensitivity: Sensitivity, rule: RuleFacts) -> str | None:
+    """Why no force can be asked for; None where a torque is asked for on every watched joint in its place."""
+    if all(s.asked is not None for s in sensitivity.joints.values()):
+        return None
+    why = f"the detector '{rule.detector}' does not tell joints apart"
+    if sensitivity.forces:
+        why = "no watched joint feels a force there"
+    return (
+        f"What force at the tool or the forearm would have alarmed cannot be told: {why}. State the torque that must "
+        "alarm on each watched joint: [policy] observable_nm."
+    )
+
+
 def _untold(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
-    motion = s.motion
-    told = motion.time_s - motion.not_judged_s
-    if told >= policy.min_coverage * motion.time_s or motion.not_judged_s < _BRIEF_S:
+    lost_s = s.motion_s - s.told_s
+    if s.told_s >= policy.min_coverage * s.motion_s or lost_s < BRIEF_S:
         return None
     return (
-        f"Joint '{joint}': only {_percent(told, motion)} of {seconds_text(motion.time_s)} of motion, gaps included, "
-        f"could be judged (policy: at least {100 * policy.min_coverage:g} %){_reasons(cover)}."
+        f"Joint '{joint}': only {100 * s.told_s / s.motion_s:.3g} % of {seconds_text(s.motion_s)} of motion, gaps "
+        f"included, could be judged (policy: at least {100 * policy.min_coverage:g} %){_reasons(cover.not_judged_s)}."
     )
 
 
-def _hidden(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
-    motion = s.motion
-    seen = motion.detectable_s
-    if seen >= policy.min_observable * motion.time_s or motion.time_s - seen < _BRIEF_S:
+def _unnoticed(policy: PolicyConfig, joint: str, s: JointSensitivity, cover: JointCoverage) -> str | None:
+    """A torque that the configuration asks for and that would not have alarmed for long enough."""
+    asked = s.asked
+    if asked is None:
         return None
-    asked = "as stated" if s.observable_stated else "its threshold and its friction"
-    return (
-        f"Joint '{joint}': a torque of {s.observable_nm:.3g} N·m ({asked}) would have alarmed in "
-        f"{_percent(seen, motion)} of its {seconds_text(motion.time_s)} of motion (policy: at least "
-        f"{100 * policy.min_observable:g} %): {_what(motion, s, cover)}"
-    )
+    missed_s = s.motion_s * (1.0 - asked.share)
+    if asked.share < policy.min_observable and missed_s >= BRIEF_S:
+        return (
+            f"Joint '{joint}': a torque of {asked.torque_nm:.3g} N·m would have alarmed in {100 * asked.share:.3g} % "
+            f"of its {seconds_text(s.motion_s)} of motion (policy: at least {100 * policy.min_observable:g} %)"
+            f"{_up_to(s)}{_reasons(cover.not_judged_s)}."
+        )
+    if asked.longest_unnoticed_s > policy.max_hidden_s:
+        return (
+            f"Joint '{joint}' could hide {asked.torque_nm:.3g} N·m for {seconds_text(asked.longest_unnoticed_s)} "
+            f"without a break (policy: at most {seconds_text(policy.max_hidden_s)}){_up_to(s)}."
+        )
+    return None
 
 
-def _what(time: TimeShares, s: JointSensitivity, cover: JointCoverage) -> str:
-    """How much friction hides, and what is not judged and why."""
-    parts = []
-    if time.hidden_s > 0 and s.largest_nm is not None:
-        parts.append(f"in {seconds_text(time.hidden_s)} friction hides up to {s.largest_nm:.3g} N·m")
-    if time.not_judged_s > 0:
-        parts.append(f"in {seconds_text(time.not_judged_s)} nothing could be judged{_reasons(cover)}")
-    return "; ".join(parts) + "."
+def _up_to(s: JointSensitivity) -> str:
+    return "" if s.largest_nm is None else f"; at times it takes {s.largest_nm:.3g} N·m"
 
 
-def _reasons(cover: JointCoverage) -> str:
-    worst = sorted(cover.not_judged_s.items(), key=lambda item: -item[1])[:2]
+def _reasons(not_judged_s: Mapping[str, float]) -> str:
+    worst = sorted(not_judged_s.items(), key=lambda item: -item[1])[:2]
     return f" ({', '.join(f'{state_text(code)}, {seconds_text(value)}' for code, value in worst)})" if worst else ""
-
-
-def _percent(part: float, time: TimeShares) -> str:
-    return f"{100 * part / time.time_s:.3g} %"

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import field
+from collections.abc import Sequence
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, NearMiss, Verdict
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.data.sensitivity_result import JointSensitivity
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
 from collaudit.core.verdict.exclusions import by_joint, seconds_text, state_text
+from collaudit.core.verdict.noticed_words import noticed_sentence
 from collaudit.core.verdict.shortfalls import Shortfall
 
 
@@ -24,19 +24,17 @@ class Evidence:
         contacts: alarms that belong together, one each contact.
         near_misses: of the watched joints.
         coverage: what was judged of them.
-        sensitivity: how little would have alarmed on them.
+        sensitivity: how little would have alarmed on them, and on the arm.
         shortfalls: where that is less than the policy asks for.
         findings: of the log and its detection; their effects count.
-        units: by joint, of what its drive exerts; N·m where absent.
     """
 
     contacts: Sequence[Contact]
     near_misses: Sequence[NearMiss]
     coverage: Coverage
-    sensitivity: Mapping[str, JointSensitivity]
+    sensitivity: Sensitivity
     shortfalls: Sequence[Shortfall]
     findings: Sequence[Finding]
-    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str, ...]]:
@@ -59,33 +57,13 @@ def decide(policy: PolicyConfig, evidence: Evidence) -> tuple[Verdict, tuple[str
 
 
 def _found(evidence: Evidence) -> str:
-    """What a pass says: events, and what would have been noticed in the motion of each joint."""
+    """What a pass says: events, and what would have been noticed."""
     events = f"{counted(len(evidence.contacts), 'contact')} and " + counted(
         len(evidence.near_misses), "near miss", "near misses"
     )
-    seen = {j: s for j, s in evidence.sensitivity.items() if s.motion.detectable_s > 0}
-    if not seen:
-        return f"{events}, within the policy."
-    share = [s.motion.detectable_s / s.motion.time_s for s in seen.values()]
-    time = seconds_text(evidence.coverage.recorded_s)
-    joints = counted(len(seen), "moving joint")
-    return (
-        f"{events} in {time}, within the policy. On {joints} {_asked(seen, evidence.units)} would have alarmed in "
-        f"{_range([100 * x for x in share], '.0f')} % of the motion."
-    )
-
-
-def _asked(seen: Mapping[str, JointSensitivity], units: Mapping[str, str]) -> str:
-    """What would have alarmed: torques of turning joints, forces of sliding ones."""
-    forces = [s.observable_nm for joint, s in seen.items() if units.get(joint) == "N"]
-    torques = [s.observable_nm for joint, s in seen.items() if units.get(joint) != "N"]
-    kinds = (("a torque", torques, "N·m"), ("a force", forces, "N"))
-    return " or ".join(f"{what} of {_range(values, '.3g')} {unit}" for what, values, unit in kinds if values)
-
-
-def _range(values: Sequence[float], form: str) -> str:
-    low, high = (format(value, form) for value in (min(values), max(values)))
-    return low if low == high else f"{low} to {high}"
+    said = noticed_sentence(evidence.sensitivity)
+    text = f"{events} in {seconds_text(evidence.coverage.recorded_s)}, within the policy."
+    return text if said is None else f"{text} {said}"
 
 
 def _broken(policy: PolicyConfig, evidence: Evidence) -> list[str]:
@@ -105,7 +83,8 @@ def unjudged(policy: PolicyConfig, evidence: Evidence) -> list[str]:
             f"{seconds_text(coverage.gaps_s)} of {seconds_text(coverage.recorded_s + coverage.gaps_s)} lie in gaps of "
             f"the log (policy: at least {100 * policy.min_coverage:g} % must be recorded)."
         )
-    if not any(s.all.detectable_s > 0 for s in evidence.sensitivity.values()):
+    sensitivity = evidence.sensitivity
+    if sensitivity.push_alarms and all(s.largest_nm is None for s in sensitivity.joints.values()):
         return [*reasons, _nothing(evidence)]
     return reasons + [short.text for short in evidence.shortfalls]
 

@@ -12,9 +12,8 @@ from xml.etree import ElementTree
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.terminal.audit_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
-from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.rows import NONE
-from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
+from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 
 
@@ -66,10 +65,10 @@ def _suite(
 
 
 def _properties(entry: IndexEntry) -> list[tuple[str, str]]:
-    """Counts of a log, and the share of its joints' time in which a contact was detectable."""
+    """Counts of a log, and what would have been noticed in it."""
     shown = [("contacts", entry.counted(entry.contacts)), ("near_misses", entry.counted(entry.near_misses))]
-    if entry.detectable is not None:
-        shown.append(("contact_detectable", percent(entry.detectable)))
+    if entry.noticed:
+        shown.append(("would_have_noticed", visible(entry.noticed)))
     return shown if entry.counts_mean_something else []
 
 
@@ -79,14 +78,17 @@ def _sensitivity(result: AuditResult) -> list[tuple[str, str]]:
         (
             f"torque_alarms_{visible(row.joint)}",
             f"{_torque(row.half)} in 50 % of the time; {_torque(row.most)} in 95 %; {_torque(row.always)} whenever "
-            f"judged; asked {row.asked}: detectable {row.detectable}, hidden {row.hidden}, not judged {row.not_judged}",
+            f"judged; judged {row.judged}, friction a range {row.as_range}, not judged {row.not_judged}"
+            + (f"; asked {row.asked}" if row.asked != NONE else ""),
         )
         for row in sensitivity_rows(result)
     ]
     forces = [
         (
-            f"force_alarms_{visible(row.place).replace(' ', '_')}",
-            f"{row.most} from 95 % of the directions, {row.typical} from half of them, in 95 % of the time",
+            f"force_alarms_{visible(row.place).removesuffix(' (forearm)').replace(' ', '_')}",
+            "; ".join(f"{n} in {100 * share:.3g} %" for n, share in zip(row.forces, force_shares(result), strict=True))
+            + " of the time"
+            + (f"; asked {row.asked}: {row.met}" if row.asked != NONE else ""),
         )
         for row in force_rows(result)
     ]

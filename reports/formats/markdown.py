@@ -9,8 +9,7 @@ from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contact_rows
 from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
-from collaudit.reports.values.numbers import percent
-from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
+from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT
 
@@ -44,12 +43,12 @@ def escaped(text: str) -> str:
 
 def _log_table(entries: Iterable[IndexEntry]) -> list[str]:
     return _table(
-        ("Verdict", "Log", "Contact detectable", "Contacts", "Near misses", "Reasons"),
+        ("Verdict", "Log", "Would have noticed", "Contacts", "Near misses", "Reasons"),
         [
             (
                 f"{_MARKS[entry.verdict]} {entry.word}",
                 escaped(entry.name),
-                rows.NONE if entry.detectable is None else percent(entry.detectable),
+                escaped(entry.noticed or rows.NONE),
                 entry.counted(entry.contacts),
                 entry.counted(entry.near_misses),
                 "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
@@ -84,16 +83,17 @@ def _table_of_contacts(result: AuditResult, name: str) -> list[str]:
 
 def _tables_of_sensitivity(result: AuditResult, name: str) -> list[str]:
     lines: list[str] = []
-    joints = sensitivity_rows(result)
-    if joints:
-        cells = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in joints]
-        head = ("Joint", "Asked", "Detectable", "Hidden", "Not judged", "Alarms in 50 %", "In 95 %", "Whenever judged")
-        lines += ["", f"## Smallest torque that would have alarmed in {name}", "", *_escaped_table(head, cells)]
     forces = force_rows(result)
     if forces:
-        felt = [(r.place, r.most, r.typical) for r in forces]
-        titles = ("Place", "In 95 % of the time, from 95 % of the directions", "From half of them")
-        lines += ["", f"## Smallest force that would have alarmed in {name}", "", *_escaped_table(titles, felt)]
+        felt = [(r.place, *r.forces, r.asked, r.met) for r in forces]
+        head = ("Place", *(f"In {100 * share:.3g} %" for share in force_shares(result)), "Asked", "Met in")
+        lines += ["", f"## Smallest push that would have alarmed in {name}", "", *_escaped_table(head, felt)]
+    joints = sensitivity_rows(result)
+    if joints:
+        cells = [(r.joint, r.judged, r.as_range, r.not_judged, r.half, r.most, r.always, r.asked) for r in joints]
+        shares = ("Judged", "Friction a range", "Not judged")
+        head = ("Joint", *shares, "Alarms in 50 %", "In 95 %", "Whenever judged", "Asked")
+        lines += ["", f"## Smallest torque that would have alarmed in {name}", "", *_escaped_table(head, cells)]
     return lines
 
 

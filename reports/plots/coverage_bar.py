@@ -1,4 +1,4 @@
-"""A bar over the time of a log: how much of every moment of one joint a contact was detectable in."""
+"""A bar over the time of a log: how much of every moment of one joint was judged."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
-from collaudit.core.numeric.arrays import BoolArray
 from collaudit.reports.plots.downsample import column_shares
 from collaudit.reports.plots.joint_trace import JointTrace
 
@@ -15,32 +14,16 @@ _COLUMNS = _WIDTH = 1000
 _HEIGHT = 100
 
 
-def detectable_samples(trace: JointTrace, observable_nm: float | None) -> BoolArray:
-    """(n,) where a torque of the size asked for would have alarmed.
-
-    Where friction is an interval that takes its width beyond γ, for the torque may act against it; where the width is
-    not known, and without a size asked for, only what is judged above γ counts.
-    """
-    if observable_nm is None or trace.least_nm is None or trace.most_nm is None or not np.isfinite(trace.gamma_nm):
-        return trace.judged
-    narrow = trace.most_nm - trace.least_nm + trace.gamma_nm <= observable_nm
-    return np.asarray(trace.judged | (trace.standing & narrow))
-
-
-def coverage_bar(trace: JointTrace, observable_nm: float | None, label: str) -> Markup:
-    """One joint's time as stacked shares: detectable at the bottom, then hidden by friction, not judged, no data.
+def coverage_bar(trace: JointTrace, label: str) -> Markup:
+    """One joint's time as stacked shares: judged at the bottom, then friction known as a range, not judged, no data.
 
     Args:
         trace: of the joint.
-        observable_nm: the torque asked to be noticeable; None where none is.
         label: text for those who cannot see the bar.
     """
-    state = trace.state
-    gap = state == State.GAP
-    judged = detectable_samples(trace, observable_nm)
-    standing = trace.standing & ~judged
+    gap, judged, standing = trace.state == State.GAP, trace.judged, trace.standing
     parts = {"judged": judged, "standing": standing, "out": ~(judged | standing | gap), "gap": gap}
-    top = np.zeros(min(_COLUMNS, len(state)))
+    top = np.zeros(min(_COLUMNS, len(trace.state)))
     shapes: list[Markup] = []
     for kind, mask in parts.items():
         share = column_shares(mask, _COLUMNS) if len(top) else top

@@ -12,7 +12,6 @@ from collaudit.reports.terminal.text_table import table, table_with_text, withou
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
-from collaudit.reports.values.numbers import percent
 from collaudit.reports.values.sensitivity_rows import sensitivity_row
 from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural
 
@@ -31,13 +30,13 @@ def summary_table(entries: Sequence[IndexEntry], width: int | None = None, most:
     Returns:
         Text that ends in a line feed.
     """
-    head = ("verdict", "log", "detectable", "contacts", "near misses", "reasons")
+    head = ("verdict", "log", "would have noticed", "contacts", "near misses", "reasons")
     listed = worst_first(entries)[:most]
     lines = [
         (
             entry.word,
             entry.name,
-            rows.NONE if entry.detectable is None else percent(entry.detectable),
+            entry.noticed or rows.NONE,
             entry.counted(entry.contacts),
             entry.counted(entry.near_misses),
             _reasons(entry, brief=most is not None),
@@ -100,14 +99,14 @@ def _joint_table(result: AuditResult, width: int | None) -> str:
             (
                 joint,
                 "yes" if coverage.watched else "no",
-                found.detectable if found else rows.NONE,
+                found.judged if found else rows.NONE,
                 *values,
                 counted(count, result),
             )
         )
     plain, unit = without_unit(lines, (3, 4, 5, 6))
     title = f"mean |r|{unit}"
-    head = ("joint", "watched", "detectable", title, "99 % below", "largest", "gamma", "alarms, near misses")
+    head = ("joint", "watched", "judged", title, "99 % below", "largest", "gamma", "alarms, near misses")
     return table(head, plain, (2, 3, 4, 5, 6, 7), width, fold=True)
 
 

@@ -8,10 +8,12 @@ from itertools import groupby
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.findings import Finding
+from collaudit.core.verdict.noticed_words import time_text
 from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.text_table import table, table_with_text, without_unit, wrapped
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
-from collaudit.reports.values.sensitivity_rows import force_rows, sensitivity_rows
+from collaudit.reports.values.rows import NONE
+from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, noticed_line, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import BRIEF_STATEMENT, nothing_judged, plural, verdict_word
 
@@ -46,7 +48,9 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
 def verdict_text(result: AuditResult, most: int | None = None, width: int | None = None) -> str:
     """The verdict, its reasons and what it does not cover, ``most`` of each at most, in lines of ``width``."""
     head = f"{verdict_word(result.verdict, result.exclusions)}  {visible(result.log.name)}\n"
-    text = head + "".join(_listed(result.reasons, most, width))
+    noticed = noticed_line(result)
+    told = [*_listed(result.reasons, most, width), *_listed([noticed] if noticed else [], 1, width)]
+    text = head + "".join(told)
     return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")
 
 
@@ -78,19 +82,31 @@ def _brief_contacts(result: AuditResult, contacts: Sequence[Contact], width: int
 
 
 def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
-    """The smallest torque by joint, and force by place, that would have alarmed."""
+    """The smallest torque by joint, and push by place, that would have alarmed."""
     listed = sensitivity_rows(result)
     if not listed:
         return []
-    head = ("joint", "asked", "detectable", "hidden", "not judged", "alarms in 50 %", "in 95 %", "whenever judged")
-    lines = [(r.joint, r.asked, r.detectable, r.hidden, r.not_judged, r.half, r.most, r.always) for r in listed]
-    plain, unit = without_unit(lines, (1, 5, 6, 7))
+    asks = any(r.asked != NONE for r in listed)
+    names = (
+        "joint",
+        "judged",
+        "friction a range",
+        "not judged",
+        "alarms in 50 %",
+        "in 95 %",
+        "whenever judged",
+        "asked",
+    )
+    cells = [(r.joint, r.judged, r.as_range, r.not_judged, r.half, r.most, r.always, r.asked) for r in listed]
+    plain, unit = without_unit(cells, (4, 5, 6))
+    lines = plain if asks else [line[:-1] for line in plain]
     title = f"Smallest torque that would have alarmed{unit} (shares of the time watched)"
-    parts = [f"\n{wrapped(title, width, '  ')}\n", table(head, plain, range(1, 8), width, fold=True)]
-    forces = force_rows(result)
-    if forces:
-        text = ", ".join(f"{row.place} {row.most}" for row in forces)
-        line = f"Smallest force in 95 % of the time, from 95 % of the directions: {visible(text)}"
+    parts = [f"\n{wrapped(title, width, '  ')}\n", table(names[: 7 + asks], lines, range(1, 7), width, fold=True)]
+    time = None if result.sensitivity is None else result.sensitivity.time
+    if time is not None:
+        which = force_shares(result).index(time.share)
+        text = ", ".join(f"{row.place} {row.forces[which]}" for row in force_rows(result))
+        line = f"Smallest push from 80 % of the directions, {time_text(time)}: {visible(text)}"
         parts.append(f"{wrapped(line, width, '  ')}\n")
     return parts
 

@@ -13,8 +13,9 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.dataclass import dataclass
+from collaudit.core.verdict.noticed_words import place_text
 from collaudit.reports.values.contact_rows import contacts_of
-from collaudit.reports.values.sensitivity_rows import joint_time
+from collaudit.reports.values.sensitivity_rows import noticed_brief
 from collaudit.reports.values.words import torque_unit
 
 COMPARISON_SCHEMA = "collaudit/comparison/1"
@@ -96,8 +97,7 @@ class Comparison:
         same_log: whether both audited the same bytes.
         verdicts: of both.
         exclusions: what each verdict does not cover.
-        detectable: share of the watched joints' time in which a contact of the size that each audit asks for was
-            detectable; the sizes are among the settings where they differ.
+        noticed: force that each would have noticed, in words; empty where none is told.
         settings: what differs in rule, inputs and versions.
         friction: every parameter of either.
         residual: level by joint.
@@ -111,7 +111,7 @@ class Comparison:
     same_log: bool
     verdicts: tuple[Verdict, Verdict]
     exclusions: tuple[tuple[str, ...], tuple[str, ...]]
-    detectable: tuple[float | None, float | None]
+    noticed: tuple[str, str]
     settings: tuple[Change, ...]
     friction: tuple[ParameterChange, ...]
     residual: tuple[LevelChange, ...]
@@ -131,7 +131,7 @@ def compare(before: Audit, after: Audit) -> Comparison:
         same_log=same,
         verdicts=(a.verdict, b.verdict),
         exclusions=(a.exclusions, b.exclusions),
-        detectable=(_detectable(a), _detectable(b)),
+        noticed=(noticed_brief(a), noticed_brief(b)),
         settings=tuple(_settings(a, b)),
         friction=tuple(_friction(a, b)),
         residual=tuple(_levels(a, b)),
@@ -141,11 +141,6 @@ def compare(before: Audit, after: Audit) -> Comparison:
     )
 
 
-def _detectable(result: AuditResult) -> float | None:
-    time = joint_time(result)
-    return None if time is None or time.time_s == 0 else time.detectable_s / time.time_s
-
-
 def _settings(a: AuditResult, b: AuditResult) -> Iterator[Change]:
     before, after = _facts(a), _facts(b)
     for what in dict.fromkeys((*before, *after)):
@@ -153,16 +148,25 @@ def _settings(a: AuditResult, b: AuditResult) -> Iterator[Change]:
             yield Change(what, before.get(what), after.get(what))
 
 
-def _asked(joint: str, unit: str) -> str:
-    return f"{'force' if unit == 'N' else 'torque'} asked to be detectable on {joint}, {unit}"
+def _asked(result: AuditResult) -> dict[str, str | None]:
+    """Forces and torques that must alarm."""
+    if result.sensitivity is None:
+        return {}
+    forces = {f"force that must alarm at {place_text(f)}, N": f.asked for f in result.sensitivity.forces}
+    torques = {
+        f"torque that must alarm on {joint}, {torque_unit(result, joint)}": s.asked
+        for joint, s in result.sensitivity.joints.items()
+    }
+    return {
+        **{what: f"{asked.force_n:.3g}" for what, asked in forces.items() if asked is not None},
+        **{what: f"{asked.torque_nm:.3g}" for what, asked in torques.items() if asked is not None},
+    }
 
 
 def _facts(result: AuditResult) -> dict[str, str | None]:
     """Everything that was set, and what the numbers rest on."""
     rule, made = result.rule, result.provenance
-    joints = {} if result.sensitivity is None else result.sensitivity.joints
-    sizes = {joint: sensitivity.observable_nm for joint, sensitivity in joints.items()}
-    units = {joint: torque_unit(result, joint) for joint in (*rule.gamma_nm, *sizes)}
+    units = {joint: torque_unit(result, joint) for joint in rule.gamma_nm}
     hashes = {
         "configuration": made.config_sha256,
         "friction file": made.friction_sha256,
@@ -176,7 +180,7 @@ def _facts(result: AuditResult) -> dict[str, str | None]:
         "near miss, share of γ": f"{rule.near_miss_amplitude:g}",
         "near miss, share of n": f"{rule.near_miss_persistence:g}",
         **{f"γ of {joint}, {units[joint]}": f"{gamma:.6g}" for joint, gamma in rule.gamma_nm.items()},
-        **{_asked(joint, units[joint]): f"{asked:.3g}" for joint, asked in sizes.items()},
+        **_asked(result),
         **{f"{name} (hash)": None if value is None else value[:12] for name, value in hashes.items()},
         "collaudit": made.collaudit,
         **made.packages,

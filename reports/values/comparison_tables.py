@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.reports.values.comparison import Bounds, Change, Comparison
-from collaudit.reports.values.numbers import duration, interval, percent, significant
+from collaudit.reports.values.numbers import duration, interval, significant
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import parameter_unit, verdict_word, with_force_unit
@@ -34,18 +34,16 @@ class ComparedTable:
 
 
 def compared_sides(found: Comparison) -> list[tuple[str, str, str, str]]:
-    """Before and after: side, verdict, log, and the share of time in which contacts were detectable."""
-    sides = zip(("before", "after"), found.logs, found.verdicts, found.exclusions, found.detectable, strict=True)
+    """Before and after: side, verdict, log, and the force that would have been noticed."""
+    sides = zip(("before", "after"), found.logs, found.verdicts, found.exclusions, found.noticed, strict=True)
     return [
         (
             side,
             verdict_word(verdict, excluded),
             visible(name),
-            ""
-            if share is None
-            else f"detectable in {percent(share)} of the joints' time: a contact of the size it asks for",
+            f"would have noticed {force}" if force else "",
         )
-        for side, name, verdict, excluded, share in sides
+        for side, name, verdict, excluded, force in sides
     ]
 
 

@@ -9,7 +9,7 @@ from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 from collaudit.reports.values.contact_rows import contacts_of
-from collaudit.reports.values.sensitivity_rows import joint_time
+from collaudit.reports.values.sensitivity_rows import noticed_brief, noticed_n
 from collaudit.reports.values.words import nothing_judged, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}
@@ -28,8 +28,9 @@ class IndexEntry:
         judged_h: hours in which at least one joint was judged, taken as those of the joint judged longest.
         error: why it could not be audited at all, or None.
         contacts: count of contacts: of alarms that belong together.
-        detectable: share of the watched joints' time in which a contact of the torque asked for was detectable; None
-            where nothing was watched.
+        noticed_n: force at the tool (or the place asked for) that would have been noticed for the share of the motion
+            that the policy asks; None where none would, or none is known.
+        noticed: the same in words; empty where nothing is told.
         exclusions: what the verdict does not cover.
         start: when the log was recorded, ISO 8601 UTC; None where it does not tell.
         level_nm: RMS of each watched joint's judged residual, N·m; None where nothing was judged.
@@ -46,7 +47,8 @@ class IndexEntry:
     judged_h: float
     error: str | None = None
     contacts: int = 0
-    detectable: float | None = None
+    noticed_n: float | None = None
+    noticed: str = ""
     exclusions: tuple[str, ...] = ()
     start: str | None = None
     level_nm: dict[str, float | None] = field(default_factory=dict)
@@ -77,7 +79,6 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         report: link to its report, relative to the index page.
     """
     watched = [joint for joint in result.coverage.joints.values() if joint.watched]
-    time = joint_time(result)
     longest = 0.0 if nothing_judged(result) else max(joint.judged_s + joint.standing_s for joint in watched)
     return IndexEntry(
         name=result.log.name,
@@ -88,7 +89,8 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
         near_misses=len(result.near_misses),
         judged_h=longest / 3600,
         contacts=len(contacts_of(result)),
-        detectable=None if time is None or time.time_s == 0 else time.detectable_s / time.time_s,
+        noticed_n=noticed_n(result),
+        noticed=noticed_brief(result),
         exclusions=result.exclusions,
         start=result.log.start,
         level_nm={name: stats.rms_nm for name, stats in result.residual.items() if name in result.rule.watch},

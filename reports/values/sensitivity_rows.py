@@ -1,48 +1,58 @@
-"""Sensitivity over time as text: what would have been noticed on each joint, and along the arm."""
+"""Sensitivity over time as text: what would have been noticed along the arm, and on each joint."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.sensitivity_result import ForceSensitivity, JointSensitivity, TimeShares
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce
 from collaudit.core.dataclass import dataclass
+from collaudit.core.verdict.noticed_words import (
+    force_text,
+    headline_forces,
+    noticed_sentence,
+    place_text,
+    too_insensitive,
+)
 from collaudit.reports.values.numbers import apart, duration, percent, significant, stated
 from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.words import reason_text, torque_unit
 
 #: Shares of the time that tables show.
 SHOWN = (0.5, 0.95)
+_BY = {"stated": "stated", "default": "default", "arm-limits": "half of what the arm can exert there"}
 
 
 @dataclass(frozen=True, slots=True)
 class SensitivityRow:
     """What would have been noticed on one joint.
 
-    ``detectable``, ``hidden`` and ``not_judged`` are shares of the time to judge; ``half``, ``most`` and ``always``
-    the torques that would have alarmed in half, in 95 % and in all of the time in which anything can be told.
+    ``judged``, ``as_range`` and ``not_judged`` are shares of the time in which it was watched: friction known as a
+    number, only as a range, nothing to be told. ``half``, ``most`` and ``always`` are the torques that would have
+    alarmed in half, in 95 % and in all of the time in which anything can be told; ``asked`` is the torque that must,
+    with its share of the motion.
     """
 
     joint: str
-    asked: str
-    detectable: str
-    in_motion: str
-    hidden: str
+    judged: str
+    as_range: str
     not_judged: str
     half: str
     most: str
     always: str
+    asked: str
     reasons: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ForceRow:
-    """What force would have been noticed at a place, from 95 % and from half of the directions."""
+    """What force would have been noticed at a place, by share as in :func:`force_shares`; what is asked, and met in."""
 
     place: str
     joints: str
-    most: str
-    typical: str
+    forces: tuple[str, ...]
+    asked: str
+    met: str
 
 
 def sensitivity_row(joint: str, result: AuditResult) -> SensitivityRow | None:
@@ -52,20 +62,24 @@ def sensitivity_row(joint: str, result: AuditResult) -> SensitivityRow | None:
         return None
     unit = torque_unit(result, joint)
     levels = {level.share: level.torque_nm for level in s.levels}
+    limit = None if s.asked is None else s.asked.torque_nm
     half, most, always = (
-        NONE if value is None else f"{_beside(value, s.observable_nm)} {unit}"
+        NONE if value is None else f"{_beside(value, limit)} {unit}"
         for value in (*(levels.get(share) for share in SHOWN), s.largest_nm)
     )
+    cover = result.coverage.joints[joint]
+    lost_s = sum(cover.not_judged_s.values()) - cover.not_judged_s.get("not-watched", 0.0)
+    time_s = cover.judged_s + cover.standing_s + lost_s
+    asked = NONE if s.asked is None else f"{stated(s.asked.torque_nm)} {unit}: {percent(s.asked.share)} of its motion"
     return SensitivityRow(
         joint=joint,
-        asked=f"{stated(s.observable_nm) if s.observable_stated else significant(s.observable_nm)} {unit}",
-        detectable=_share(s.all.detectable_s, s.all),
-        in_motion=_share(s.motion.detectable_s, s.motion),
-        hidden=_share(s.all.hidden_s, s.all),
-        not_judged=_share(s.all.not_judged_s, s.all),
+        judged=_share(cover.judged_s, time_s),
+        as_range=_share(cover.standing_s, time_s),
+        not_judged=_share(lost_s, time_s),
         half=half,
         most=most,
         always=always,
+        asked=asked,
         reasons=_reasons(joint, result),
     )
 
@@ -76,39 +90,84 @@ def sensitivity_rows(result: AuditResult) -> list[SensitivityRow]:
     return [row for row in made if row is not None]
 
 
+def force_shares(result: AuditResult) -> tuple[float, ...]:
+    """Shares of the time for which forces are listed: half, that which the policy asks for, 95 %."""
+    time = None if result.sensitivity is None else result.sensitivity.time
+    return () if time is None else tuple(sorted({*SHOWN, time.share}))
+
+
 def force_rows(result: AuditResult) -> list[ForceRow]:
     """What force would have been noticed along the arm, base to tool."""
-    places: Sequence[ForceSensitivity] = () if result.sensitivity is None else result.sensitivity.arm
-    out = []
-    for place in places:
-        level = next((level for level in place.levels if level.share == SHOWN[1]), None)
-        most, typical = (None, None) if level is None else (level.force_n, level.typical_n)
-        out.append(ForceRow(place.place, ", ".join(place.joints), _newtons(most), _newtons(typical)))
-    return out
+    shares, forces = force_shares(result), () if result.sensitivity is None else result.sensitivity.forces
+    return [_force_row(force, shares) for force in forces]
 
 
-def joint_time(result: AuditResult) -> TimeShares | None:
-    """Time of all watched joints together; None for files of earlier versions and where nothing was watched.
+def _force_row(force: NoticedForce, shares: Sequence[float]) -> ForceRow:
+    place = {TOOL: TOOL, FOREARM: f"end of {force.link} (forearm)"}.get(force.place, f"end of {force.link}")
+    felt = force.unfelt < 1.0
+    asked, met = NONE, NONE
+    if force.asked is not None:
+        asked = f"{stated(force.asked.force_n)} N ({_BY[force.asked.by]})"
+        met = f"{percent(force.asked.share)} of the time"
+    told = tuple(force_text(force.at(share)) if felt else "not felt" for share in shares)
+    return ForceRow(place, ", ".join(force.joints), told, asked, met)
+
+
+def noticed_line(result: AuditResult) -> str | None:
+    """What would have been noticed, in a sentence; None where nothing is told, or the verdict's reasons say it."""
+    sensitivity = result.sensitivity
+    told = None if sensitivity is None else noticed_sentence(sensitivity)
+    if sensitivity is None or told is None or too_insensitive(sensitivity):
+        return None
+    return None if any(told in reason for reason in result.reasons) else told
+
+
+def noticed_facts(result: AuditResult) -> list[tuple[str, str]]:
+    """The same as terms and values: for each place of the headline the force, and what is asked."""
+    sensitivity = result.sensitivity
+    if sensitivity is None or sensitivity.time is None:
+        return []
+    share = sensitivity.time.share
+    return [(f"Noticed at the {f.place}", _from(force_text(f.at(share)))) for f in headline_forces(sensitivity)]
+
+
+def _from(force: str) -> str:
+    return f"from {force}" if force[:1].isdigit() else force
+
+
+def noticed_brief(result: AuditResult) -> str:
+    """``52 N at the tool``: the first place of the headline; empty where nothing is told."""
+    sensitivity = result.sensitivity
+    forces = headline_forces(sensitivity)
+    if not forces or sensitivity is None or sensitivity.time is None:
+        return ""
+    return f"{force_text(forces[0].at(sensitivity.time.share))} at {place_text(forces[0], brief=True)}"
+
+
+def noticed_n(result: AuditResult) -> float | None:
+    """The force of :func:`noticed_brief`, N; None where there is none."""
+    sensitivity = result.sensitivity
+    forces = headline_forces(sensitivity)
+    return forces[0].at(sensitivity.time.share) if forces and sensitivity is not None and sensitivity.time else None
+
+
+def lost_share(result: AuditResult) -> float | None:
+    """Share of the watched joints' time, all together, that could not be judged; None where nothing was watched.
 
     Time in which one of them was not watched, as under force control, counts as not judged here.
     """
-    joints: dict[str, JointSensitivity] = {} if result.sensitivity is None else dict(result.sensitivity.joints)
-    if not joints:
-        return None
-    times = [joint.all for joint in joints.values()]
-    away = sum(result.coverage.joints[joint].not_judged_s.get("not-watched", 0.0) for joint in joints)
-    return TimeShares(
-        sum(t.time_s for t in times) + away,
-        sum(t.detectable_s for t in times),
-        sum(t.hidden_s for t in times),
-        sum(t.not_judged_s for t in times) + away,
-    )
+    watched = [cover for cover in result.coverage.joints.values() if cover.watched]
+    lost = sum(sum(cover.not_judged_s.values()) for cover in watched)
+    time_s = lost + sum(cover.judged_s + cover.standing_s for cover in watched)
+    return lost / time_s if time_s > 0 else None
 
 
-def _beside(value: float, limit: float) -> str:
+def _beside(value: float, limit: float | None) -> str:
     """A torque in three digits, or as many as it takes to differ from what was asked for."""
     text = significant(value)
-    return apart([value, limit], 1)[0] if text == significant(limit) and value != limit else text
+    if limit is None or text != significant(limit) or value == limit:
+        return text
+    return apart([value, limit], 1)[0]
 
 
 def _reasons(joint: str, result: AuditResult) -> tuple[tuple[str, str], ...]:
@@ -116,9 +175,5 @@ def _reasons(joint: str, result: AuditResult) -> tuple[tuple[str, str], ...]:
     return tuple((reason_text(code), duration(seconds)) for code, seconds in found if seconds > 0)
 
 
-def _share(part: float, time: TimeShares) -> str:
-    return percent(part / time.time_s) if time.time_s > 0 else NONE
-
-
-def _newtons(force: float | None) -> str:
-    return "no force alarms" if force is None else f"{force:.0f} N" if force >= 1000 else f"{significant(force)} N"
+def _share(part_s: float, time_s: float) -> str:
+    return percent(part_s / time_s) if time_s > 0 else NONE

@@ -113,7 +113,7 @@ class Arm:
         config: its collaudit.toml.
         clean: a log without contact.
         pushed: a log with a push of 12 N·m.
-        friction: friction fitted on the clean log.
+        friction: friction fitted on another clean log.
     """
 
     config: Path
@@ -134,7 +134,8 @@ def arm(once: Callable[..., Path]) -> Arm:
         made.config.write_text(CONFIG, encoding="utf-8")
         write_arm_csv(made.clean)
         write_arm_csv(made.pushed, push_nm=12.0, seed=1)
-        assert entry.run(["fit", str(made.clean), "-c", str(made.config), "-o", str(made.friction)]) == 0
+        write_arm_csv(folder / "fit.csv", seed=2)
+        assert entry.run(["fit", str(folder / "fit.csv"), "-c", str(made.config), "-o", str(made.friction)]) == 0
         return folder
 
     return files(once(("small arm",), make))

@@ -65,7 +65,7 @@ def test_flags_win_over_a_robots_own_settings(arm, collaudit, tmp_path: Path) ->
 def test_a_log_of_no_robot_or_of_two_is_not_judged(arm, collaudit, tmp_path: Path) -> None:
     config = _fleet(tmp_path, arm, FLEET + '[fleet.robots.both]\njoints = ["joint1", "joint2"]\npaths = ["right/*"]\n')
     shutil.copyfile(arm.clean, tmp_path / "logs" / "stray.csv")
-    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--gamma", 30)
+    run = collaudit("audit", tmp_path / "logs", "-c", config, "-o", tmp_path / "out", "--gamma", 15)
     assert run.code == 3, run.err
     assert "no robot of the fleet" in run.err and "both, right" in run.err.replace("right, both", "both, right")
     verdicts = {name.rpartition("logs/")[2]: entry["verdict"] for name, entry in _logs(tmp_path / "out").items()}

@@ -33,7 +33,11 @@ def test_findings_of_a_sliding_joint_speak_of_forces_and_ways() -> None:
 def test_an_audit_states_the_unit_of_each_joint() -> None:
     rows = [dh_row(4.0, (0, 0, 0), (0, 0, 0.05), joint="prismatic"), dh_row(2.0, (0, 0, 0), (0, 0, 0.05), a=0.3)]
     config = Config.of(
-        {"robot": dh_robot(rows, **LEVEL), "detect": {"gamma_nm": 7.0}, "policy": {"min_observable": 1.0}}
+        {
+            "robot": dh_robot(rows, **LEVEL),
+            "detect": {"gamma_nm": 7.0},
+            "policy": {"min_observable": 1.0, "observable_nm": 9.0},
+        }
     )
     t = PERIOD * np.arange(6000)
     q = np.stack([0.2 * np.sin(t), 0.4 * np.sin(0.7 * t)], axis=1)
@@ -45,7 +49,7 @@ def test_an_audit_states_the_unit_of_each_joint() -> None:
     assert result.log.units == {"joint1": "N", "joint2": "N·m"}
     assert not [f for f in result.findings if f.joint == "joint1" and ("N·m" in f.text or "rad" in f.text)]
     assert "joint1 7 N; joint2 7 N·m" in rule_text(result)
-    hidden = next(text for text in result.exclusions if text.startswith("Hidden by friction"))
-    assert re.search(r"joint1 up to \S+ N for", hidden) and re.search(r"joint2 up to \S+ N·m for", hidden)
+    missed = next(text for text in result.exclusions if text.startswith("Not noticed"))
+    assert re.search(r"9 N on joint1 for", missed) and re.search(r"9 N·m on joint2 for", missed)
     short = [text for text in (*result.reasons, *result.unjudged) if text.startswith("Joint 'joint1'")]
     assert short and not [text for text in short if "N·m" in text]

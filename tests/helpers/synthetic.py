@@ -28,7 +28,7 @@ def make_log(
         effort=effort,
         effort_unit="raw" if unit == "raw" else "Nm",
         wrench=None,
-        source=log_source(),
+        source=log_source("synthetic", time_s, position, effort),
     )
 
 

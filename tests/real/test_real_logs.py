@@ -61,8 +61,12 @@ def test_ur10_from_inspect_to_report(cli, data_dir: Path) -> None:  # type: igno
     }
     assert all(f["not_identifiable"] for f in fits.values() if f["model"] == "coulomb-viscous")
     assert {p["source"] for f in fits.values() for p in f["points"]} == {"model"}, "no joint moves alone in this log"
-    judged = cli("detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "run")
-    assert judged.code in (0, 1)
+    alone = cli("detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "alone")
+    assert alone.code == 3, "nothing but this log says what it looks like without contact"
+    assert [text for text in load("alone/audit.json")["reasons"] if "fitted on the judged log alone" not in text] == []
+    allow = ("--set", 'policy.same_log="allow"')
+    judged = cli("detect", log, "-c", "ur10.toml", "--friction", "friction.json", "-o", "run", *allow)
+    assert judged.code == 0
     result = load("run/audit.json")
     level = {joint: s["mean_abs_nm"] for joint, s in result["residual"].items()}
     assert set(level) == {f"{j}_joint" for j in UR_JOINTS}

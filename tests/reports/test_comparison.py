@@ -13,7 +13,7 @@ from jsonschema import Draft202012Validator
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.detection_result import Contact, ContactForce
-from collaudit.core.data.sensitivity_result import JointSensitivity, Sensitivity, TimeShares
+from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_writer import json_text
@@ -101,8 +101,7 @@ def test_settings_and_versions_that_differ(audit: Audit) -> None:
 
 
 def test_a_pass_with_exclusions_stays_one_and_sizes_asked_for_are_settings(audit: Audit) -> None:
-    time = TimeShares(10.0, 5.0, 5.0, 0.0)
-    asked = [JointSensitivity(size, False, time, time, 1.0, 9.0, ()) for size in (8.0, 20.0)]
+    asked = [JointSensitivity((), 9.0, 10.0, 10.0, AskedTorque(size, 0.5, 5.0, 5.0, 1.0)) for size in (8.0, 20.0)]
     joint = samples.JOINTS[0]
     sides = [
         replace(
@@ -112,10 +111,10 @@ def test_a_pass_with_exclusions_stays_one_and_sizes_asked_for_are_settings(audit
     ]
     found = compare(*sides)
     assert {c.what: (c.before, c.after) for c in found.settings} == {
-        f"torque asked to be detectable on {joint}, N·m": ("8", "20")
+        f"torque that must alarm on {joint}, N·m": ("8", "20")
     }
     text = comparison_text(found)
-    assert text.count("PASS, WITH EXCLUSIONS") == 2 and "of the size it asks for" in text
+    assert text.count("PASS, WITH EXCLUSIONS") == 2
 
 
 def test_the_comparison_keeps_to_its_schema(audit: Audit) -> None:

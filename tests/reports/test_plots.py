@@ -100,20 +100,17 @@ def test_the_bar_shows_each_state_where_it_holds() -> None:
     audit = samples.failed(2000)
     state = np.repeat([State.JUDGED, State.GAP, State.SATURATED, State.FRICTION_INTERVAL], 500).astype(np.int8)
     trace = replace(TracesInMemory(audit.signals).trace(1), state=state)
-    drawn = str(coverage_bar(trace, 6.0, "label"))
+    drawn = str(coverage_bar(trace, "label"))
     assert [shown(drawn, x) for x in (0, 249, 251, 499, 501, 749, 751, 999)] == [
         "judged", "judged", "gap", "gap", "out", "out", "standing", "standing"
     ]  # fmt: skip
-    narrow = replace(trace, least_nm=np.full(2000, -0.9), most_nm=np.full(2000, 0.9))  # γ = 4 and 1.8 less than 6
-    assert shown(str(coverage_bar(narrow, 5.7, "label")), 800) == "standing"
-    assert shown(str(coverage_bar(narrow, 6.0, "label")), 800) == "judged"
 
 
 def test_a_column_of_the_bar_is_shared_by_what_happened_in_it() -> None:
     audit = samples.failed(2000)
     state = np.full(2000, State.JUDGED, dtype=np.int8)
     state[1] = State.SATURATED  # the second sample of the first of a thousand columns
-    drawn = str(coverage_bar(replace(TracesInMemory(audit.signals).trace(1), state=state), None, "label"))
+    drawn = str(coverage_bar(replace(TracesInMemory(audit.signals).trace(1), state=state), "label"))
     assert [shown(drawn, 0, height) for height in (10, 40, 60, 90)] == ["judged", "judged", "out", "out"]
     assert shown(drawn, 1, 90) == "judged"
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import pytest
 import samples
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact, ContactForce
 from collaudit.core.data.sensitivity_result import (
+    AskedForce,
+    AskedTorque,
     ForceLevel,
-    ForceSensitivity,
+    ForceTime,
     JointSensitivity,
+    NoticedForce,
     Sensitivity,
-    TimeShares,
     TorqueLevel,
 )
 from collaudit.core.findings import Finding
@@ -27,10 +28,11 @@ from collaudit.reports.terminal.audit_text import audit_text, summary_table
 from collaudit.reports.terminal.screen_text import important_findings, screen_text
 from collaudit.reports.values.contact_rows import force_text
 from collaudit.reports.values.entries import entry_of
-from collaudit.reports.values.sensitivity_rows import joint_time, sensitivity_row
+from collaudit.reports.values.sensitivity_rows import lost_share, sensitivity_row
 
 JOINT = samples.JOINTS[0]
-TIME = TimeShares(100.0, 57.0, 38.0, 5.0)
+FORCES = (ForceLevel(0.5, 34.0), ForceLevel(0.9, 61.3), ForceLevel(0.95, None))
+ASKED = AskedForce(100.0, "default", 0.94, 94.0, 6.0, 0.5, "elbow")
 LEVELS = (TorqueLevel(0.5, 4.7), TorqueLevel(0.95, None))
 
 
@@ -42,8 +44,9 @@ def with_contacts(count: int) -> AuditResult:
         for k in range(count)
     )
     sensitivity = Sensitivity(
-        {JOINT: JointSensitivity(20.0, False, TIME, TIME, 12.0, 20.004, LEVELS)},
-        (ForceSensitivity("tool", "tool0", samples.JOINTS, 100, (ForceLevel(0.95, 61.3, 34.0),)),),
+        {JOINT: JointSensitivity(LEVELS, 20.004, 50.0, 48.0, AskedTorque(20.0, 0.57, 57.0, 38.0, 12.0))},
+        (NoticedForce("tool", "link6", "tool0", samples.JOINTS, FORCES, 0.0, ASKED),),
+        ForceTime(0.2, 0.9, True, 100.0),
     )
     return replace(result, contacts=contacts, exclusions=("Gaps in the log: 3 s.",), sensitivity=sensitivity)
 
@@ -57,7 +60,8 @@ def test_a_screen_stays_one_however_many_alarms_there_are() -> None:
     assert "Gaps in the log: 3 s." in text
     assert " 20.004" in text, "not rounded to what was asked"
     assert "Smallest torque that would have alarmed, N·m" in text
-    assert "tool 61.3 N" in text
+    assert "Would have noticed a push (200 ms) of 62 N at the tool, 90 % of the time the arm moved." in text
+    assert "from 80 % of the directions, 90 % of the time the arm moved: tool 62 N" in text
     assert "More: -v" in text
     whole = audit_text(result)
     assert len(whole.splitlines()) > 800
@@ -67,26 +71,29 @@ def test_a_screen_stays_one_however_many_alarms_there_are() -> None:
 def test_every_report_counts_contacts() -> None:
     result = with_contacts(7)
     entry = entry_of(result)
-    assert (entry.contacts, entry.collisions, entry.detectable) == (7, 21, pytest.approx(0.57))
+    assert (entry.contacts, entry.collisions, entry.noticed_n, entry.noticed) == (7, 21, 61.3, "62 N at the tool")
     assert summarise([entry, entry]).contacts == 14
     assert summary_table([entry]).splitlines()[2].split("  ")[0] == "FAIL"
-    assert " 57.0 % " in summary_table([entry])
+    assert " 62 N at the tool " in summary_table([entry])
     page = html_text([replace(samples.many_events(21), result=result)])
-    assert "Contacts (7)" in page and "61.3 N" in page and "Gaps in the log: 3 s." in page
+    assert "Contacts (7)" in page and "62 N" in page and "Gaps in the log: 3 s." in page
     text = markdown_text([result])
-    assert "| 57.0 % | 7 |" in text and "| tool | 61.3 N | 34.0 N |" in text
+    assert "| 62 N at the tool | 7 |" in text
+    assert "| tool | 34 N | 62 N | no force | 100 N (default) | 94.0 % of the time |" in text
     suite = ElementTree.fromstring(junit_text([result])).find("testsuite")
     assert suite is not None
     shown = {p.get("name") or "": p.get("value") or "" for p in suite.findall("properties/property")}
     assert shown["torque_alarms_shoulder_pan"].startswith(
         "4.70 N·m in 50 % of the time; no torque in 95 %; 20.004 N·m "
     )
-    assert "asked 20.0 N·m: detectable" in shown["torque_alarms_shoulder_pan"]
-    assert shown["force_alarms_tool"].startswith("61.3 N from 95 % of the directions, 34.0 N from half")
+    assert "asked 20 N·m: 57.0 % of its motion" in shown["torque_alarms_shoulder_pan"]
+    assert shown["force_alarms_tool"].startswith(
+        "34 N in 50 %; 62 N in 90 %; no force in 95 % of the time; asked 100 N"
+    )
     assert {name: value for name, value in shown.items() if "_alarms_" not in name} == {
         "contacts": "7",
         "near_misses": str(len(result.near_misses)),
-        "contact_detectable": "57.0 %",
+        "would_have_noticed": "62 N at the tool",
     }
 
 
@@ -138,7 +145,7 @@ def test_where_nothing_was_judged_the_cause_comes_before_what_follows_from_it() 
 def test_shares_and_levels_of_a_joint() -> None:
     row = sensitivity_row(JOINT, with_contacts(1))
     assert row is not None
-    assert (row.asked, row.detectable, row.hidden, row.not_judged) == ("20.0 N·m", "57.0 %", "38.0 %", "5.0 %")
+    assert row.asked == "20 N·m: 57.0 % of its motion"
     assert (row.half, row.most, row.always) == ("4.70 N·m", "–", "20.004 N·m")
     assert sensitivity_row(JOINT, samples.passed().result) is None
 
@@ -147,8 +154,10 @@ def test_time_without_watch_is_time_not_judged() -> None:
     result = with_contacts(1)
     cover = replace(result.coverage.joints[JOINT], watched=True, not_judged_s={"not-watched": 100.0})
     coverage = replace(result.coverage, joints={**result.coverage.joints, JOINT: cover})
-    time = joint_time(replace(result, coverage=coverage))
-    assert time == TimeShares(200.0, 57.0, 38.0, 105.0), "a joint under force control is no joint judged"
+    lost = lost_share(replace(result, coverage=coverage)), lost_share(result)
+    assert lost[0] is not None and lost[1] is not None and lost[0] > lost[1], (
+        "a joint under force control is not judged"
+    )
 
 
 def test_a_force_without_a_lower_bound_has_no_size() -> None:

@@ -10,11 +10,9 @@ from residual_audits import audit_of, coloured
 from samples import JOINTS, passed
 
 from collaudit.core.api import recommend_arm
-from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Audit, Coverage
-from collaudit.core.data.sensitivity_result import JointSensitivity, TimeShares
+from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.verdict.exclusions import exclusions
-from collaudit.core.verdict.verdict import Evidence, decide
 from collaudit.reports.files.rule_snippets import snippet
 from collaudit.reports.page.index import entry_of
 from collaudit.reports.page.joint_trends import joint_trends
@@ -88,17 +86,11 @@ def test_of_the_trends_of_an_index(audit: Audit) -> None:
 
 
 def test_of_a_verdict() -> None:
-    hidden = JointSensitivity(
-        30.0, True, TimeShares(10.0, 8.0, 2.0, 0.0), TimeShares(5.0, 5.0, 0.0, 0.0), 1.0, 50.0, ()
-    )
-    sensitivity, units = {"lift": hidden, "elbow": hidden}, {"lift": "N", "elbow": "N·m"}
-    coverage = Coverage(10.0, 0.0, {})
-    (text,) = exclusions(coverage, sensitivity, (), units)
-    assert "lift up to 50 N for" in text
-    assert "elbow up to 50 N·m for" in text
-    verdict, (reason,) = decide(PolicyConfig(), Evidence((), (), coverage, sensitivity, (), (), units))
-    assert verdict == "pass"
-    assert "a torque of 30 N·m or a force of 30 N would have alarmed" in reason
+    hidden = JointSensitivity((), 50.0, 5.0, 5.0, AskedTorque(30.0, 0.8, 8.0, 2.0, 1.0))
+    sensitivity, units = Sensitivity({"lift": hidden, "elbow": hidden}), {"lift": "N", "elbow": "N·m"}
+    (text,) = exclusions(Coverage(10.0, 0.0, {}), sensitivity, (), units)
+    assert "30 N on lift for 2 s" in text
+    assert "30 N·m on elbow for 2 s" in text
 
 
 def test_of_a_study() -> None:

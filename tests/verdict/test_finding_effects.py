@@ -14,6 +14,7 @@ from collaudit.core.config.schema import Config, PolicyConfig
 from collaudit.core.data.audit_result import Audit, Coverage, FrictionFile, Provenance
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding, joints_not_judged, without_errors_of
 from collaudit.core.findings.finding_kinds import KINDS
@@ -49,13 +50,13 @@ HARMLESS = [
     (code, severity)
     for code, kind in KINDS.items()
     for severity, effect in kind.effects.items()
-    if effect in ("none", "excludes", "doubts-alarms")
+    if not effect.startswith("not-judged")
 ]
 EXCLUDING = [
     (code, severity)
     for code, kind in KINDS.items()
     for severity, effect in kind.effects.items()
-    if effect == "excludes"
+    if effect.startswith("excludes")
 ]
 
 
@@ -229,7 +230,9 @@ def test_a_finding_on_a_joint_outside_the_judged_ones_leaves_them_alone() -> Non
 def test_only_a_finding_that_doubts_alarms_does(severity: str, doubted: bool) -> None:
     hit = Contact(1.0, 1.1, 1.2, ("joint1",), "link1", "", None, "undecided", ())
     level = Finding("friction-level", severity, "", joint="joint1")  # type: ignore[arg-type]
-    verdict, reasons = decide(PolicyConfig(), Evidence((hit,), (), Coverage(10.0, 0.0, {}), {}, (), (level,)))
+    verdict, reasons = decide(
+        PolicyConfig(), Evidence((hit,), (), Coverage(10.0, 0.0, {}), Sensitivity({}), (), (level,))
+    )
     assert verdict == "fail"
     assert any("fits too poorly" in reason for reason in reasons) == doubted
 
@@ -247,7 +250,7 @@ def test_a_collision_in_what_could_be_read_counts(clean: JointLog, friction: Fri
 def test_the_same_words_about_several_joints_are_one_reason() -> None:
     said = [Finding("effort-sign-inverted", "error", f"Joint '{j}' is inverted.", joint=j) for j in NAMES]
     other = Finding("log-partial", "error", "The log is damaged.")
-    _, reasons = decide(PolicyConfig(), Evidence((), (), Coverage(10.0, 0.0, {}), {}, (), (*said, other)))
+    _, reasons = decide(PolicyConfig(), Evidence((), (), Coverage(10.0, 0.0, {}), Sensitivity({}), (), (*said, other)))
     assert reasons[:2] == ("Joint 'joint1' is inverted. The same holds for joint2.", "The log is damaged.")
 
 
@@ -263,5 +266,5 @@ def test_a_pass_does_not_hide_what_cannot_be_seen() -> None:
     said = [Finding(code, severity, f"Not seen: {code}.") for code, severity in EXCLUDING]
     quiet = Finding("phases-unknown", "info", "One free phase.")
     empty = Coverage(10.0, 0.0, {})
-    assert exclusions(empty, {}, [*said, quiet, *said]) == tuple(finding.text for finding in said)
-    assert exclusions(empty, {}, [quiet]) == ()
+    assert exclusions(empty, Sensitivity({}), [*said, quiet, *said]) == tuple(finding.text for finding in said)
+    assert exclusions(empty, Sensitivity({}), [quiet]) == ()

@@ -1,34 +1,61 @@
-"""The smallest force that would have alarmed, against a lever whose answer is known by hand."""
+"""The smallest force that would have alarmed, against levers whose answer is known by hand."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from arms import LEVEL, dh_robot, dh_row
-from synthetic import PERIOD, make_log
 
 from collaudit.core.config.schema import Config
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.data.sensitivity_result import NoticedForce
 from collaudit.core.robot import load_robot
-from collaudit.core.verdict.force_sensitivity import directions, force_sensitivities
+from collaudit.core.robot.robot_model import RobotModel
+from collaudit.core.verdict.arm_places import arm_places, directions
+from collaudit.core.verdict.asked_forces import Asked
+from collaudit.core.verdict.force_sensitivity import Moments, noticed_forces
+from collaudit.core.verdict.time_levels import level_at, longest_unseen
+
+K = 100
 
 
-def prepared(*lengths: float) -> Prepared:
+def planar(*lengths: float) -> RobotModel:
+    """An arm whose joints all turn about z: it feels nothing along z."""
     rows = [dh_row(4.0, (0, 0, 0), (0, 0, 0.05), a=length) for length in lengths]
     cfg = Config.of({"robot": dh_robot(rows, **LEVEL)})
-    t = PERIOD * np.arange(2000)
-    q = np.column_stack([0.3 * np.sin(t + k) for k in range(len(lengths))])
-    names = tuple(f"joint{k + 1}" for k in range(len(lengths)))
-    log = make_log(t, q, np.gradient(q, PERIOD, axis=0), np.zeros_like(q), names)
-    return prepare(log, load_robot(cfg.robot, Path(), names), cfg)
+    return load_robot(cfg.robot, Path(), tuple(f"joint{k + 1}" for k in range(len(lengths))))
 
 
-def levels(found: Any, share: float) -> tuple[float | None, float | None]:
-    (level,) = [level for level in found.levels if level.share == share]
-    return level.force_n, level.typical_n
+def moments(
+    q: tuple[float, ...], noticed: tuple[float, ...], watched: tuple[bool, ...] | None = None, lost_s: float = 0.0
+) -> Moments:
+    """One pose, held for ten seconds, with what each joint would have noticed."""
+    tile = np.tile
+    return Moments(
+        0.1 * np.arange(K),
+        tile(q, (K, 1)).astype(float),
+        tile(noticed, (K, 1)).astype(float),
+        tile(watched or (True,) * len(q), (K, 1)),
+        10.0,
+        lost_s,
+    )
+
+
+def force(robot: RobotModel, at: Moments, place: str = "tool", asked_n: float | None = None) -> NoticedForce:
+    asked = {} if asked_n is None else {place: Asked(asked_n, "stated")}
+    (found,) = [f for f in noticed_forces(robot, arm_places(robot, None), at, at, asked, 0.9) if f.place == place]
+    return found
+
+
+def by_hand(levers: list[np.ndarray], noticed: list[float], least: float) -> float:
+    """Force that alarms from 80 % of the directions that load a joint, over a million random directions."""
+    d = np.random.default_rng(3).normal(size=(1_000_000, 3))
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    arms = np.abs(d @ np.array(levers).T)
+    with np.errstate(divide="ignore"):
+        needed = np.where(arms > least, np.array(noticed) / arms, np.inf).min(axis=1)
+    return float(np.quantile(needed[(arms > least).any(axis=1)], 0.8))
 
 
 def test_directions_are_spread_evenly() -> None:
@@ -38,36 +65,88 @@ def test_directions_are_spread_evenly() -> None:
 
 
 def test_a_lever_feels_what_acts_across_it() -> None:
-    """Torque a·f·|y| of a force f in a direction whose share |y| across the lever is evenly spread over 0 to 1."""
-    log = prepared(0.4)
-    samples = np.arange(100, 1900, 18)
-    (tool,) = force_sensitivities(log, np.full((samples.size, 1), 4.0), samples, None)
+    """f·a·|y| of a force f in a direction whose share |y| across the lever is evenly spread over 0 to 1.
+
+    A twentieth of the directions loads the joint too little to count; of the others 80 % have |y| >= 0.24.
+    """
+    tool = force(planar(0.4), moments((0.3,), (4.0,)))
     assert tool.joints == ("joint1",)
-    most, half = levels(tool, 0.95)
-    assert half == pytest.approx(4.0 / (0.4 * 0.5), rel=0.05)
-    assert most == pytest.approx(4.0 / (0.4 * 0.05), rel=0.25)
-    (own,) = force_sensitivities(log, np.full((samples.size, 1), 8.0), samples, None)
-    assert levels(own, 0.5)[1] == pytest.approx(2 * half)
+    assert tool.at(0.9) == pytest.approx(4.0 / (0.4 * 0.24), rel=0.07)
+    assert tool.unfelt == pytest.approx(0.05, abs=0.02)
+    assert force(planar(0.4), moments((0.3,), (8.0,))).at(0.5) == pytest.approx(2 * (tool.at(0.5) or 0.0))
 
 
-def test_the_best_joint_counts_and_none_beyond_the_place() -> None:
-    log = prepared(0.4, 0.3)
-    samples = np.arange(100, 1900, 18)
-    blind_outer = np.tile([4.0, np.inf], (samples.size, 1))
-    both = np.tile([4.0, 0.1], (samples.size, 1))
-    (link, tool), (same, better) = (force_sensitivities(log, x, samples, None) for x in (blind_outer, both))
-    assert (link.place, tool.place) == ("end of link1", "tool")
-    assert link.joints == ("joint1",)
-    assert levels(link, 0.95) == levels(same, 0.95), "joint 2 does not feel what acts at its axis"
-    assert levels(link, 0.95)[1] == pytest.approx(20.0, rel=0.05)
-    assert levels(better, 0.95)[1] < 0.2 * levels(tool, 0.95)[1]
+@pytest.mark.parametrize(("noticed", "bend"), [((4.0, 2.0), np.pi / 2), ((4.0, 0.3), 0.5), ((1.0, 5.0), 2.5)])
+def test_two_links_in_a_plane(noticed: tuple[float, float], bend: float) -> None:
+    """J_v of the tool by hand: z x r from each joint's axis to the tool, in any turned frame."""
+    first, second = 0.4 * np.array([1.0, 0, 0]), 0.3 * np.array([np.cos(bend), np.sin(bend), 0])
+    z = np.array([0.0, 0, 1])
+    levers = [np.cross(z, first + second), np.cross(z, second)]
+    least = 0.05 * max(np.linalg.norm(lever) for lever in levers)
+    found = force(planar(0.4, 0.3), moments((0.7, bend), noticed))
+    assert found.at(0.9) == pytest.approx(by_hand(levers, list(noticed), least), rel=0.03)
 
 
-def test_time_in_which_nothing_can_be_told_is_no_sensitivity() -> None:
-    log = prepared(0.4)
-    samples = np.arange(100, 1900, 18)
-    level = np.full((samples.size, 1), 4.0)
-    level[::5] = np.inf
-    (tool,) = force_sensitivities(log, level, samples, None)
-    assert levels(tool, 0.8)[1] == pytest.approx(20.0, rel=0.05)
-    assert levels(tool, 0.95) == (None, None)
+def test_no_joint_beyond_a_place_counts() -> None:
+    robot = planar(0.4, 0.3)
+    blind_outer, both = (moments((0.2, 0.4), (4.0, s)) for s in (np.inf, 0.1))
+    assert force(robot, blind_outer, "link1").levels == force(robot, both, "link1").levels
+    assert force(robot, both, "link1").joints == ("joint1",)
+    assert (force(robot, both).at(0.5) or 0.0) < 0.2 * (force(robot, blind_outer).at(0.5) or 0.0)
+
+
+def test_time_in_which_nothing_can_be_told_is_not_noticed() -> None:
+    robot, at = planar(0.4), moments((0.3,), (4.0,))
+    at.noticed_nm[::5] = np.inf
+    tool = force(robot, at, asked_n=100.0)
+    assert tool.at(0.5) == pytest.approx(4.0 / (0.4 * 0.24), rel=0.07)
+    assert tool.at(0.9) is None
+    assert tool.asked is not None
+    assert (tool.asked.share, tool.asked.limited_by) == (0.8, None)
+    assert tool.asked.unnoticed_s == pytest.approx(2.0) and tool.asked.noticed_s == pytest.approx(8.0)
+    gap = force(robot, moments((0.3,), (4.0,), lost_s=2.5), asked_n=100.0)
+    assert gap.at(0.95) is None
+    assert gap.asked is not None and gap.asked.share == pytest.approx(0.8)
+
+
+def test_the_joint_that_limits_is_named() -> None:
+    """Stretched out, both joints feel the same directions: joint 1 on the longer lever, at ten times the threshold."""
+    found = force(planar(0.4, 0.3), moments((0.0, 0.0), (100.0, 10.0)), asked_n=50.0)
+    assert found.asked is not None
+    assert (found.asked.share, found.asked.limited_by) == (0.0, "joint2")
+    assert found.asked.longest_unnoticed_s == pytest.approx(9.9)
+
+
+def test_directions_that_no_watched_joint_feels_are_told_and_not_asked_for() -> None:
+    """Only joint 2 is watched, and the arm is stretched out towards it: 80 % of what it feels is near its lever."""
+    robot, both = planar(0.4, 0.1), moments((0.0, 0.0), (4.0, 1.0))
+    inner = moments((0.0, 0.0), (4.0, 1.0), (False, True))
+    assert force(robot, both).unfelt == pytest.approx(0.05, abs=0.02)
+    found = force(robot, inner, asked_n=100.0)
+    assert found.joints == ("joint2",)
+    assert found.unfelt == pytest.approx(0.05 * 0.5 / 0.1, abs=0.02), "a lever of a tenth, less than 2.5 cm of it"
+    assert found.asked is not None and found.asked.share == 1.0
+    nobody = force(robot, moments((0.0, 0.0), (4.0, 1.0), (False, False)), asked_n=100.0)
+    assert (nobody.joints, nobody.unfelt, nobody.asked, nobody.at(0.5)) == ((), 1.0, None, None)
+
+
+def test_a_moment_without_a_watched_joint_is_not_counted() -> None:
+    at = moments((0.3,), (4.0,))
+    at.watched[::2] = False
+    at.noticed_nm[::2] = np.inf
+    found = force(planar(0.4), at, asked_n=100.0)
+    assert found.asked is not None and found.asked.share == 1.0
+    assert found.unfelt == pytest.approx(0.525, abs=0.01)
+
+
+def test_unknown_values_exceed_every_level() -> None:
+    known = np.array([3.0, 1.0, 2.0])
+    assert level_at(known, 4, (0.25, 0.5, 0.75, 0.76, 1.0)) == [1.0, 2.0, 3.0, None, None]
+    assert level_at(known[:0], 4, (0.5,)) == [None]
+
+
+def test_the_longest_time_unseen_is_from_one_seen_moment_to_the_next() -> None:
+    t = np.arange(6.0)
+    assert longest_unseen(t, np.array([1, 0, 0, 1, 0, 1], dtype=bool)) == 3.0
+    assert longest_unseen(t, np.zeros(6, dtype=bool)) == 5.0
+    assert longest_unseen(t, np.ones(6, dtype=bool)) == longest_unseen(t[:0], np.ones(0, dtype=bool)) == 0.0

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage
 from collaudit.core.data.detection_result import Contact, ContactKind
+from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.verdict.verdict import Evidence, decide
 
 
 def reasons(*kinds: ContactKind, allowed: int = 0) -> tuple[str, ...]:
     contacts = [Contact(k, k + 0.03, k + 0.1, ("j",), "link", "", None, kind, ()) for k, kind in enumerate(kinds)]
-    evidence = Evidence(contacts, (), Coverage(10.0, 0.0, {}), {}, (), ())
+    evidence = Evidence(contacts, (), Coverage(10.0, 0.0, {}), Sensitivity({}), (), ())
     verdict, told = decide(PolicyConfig(max_collisions=allowed), evidence)
     assert verdict == ("fail" if len(kinds) > allowed else "not_judged")
     return told

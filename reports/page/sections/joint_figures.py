@@ -101,9 +101,7 @@ def _of_joint(
     said = visible(f"of {joint}")
     return JointFigures(
         joint=joint,
-        bar=coverage_bar(
-            trace, _observable(joint, result), visible(f"{joint}: detectable, hidden and not judged time")
-        ),
+        bar=coverage_bar(trace, visible(f"{joint}: judged, friction a range, not judged")),
         overview=_overview(trace, result, name, unit, known),
         histogram=draw_histogram(trace, f"{name}-h", f"Histogram of the judged residual {said}, with ±γ"),
         autocorrelation=draw_autocorrelation(trace, f"{name}-a", f"Autocorrelation of the residual {said} up to 0.5 s"),
@@ -112,11 +110,6 @@ def _of_joint(
         data=data,
         windows={number: window for number, window in windows.items() if window is not None},
     )
-
-
-def _observable(joint: str, result: AuditResult) -> float | None:
-    sensitivity = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
-    return None if sensitivity is None else sensitivity.observable_nm
 
 
 def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str, known: bool) -> Figure:

@@ -9,6 +9,7 @@ from collaudit.reports.values.sensitivity_rows import (
     ForceRow,
     SensitivityRow,
     force_rows,
+    force_shares,
     sensitivity_row,
 )
 
@@ -28,12 +29,18 @@ class JudgedTime:
     Attributes:
         spans: how many longer stretches were not judged.
         common: reason and time not judged where they are the same for all watched joints; else empty.
+        shares: of the time, for which forces are listed.
+        asked: whether the configuration asks for a torque on any joint.
+        moving: whether forces are of the time in motion; else of all time.
     """
 
     rows: tuple[JudgedRow, ...]
     forces: tuple[ForceRow, ...]
     spans: int
     common: tuple[tuple[str, str], ...]
+    shares: tuple[float, ...]
+    asked: bool
+    moving: bool
 
 
 def judged_time(result: AuditResult) -> JudgedTime:
@@ -44,4 +51,13 @@ def judged_time(result: AuditResult) -> JudgedTime:
     )
     told = {row.coverage.reasons for row in made if row.coverage.watched}
     common = told.pop() if len(told) == 1 else ()
-    return JudgedTime(made, tuple(force_rows(result)), sum(len(row.coverage.spans) for row in made), common)
+    sensitivity = result.sensitivity
+    return JudgedTime(
+        rows=made,
+        forces=tuple(force_rows(result)),
+        spans=sum(len(row.coverage.spans) for row in made),
+        common=common,
+        shares=force_shares(result),
+        asked=sensitivity is not None and any(s.asked is not None for s in sensitivity.joints.values()),
+        moving=sensitivity is not None and sensitivity.time is not None and sensitivity.time.moving,
+    )

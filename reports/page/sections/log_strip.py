@@ -65,7 +65,7 @@ def log_strip(result: AuditResult, end_s: float, figures: Sequence[JointFigures]
 def _bar(joint: str, result: AuditResult, svg: Markup | None) -> StripBar:
     row = sensitivity_row(joint, result)
     watched = result.coverage.joints[joint].watched
-    return StripBar(joint, svg, "not watched" if not watched else NONE if row is None else row.detectable)
+    return StripBar(joint, svg, "not watched" if not watched else NONE if row is None else row.judged)
 
 
 def _phase(phase: str, start_s: float, end_s: float, end: float) -> StripPhase:

@@ -7,20 +7,18 @@ from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.numbers import duration, percent
 from collaudit.reports.values.rows import NONE
-from collaudit.reports.values.sensitivity_rows import joint_time
+from collaudit.reports.values.sensitivity_rows import lost_share, noticed_facts, noticed_line
 from collaudit.reports.values.words import VERDICT_SENTENCE, counted, verdict_word
-
-#: What a headline says of the watched joints' time, all joints together.
-_TIME_WORDS = ("Contact detectable", "Hidden by friction", "Not judged")
 
 
 @dataclass(frozen=True, slots=True)
 class VerdictBox:
-    """What stands in the box; ``facts`` are terms and values."""
+    """What stands in the box; ``noticed``: what would have been, unless a reason says it; ``facts``: terms, values."""
 
     verdict: Verdict
     word: str
     sentence: str
+    noticed: str | None
     reasons: tuple[str, ...]
     exclusions: tuple[str, ...]
     facts: tuple[tuple[str, str], ...]
@@ -32,6 +30,7 @@ def verdict_box(result: AuditResult) -> VerdictBox:
         verdict=result.verdict,
         word=verdict_word(result.verdict, result.exclusions),
         sentence=VERDICT_SENTENCE[result.verdict],
+        noticed=noticed_line(result),
         reasons=result.reasons,
         exclusions=result.exclusions,
         facts=_facts(result),
@@ -39,15 +38,12 @@ def verdict_box(result: AuditResult) -> VerdictBox:
 
 
 def _facts(result: AuditResult) -> tuple[tuple[str, str], ...]:
-    time = joint_time(result)
-    shares = [(word, NONE) for word in _TIME_WORDS]
-    if time is not None and time.time_s > 0:
-        parts = (time.detectable_s, time.hidden_s, time.not_judged_s)
-        shares = [(word, percent(part / time.time_s)) for word, part in zip(_TIME_WORDS, parts, strict=True)]
+    lost = lost_share(result)
     return (
         ("Contacts", counted(len(contacts_of(result)), result)),
         ("Near misses", counted(len(result.near_misses), result)),
-        *shares,
+        *noticed_facts(result),
+        ("Not judged", NONE if lost is None else percent(lost)),
         ("Joints watched", _watched(result)),
         ("Recorded", duration(result.coverage.recorded_s)),
     )

@@ -1,0 +1,99 @@
+"""Places on an arm at which a force is looked at: the outer ends of its links, among them the forearm, and the tool."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL
+from collaudit.core.dataclass import dataclass
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.robot.robot_model import RobotModel
+
+#: A link at least this share as long as the longest carries the hand to its place; shorter ones turn it there: the
+#: wrist. Of the arms at hand (UR3, UR3e, UR10, Panda, FR3, LBR Med 7, TX40, KR 300 and the two simulated ones) wrist
+#: links have at most 0.55 of the longest, forearms at least 0.75.
+_LONG = 0.6
+#: So many joints place the hand in space; an arm with no more has no wrist, and its forearm ends at the tool.
+_PLACING = 3
+_DIRECTIONS = 120
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A frame of the arm.
+
+    Attributes:
+        name: ``tool``, ``forearm``, or the link that ends there: its key in ``[policy] observable_n``.
+        link: that ends there; of the tool the last one.
+        frame: at whose origin a force acts.
+        joints: how many joints lie between it and the base; only they feel it.
+    """
+
+    name: str
+    link: str
+    frame: str
+    joints: int
+
+    @property
+    def words(self) -> str:
+        """As tables name it."""
+        return TOOL if self.name == TOOL else f"end of {self.link}"
+
+
+def arm_places(robot: RobotModel, tool: str | None) -> tuple[Place, ...]:
+    """The outer ends of the links, where the next joint is, and the tool, base to tip; none without a kinematic model.
+
+    Args:
+        robot: the arm.
+        tool: frame of the tool; None: the frame of the last link that is furthest out.
+    """
+    if robot.bodies is None:
+        return ()
+    names, frames = robot.joint_names, robot.bodies.frame_names
+    ends = [following if following in frames else robot.link_of(following) for following in names[1:]]
+    forearm = _forearm(robot, ends)
+    out = []
+    for k, frame in enumerate(ends):
+        link = robot.link_of(names[k]) or names[k]
+        if frame is not None:
+            out.append(Place(FOREARM if k == forearm else link, link, frame, k + 1))
+    own = [f for f in frames if robot.bodies.frame_joint(f) == names[-1]]
+    outer = tool if tool in frames else max(own, key=robot.distance_in_joint, default=None)
+    if outer is not None:
+        out.append(Place(TOOL, robot.link_of(names[-1]) or names[-1], outer, len(names)))
+    return tuple(out)
+
+
+def _forearm(robot: RobotModel, ends: Sequence[str | None]) -> int | None:
+    """Number of the last long link before the wrist, by where the links end; None for an arm without a wrist."""
+    names, frames = robot.joint_names, [robot.joint_names[0], *ends]
+    if len(names) <= _PLACING or robot.bodies is None or any(f not in robot.bodies.frame_names for f in frames):
+        return None
+    origins = robot.frame_positions(np.zeros(len(names)), [f for f in frames if f is not None])
+    length = [float(np.linalg.norm(b - a)) for a, b in pairwise(origins)]
+    turned = [0.0 if kind == "prismatic" else m for kind, m in zip(robot.joint_types, length, strict=False)]
+    long = [k for k, m in enumerate(turned) if m > 0.0 and m >= _LONG * max(turned)]
+    return long[-1] if long else None
+
+
+def torque_per_newton(robot: RobotModel, q: FloatArray, frame: str) -> FloatArray:
+    """(k, j, 3) torque of each joint, N·m (N), for a newton along each axis of a frame, at positions (k, j): J_v^T."""
+    columns = []
+    for axis in range(3):
+        wrench = np.zeros((q.shape[0], 6))
+        wrench[:, axis] = 1.0
+        columns.append(robot.wrench_torque(q, wrench, frame))
+    return np.stack(columns, axis=2)
+
+
+@cache
+def directions() -> FloatArray:
+    """(3, m) unit vectors, evenly spread (golden-angle spiral) over half a sphere: an opposite force feels alike."""
+    z = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
+    angle = np.arange(_DIRECTIONS) * np.pi * (3.0 - np.sqrt(5.0))
+    across = np.sqrt(1.0 - z**2)
+    return np.stack([across * np.cos(angle), across * np.sin(angle), z])

@@ -1,0 +1,67 @@
+"""What would have been noticed, in words: the one sentence that headlines, verdicts and reports say of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, AskedForce, ForceTime, NoticedForce, Sensitivity
+
+
+def force_text(force_n: float | None) -> str:
+    """A force that would have alarmed; rounded up, since a smaller one would not."""
+    if force_n is None:
+        return "no force"
+    return f"{math.ceil(force_n):d} N" if force_n > 10.0 else f"{math.ceil(10.0 * force_n) / 10.0:g} N"
+
+
+def place_text(force: NoticedForce, *, brief: bool = False) -> str:
+    """Where a force acts; in brief without the note on a force sensor."""
+    if force.place == TOOL and force.before_sensor and not brief:
+        return f"the {TOOL} (before its force sensor)"
+    return f"the {force.place}" if force.place in (TOOL, FOREARM) else f"the end of {force.link}"
+
+
+def time_text(time: ForceTime) -> str:
+    """For how much of which time."""
+    return f"{100 * time.share:.3g} % of the time{' the arm moved' if time.moving else ''}"
+
+
+def headline_forces(sensitivity: Sensitivity | None) -> Sequence[NoticedForce]:
+    """The places that a headline speaks of, tool first: those that a force is asked for at, else tool and forearm."""
+    forces = () if sensitivity is None else sensitivity.forces
+    asked = [force for force in forces if force.asked is not None]
+    return (asked or [force for force in forces if force.place in (TOOL, FOREARM) and force.unfelt < 1.0])[::-1]
+
+
+def noticed_text(sensitivity: Sensitivity | None) -> str | None:
+    """``52 N at the tool and 80 N at the forearm, 90 % of the time the arm moved``; None where no force can be told."""
+    forces = headline_forces(sensitivity)
+    if sensitivity is None or sensitivity.time is None or not forces:
+        return None
+    time = sensitivity.time
+    told = listed([f"{force_text(force.at(time.share))} at {place_text(force)}" for force in forces])
+    return f"{told}, {time_text(time)}"
+
+
+def too_insensitive(sensitivity: Sensitivity) -> list[tuple[NoticedForce, AskedForce]]:
+    """Places at which it takes a larger force than is asked for, the tool first."""
+    asked = [(force, force.asked) for force in reversed(sensitivity.forces) if force.asked is not None]
+    share = 0.0 if sensitivity.time is None else sensitivity.time.share
+    return [(force, need) for force, need in asked if need.force_n < (force.at(share) or 0.0)]
+
+
+def noticed_sentence(sensitivity: Sensitivity) -> str | None:
+    """What a pass says it would have noticed; None where nothing is told."""
+    told = noticed_text(sensitivity)
+    if told is not None and sensitivity.time is not None:
+        return f"Would have noticed a push ({1e3 * sensitivity.time.push_s:.4g} ms) of {told}."
+    shares = [s.asked.share for s in sensitivity.joints.values() if s.asked is not None and s.motion_s > 0]
+    if not shares:
+        return None
+    return f"The torque asked for would have alarmed in {100 * min(shares):.0f} % or more of each joint's motion."
+
+
+def listed(parts: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,0 +1,72 @@
+"""Pushes of the size that is said to alarm in 95 % of the time do; clean logs of sound arms pass by what is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from origins import NOBODY
+
+from collaudit.core.api import load_robot, open_log
+from collaudit.core.audit import audit_log
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.prepare.prepared import prepare
+from collaudit.fixtures.simulated_audit import audit_simulated
+from collaudit.fixtures.simulation import SimulatedFiles
+
+Made = Callable[..., SimulatedFiles]
+Fitted = Callable[[str], FrictionFile]
+
+
+@pytest.mark.parametrize(
+    ("push_ms", "detect"), [(200.0, {}), (40.0, {"detect.detector": "momentum", "detect.causal": True})]
+)
+def test_a_push_of_the_level_of_95_percent_alarms_as_often(
+    made: Made, friction_of: Fitted, push_ms: float, detect: dict[str, Any]
+) -> None:
+    """At any moment, of either sign, on joints with much and with little friction. (It was 87 to 92 of 100.)"""
+    files, friction = made("free-clean", "paper6", seed=4, duration_s=90.0), friction_of("paper6")
+    settings = load_config(files.config, {"policy.observable_ms": push_ms, **detect})
+    log = open_log(files.log, settings)
+    robot = load_robot(settings, log.joint_names)
+
+    def judged(effort: np.ndarray) -> AuditResult:
+        prepared = prepare(replace(log, effort=effort), robot, settings.config)
+        return audit_log(prepared, settings.config, friction, NOBODY).result
+
+    clean, rng = judged(log.effort), np.random.default_rng(0)
+    assert clean.sensitivity is not None
+    found = tried = 0
+    for joint in ("joint2", "joint6"):
+        (height,) = [x.torque_nm for x in clean.sensitivity.joints[joint].levels if x.share == 0.95]
+        assert height is not None
+        starts = np.arange(1.0, 87.0, 1.2) + rng.uniform(0.0, 0.3, 72)
+        effort = np.array(log.effort)
+        for start, sign in zip(starts, rng.choice([-1.0, 1.0], starts.size), strict=True):
+            effort[(log.time_s >= start) & (log.time_s < start + push_ms / 1e3), log.joint_names.index(joint)] += (
+                sign * height
+            )
+        alarms = [(c.onset_s, c.onset_s + c.duration_s) for c in judged(effort).collisions if c.joint == joint]
+        found += sum(any(a < s + push_ms / 1e3 + 0.1 and b > s - 0.1 for a, b in alarms) for s in starts)
+        tried += starts.size
+    assert found >= 0.95 * tried, f"{found} of {tried}"
+
+
+@pytest.mark.parametrize("robot", ["paper6", "seven"])
+@pytest.mark.parametrize("gamma", [4.0, "auto"])
+def test_clean_logs_of_sound_arms_pass_by_the_force_asked_for(
+    made: Made, friction_of: Fitted, robot: str, gamma: object
+) -> None:
+    files = made("free-clean", robot, seed=4, duration_s=90.0)
+    found = audit_simulated(files, friction_of(robot), {"detect.gamma_nm": gamma}).result
+    assert found.verdict == "pass", found.reasons
+    assert found.sensitivity is not None
+    asked = {force.place: force for force in found.sensitivity.forces if force.asked is not None}
+    assert list(asked) == ["forearm", "tool"]
+    for force in asked.values():
+        assert force.asked is not None and force.asked.share > 0.95
+        assert (force.at(0.9) or np.inf) < 50.0, "with a factor of two to spare"

@@ -10,6 +10,7 @@ import click
 
 from collaudit.cli.outputs import refuse_input_as_output
 from collaudit.core.dataclass import dataclass
+from collaudit.core.numeric.allocator import room_for_linear_algebra
 
 #: An option is suggested for one at least so like it: "--gama" and "--gamma" are 0.92, "--quiet" and "--set" 0.67.
 _ALIKE = 0.75
@@ -75,6 +76,7 @@ class LazyGroup(click.Group):
         """Import one command."""
         if cmd_name not in self.list_commands(ctx):
             return None
+        room_for_linear_algebra()
         command = import_module(f"collaudit.cli.commands.{cmd_name}").command
         if not isinstance(command, click.Command):
             raise TypeError(f"collaudit.cli.commands.{cmd_name}.command is not a click command")

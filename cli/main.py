@@ -25,6 +25,8 @@ _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads 
 #: How the dynamic loader says that a library did not fit, and Python that the stack of a thread did not.
 _WITHOUT_MEMORY = ("failed to map segment from shared object", "cannot map zero-fill pages", "Cannot allocate memory")
 _WITHOUT_THREAD = "can't start new thread"
+#: Said where no memory is left to say what happened; made while there is some.
+_LAST_WORDS = b"not enough memory to say what ended this command: nothing was judged\n"
 _COMMANDS = (
     CommandEntry("inspect", "What is in a log: topics, joints, rates, gaps, units, findings."),
     CommandEntry("init", "Write a commented configuration for a log."),
@@ -92,7 +94,24 @@ def _terminate(_number: int, _frame: object) -> None:
 
 
 def main(args: Sequence[str] | None = None) -> None:
-    """Run the command line and exit with the contracted code."""
+    """Run the command line and exit with the contracted code.
+
+    What fails while an error is said, for want of memory as a rule, ends here: Python would answer with exit code 1,
+    which says that a policy is broken. Nothing is allocated on this way out.
+    """
+    try:
+        code = _started(args)
+    except KeyboardInterrupt:
+        os._exit(EXIT_INTERRUPTED)
+    except BaseException:  # noqa: BLE001 - whatever it is, it is no verdict
+        with suppress(OSError):  # nobody reads it any more
+            os.write(2, _LAST_WORDS)
+        os._exit(EXIT_NOT_JUDGED)
+    sys.exit(code)
+
+
+def _started(args: Sequence[str] | None) -> int:
+    """Set up the process, and run the command."""
     one_thread_of_linear_algebra()
     keep_freed_memory()
     gc.set_threshold(_COLLECT_AFTER, 10, 20)
@@ -102,14 +121,13 @@ def main(args: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, _terminate)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who started us may have it ignored
         signal.signal(signal.SIGINT, _interrupt)
-    arguments = list(sys.argv[1:] if args is None else args)
-    code = run(arguments)
+    code = run(list(sys.argv[1:] if args is None else args))
     if code == EXIT_NOT_JUDGED and memory_is_limited():
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError):  # nobody reads it any more
                 stream.flush()
         os._exit(code)  # libraries that got no memory can crash at the end of a process, which changes its exit code
-    sys.exit(code)
+    return code
 
 
 def run(args: list[str]) -> int:
@@ -131,6 +149,8 @@ def run(args: list[str]) -> int:
 
 def _answer(error: BaseException, args: list[str], debug: bool) -> int:
     """Say what ended the command, to whoever still reads it, and return its exit code."""
+    if isinstance(error, MemoryError) and not debug:
+        error.__traceback__ = error.__context__ = None  # its frames hold the memory that is missing
     try:
         code = _say_error(error, args, debug)
     except BrokenPipeError:

@@ -10,6 +10,7 @@ from pathlib import Path
 ROOMS = (
     "dataclass",
     "errors",
+    "small_files",
     "findings",
     "numeric",
     "friction_laws",
@@ -37,7 +38,7 @@ ROOMS = (
     "api",
 )
 #: Rooms that every other one may use; arrows to them would hide the others.
-_EVERYWHERE = frozenset({"dataclass", "errors", "findings", "numeric", "data", "config", "provenance"})
+_EVERYWHERE = frozenset({"dataclass", "errors", "small_files", "findings", "numeric", "data", "config", "provenance"})
 
 
 def module_imports(top: Path, package: str) -> dict[str, set[str]]:

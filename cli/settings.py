@@ -254,7 +254,9 @@ def _assignment(text: str) -> tuple[str, object]:
     key, equals, value = text.partition("=")
     if not equals or not key.strip():
         raise ValueError(f"{text!r} is not KEY=VALUE, such as detect.n=13")
+    from collaudit.core.config.toml_parsing import parse_toml
+
     try:
-        return key.strip(), tomllib.loads(f"v = {value}")["v"]
+        return key.strip(), parse_toml(f"v = {value}")["v"]
     except tomllib.TOMLDecodeError:
         return key.strip(), value.strip()

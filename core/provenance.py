@@ -11,6 +11,7 @@ from pathlib import Path
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Provenance
 from collaudit.core.errors import ConfigError
+from collaudit.core.small_files import check_regular
 
 #: Distributions whose version can change a number.
 _COMPUTING = ("numpy", "scipy", "pin", "pandas", "pyarrow", "mcap", "rosbags")
@@ -45,6 +46,7 @@ def file_sha256(path: Path) -> str:
         ConfigError: it cannot be read.
     """
     try:
+        check_regular(path)
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:

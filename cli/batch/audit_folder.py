@@ -11,6 +11,7 @@ from pathlib import Path
 
 from collaudit.cli.batch.audit_one import remove_run
 from collaudit.core.errors import CollauditError
+from collaudit.core.small_files import read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.manifest_file import MANIFEST_NAME
@@ -97,9 +98,9 @@ def _check_owner(out: Path, force: bool) -> None:
 def _check_idle(marker: Path) -> None:
     """Refuse where the marker's process still lives; a marker that tells nothing was left by a killed one."""
     try:
-        owner = json.loads(marker.read_bytes())
+        owner = json.loads(read_small(marker))
         host, process = str(owner["host"]), int(owner["process"])
-    except (OSError, ValueError, LookupError, TypeError):
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         return
     if host == socket.gethostname() and process != os.getpid() and Path(f"/proc/{process}").exists():
         raise CollauditError(
@@ -114,7 +115,7 @@ def _is_audit(summary: Path) -> bool:
     if summary.is_symlink():
         return False
     try:
-        content = json.loads(summary.read_bytes())
-    except (OSError, ValueError):
+        content = json.loads(read_small(summary, 1 << 30))
+    except (OSError, ValueError, RecursionError):
         return False
     return isinstance(content, dict) and str(content.get("schema", "")).startswith(_SCHEMA)

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from collaudit.core.small_files import read_small
+
 if TYPE_CHECKING:
     from collaudit.cli.fleet.remote_logs import Fetched
     from collaudit.core.api import LogFiles
@@ -54,10 +56,8 @@ def read_note(run: Path) -> object:
     if run.is_symlink() or file.is_symlink():
         return None
     try:
-        if file.stat().st_size > _MOST_BYTES:
-            return None
-        content = json.loads(file.read_bytes())
-    except (OSError, ValueError):
+        content = json.loads(read_small(file, _MOST_BYTES))
+    except (OSError, ValueError, RecursionError):
         return None
     known = isinstance(content, dict) and content.get("schema") == _SCHEMA
     return content.get("rests_on") if known else None
@@ -89,6 +89,6 @@ def rests_on(files: LogFiles, log_sha256: str, loaded: LoadedConfig) -> dict[str
     return {
         "log": log_sha256,
         "settings": loaded.sha256,
-        "files": [hashlib.sha256(path.read_bytes()).hexdigest() for path in besides],
+        "files": [hashlib.sha256(read_small(path, 1 << 30)).hexdigest() for path in besides],
         "versions": {"collaudit": version("collaudit"), **versions()},
     }

@@ -12,7 +12,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, Literal
@@ -147,9 +147,22 @@ class SteadyProcess:
 def _start(function: Callable[..., Any], prepare: Callable[[], None]) -> _Worker:
     ours, theirs = _CONTEXT.Pipe()
     process = _CONTEXT.Process(target=_work, args=(theirs, function, prepare), daemon=True)
-    process.start()
+    _start_unheard(process)
     theirs.close()  # or its death would not end what is read from it
     return _Worker(process, ours)
+
+
+def _start_unheard(process: SpawnProcess) -> None:
+    """Start a process with SIGINT held back: a terminal sends it to all, and who does not yet ignore it shows where."""
+    if sys.platform == "win32":
+        process.start()
+        return
+    resource_tracker.ensure_running()  # started with the process, it would let the signal through
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        process.start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _give(worker: _Worker, waiting: deque[int], items: Sequence[tuple[Any, ...]], timeout_s: float | None) -> None:
@@ -209,6 +222,8 @@ def _take(worker: _Worker) -> tuple[tuple[int, Any] | str | None, bool]:
 def _work(connection: Connection[Any, Any], function: Callable[..., Any], prepare: Callable[[], None]) -> None:
     """What a process does until nobody gives it anything more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started it hears it too, and ends it
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # held back until here
     try:
         prepare()
     except Exception as error:  # noqa: BLE001 - whatever it is, the others are told in a line, not in a traceback

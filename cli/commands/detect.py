@@ -67,9 +67,9 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
     loaded = load_settings()
     files = one_log(logs, loaded)
+    run = None if output is None else RunFolder(output)
     if output is not None:
         (output / "audit.json").unlink(missing_ok=True)  # an earlier verdict must not outlive a run that fails
-    run = None if output is None else RunFolder(output)
     with progress("judging") as report, run or nullcontext():
         audit, friction = audit_files(files, loaded, report, truth, None if run is None else run.take_signals)
         if run is not None:

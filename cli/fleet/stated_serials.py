@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from collaudit.core.small_files import read_small
+
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles
 
@@ -47,7 +49,7 @@ def _of_file(path: Path) -> set[str]:
 def _of_bag_folder(path: Path) -> set[str]:
     """The indented ``key: value`` lines below ``custom_data:`` of metadata.yaml."""
     try:
-        lines = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = read_small(path / "metadata.yaml").decode("utf-8", errors="replace").splitlines()
     except OSError:
         return set()
     found: set[str] = set()

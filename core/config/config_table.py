@@ -5,7 +5,6 @@ Annotations of the tables are objects (no ``from __future__ import annotations``
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path, PurePath
@@ -20,6 +19,8 @@ Vec6 = tuple[float, float, float, float, float, float]
 Interval = tuple[float, float]
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]
+#: Nothing of a robot is as large in any unit; sums of such numbers are still finite.
+LARGEST = 1e15
 #: One kind in a list, which :meth:`ConfigTable.check_kinds` sees to: msgspec tells kinds of lists apart no further.
 ListOfColumns = list[int | str]
 ColumnPattern = str | ListOfColumns
@@ -54,7 +55,7 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Raises:
             msgspec.ValidationError: it does not fit; the first problem (``value_problems`` lists all).
         """
-        if any(not_finite(data)):
+        if any(out_of_range(data)):
             raise msgspec.ValidationError("Expected finite numbers")
         table = msgspec.convert(data, cls, dec_hook=_path)
         _note_given(table, data)
@@ -120,16 +121,16 @@ def toml_values(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def not_finite(value: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
-    """Where decoded TOML holds ``inf`` or ``nan``, which no key accepts."""
-    if isinstance(value, float) and not math.isfinite(value):
+def out_of_range(value: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Where decoded TOML holds ``inf``, ``nan`` or a number beyond :data:`LARGEST`, which no key accepts."""
+    if isinstance(value, float | int) and not abs(value) <= LARGEST:
         yield path
     elif isinstance(value, Mapping):
         for key, inner in value.items():
-            yield from not_finite(inner, (*path, key))
+            yield from out_of_range(inner, (*path, key))
     elif isinstance(value, list | tuple):
         for index, inner in enumerate(value):
-            yield from not_finite(inner, (*path, index))
+            yield from out_of_range(inner, (*path, index))
 
 
 def _rebuilt(kind: type[ConfigTable], values: tuple[object, ...], given: frozenset[str] | None) -> ConfigTable:

@@ -14,8 +14,10 @@ from collaudit.core.config.config_table import toml_values
 from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
+from collaudit.core.config.toml_parsing import parse_toml
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
+from collaudit.core.small_files import read_small
 
 #: Keys that say the same thing in another way: a flag for the first takes the others out of the file's answer.
 _REPLACES: dict[str, tuple[str, ...]] = {
@@ -72,7 +74,7 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
     """
     name = str(path) if path else None
     try:
-        data = tomllib.loads(text)
+        data = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         from collaudit.core.config.problems import syntax_problem
 
@@ -120,7 +122,7 @@ def config_sha256(config: Config) -> str:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return read_small(path).decode("utf-8-sig")
     except FileNotFoundError as error:
         hint = "collaudit init LOG -o collaudit.toml writes one for a log"
         raise ConfigError("there is no such configuration file", where=str(path), hint=hint) from error

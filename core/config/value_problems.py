@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from collaudit.core.config.config_table import KeyedError, not_finite
+from collaudit.core.config.config_table import KeyedError, out_of_range
 from collaudit.core.config.describe import find_key
 from collaudit.core.config.misfit_place import at_place, misfit_place
 from collaudit.core.config.schema import Config
@@ -57,7 +57,7 @@ def value_problems(data: Mapping[str, Any]) -> list[ValueProblem]:
         ]
         problems += told
         rest.take_out(out, bool(told) and all(problem.kind in ("unknown", "value") for problem in told))
-    problems += [ValueProblem(path, "value") for path in rest.not_finite]
+    problems += [ValueProblem(path, "value") for path in rest.out_of_range]
     return problems[:MOST_PROBLEMS]
 
 
@@ -66,9 +66,9 @@ class _Rest:
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         self.data: dict[str, Any] = _copied(data)
-        #: Places of numbers that are not finite, where nothing else is wrong; plain ones stand in for them.
-        self.not_finite = set(not_finite(data))
-        for path in self.not_finite:
+        #: Places of numbers out of range, where nothing else is wrong; plain ones stand in for them.
+        self.out_of_range = set(out_of_range(data))
+        for path in self.out_of_range:
             at_place(path[:-1], self.data)[path[-1]] = 1.0
         self._taken: list[KeyPath] = []
         self._moved: dict[KeyPath, int] = {}
@@ -82,7 +82,7 @@ class _Rest:
         whole = self.place(path)
         self._taken.append(whole)
         if whole_is_wrong:
-            self.not_finite = {other for other in self.not_finite if other[: len(whole)] != whole}
+            self.out_of_range = {other for other in self.out_of_range if other[: len(whole)] != whole}
         holder = at_place(tuple(front), self.data)
         if isinstance(last, int):
             del holder[: last + 1]
@@ -93,7 +93,7 @@ class _Rest:
     def is_touched(self, path: KeyPath, kind: str) -> bool:
         """Whether something was taken out of the value at a place, or is to be before its table states anything."""
         whole = self.place(path)
-        changed = [*self._taken, *self.not_finite] if kind == "states" else self._taken
+        changed = [*self._taken, *self.out_of_range] if kind == "states" else self._taken
         return any(taken[: len(whole)] == whole for taken in changed)
 
     def place(self, path: KeyPath) -> KeyPath:

@@ -116,8 +116,9 @@ def estimate_force(
     if robot.bodies is None or frame is None or not at.position_known(sample):
         return None
     state, judged = run.detected.state[sample], at.judged
-    usable = [j for j, joint in enumerate(judged) if state[j] == State.JUDGED or joint in names]
     torque = known.torque_nm(sample)
+    there = np.isfinite(torque)  # an alarm may reach into time in which its joint's effort is missing
+    usable = [j for j, joint in enumerate(judged) if there[j] and (state[j] == State.JUDGED or joint in names)]
     fits: list[ForceFit] = []
     for k, link in enumerate(at.links[outer:], outer):
         used = [j for j in usable if at.columns[j] <= k]
@@ -160,5 +161,5 @@ def _noise(run: DetectorRun, j: int, residual: Callable[[slice], FloatArray]) ->
         here = residual(block)[judged[block]]
         x[first : first + here.size] = here
         first += here.size
-    unknown = np.isnan(x)
-    return robust_sd(x[~unknown] if unknown.any() else x)
+    x = x[~np.isnan(x)] if np.isnan(x).any() else x
+    return robust_sd(x) if x.size >= _LEAST_CLEAN else _DEFAULT_NOISE_NM

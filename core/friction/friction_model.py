@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from collaudit.core.config.config_table import LARGEST
 from collaudit.core.data.friction_correction import LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.dataclass import dataclass
@@ -99,6 +100,21 @@ class FrictionModel:
         if self.breakaway_known:
             return float(max(towards_zero, at_slow))
         return UNKNOWN_BREAKAWAY * float(at_slow)
+
+
+def unusable(fit: FrictionFit) -> str | None:
+    """What keeps the parameters of a fit, read from a file, from being a curve; None where nothing does."""
+    beyond = [key for key, value in fit.parameters.items() if not abs(value) <= LARGEST]
+    if beyond:
+        return f"{beyond[0]} is {fit.parameters[beyond[0]]:g}"
+    law = FrictionModel.of(fit)
+    if law is None:
+        return None
+    try:
+        law.torque(np.array(law.speed_range))
+    except KeyError as error:
+        return f"the law {law.name} without its parameter {error.args[0]}"
+    return None
 
 
 def direction_words(fit: FrictionFit) -> str | None:

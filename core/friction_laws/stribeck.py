@@ -55,7 +55,7 @@ def _stribeck_named(x: FloatArray, c: float) -> dict[str, float]:
 
 def _stribeck_natural(values: Values) -> Coefficients:
     linear = np.array([values["Fc"], values["Fs"] - values["Fc"], values["sigma2"]])
-    return linear, 1.0 / values["vs"]
+    return linear, 1.0 / values["vs"] if values["vs"] else np.inf  # at a Stribeck speed of 0 the rest is gone
 
 
 _NAMED, _NATURAL = plain("A", "B", "C", "D", rate="C")

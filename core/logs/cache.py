@@ -76,7 +76,7 @@ def load(folder: Path, key: str) -> JointLog | None:
             temperature_c=parts.get("temperature_c"),
             joint_torque_nm=parts.get("joint_torque_nm"),
         )
-    except (OSError, KeyError, ValueError, TypeError, pa.ArrowException):
+    except (OSError, KeyError, ValueError, TypeError, RecursionError, pa.ArrowException):
         return None
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import data_files
 from collaudit.core.logs.storage.partial_file import partial_file, stream_sha256
+from collaudit.core.numeric.allocator import memory_is_limited
 
 _NICENESS = 10
 _AT_ONCE = 1 << 30  # bytes: a log larger than this may not stay in the page cache
@@ -24,7 +25,8 @@ class Hashing:
 
     It is started when the files have been read, and awaited where it is written down, by which time it is there. Files
     that the page cache may not keep are hashed while they are read. Where nobody is known to want it (``soon`` is
-    False) it is computed when asked for. Copied and pickled it is the hash itself.
+    False), it is computed when asked for; so it is where memory is limited, since Python waits without end for a thread
+    that finds no memory to start in. Copied and pickled it is the hash itself.
 
     It is made before the files are read. Where they have changed by the time that they are hashed, the hash would be of
     other bytes than were read: it is refused with a LogError.
@@ -33,6 +35,7 @@ class Hashing:
     def __init__(self, paths: Sequence[Path], *, soon: bool = True) -> None:
         self._paths = tuple(paths)
         self._future: Future[str] | None = None
+        self._beside = not memory_is_limited()
         self._state: _State | None = None
         with contextlib.suppress(OSError, LogError):  # who reads them will say it better
             self._state = _state_of(paths)
@@ -41,7 +44,7 @@ class Hashing:
 
     def start(self) -> None:
         """Begin, once."""
-        if self._future is None:
+        if self._future is None and self._beside:
             pool = ThreadPoolExecutor(1)
             self._future = pool.submit(_politely, self._paths, self._state)
             pool.shutdown(wait=False)  # the thread ends with its work
@@ -49,7 +52,9 @@ class Hashing:
     def result(self) -> str:
         """Wait for the hash."""
         self.start()
-        assert self._future is not None
+        if self._future is None:
+            self._future = Future()
+            self._future.set_result(_unchanged(self._paths, self._state))
         return self._future.result()
 
     def abandon(self) -> None:
@@ -72,10 +77,15 @@ def _state_of(paths: Sequence[Path]) -> _State:
 
 
 def _politely(paths: Sequence[Path], before: _State | None) -> str:
-    """:func:`sha256_of` in a thread of low priority, where threads have priorities; refused if files have changed."""
+    """:func:`_unchanged` in a thread of low priority, where threads have priorities."""
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+    return _unchanged(paths, before)
+
+
+def _unchanged(paths: Sequence[Path], before: _State | None) -> str:
+    """:func:`sha256_of`, refused if files have changed since ``before``."""
     found = sha256_of(paths)
     after: _State = []
     with contextlib.suppress(OSError):  # gone

@@ -58,6 +58,24 @@ _BUFFER_BYTES = 34 << 20
 _PRODUCT = 200
 
 
+def room_for_linear_algebra() -> None:
+    """Where the memory of the process is limited: that NumPy can be imported, before it is.
+
+    Raises:
+        MemoryError: OpenBLAS would find no room, and end the process with exit code 1.
+    """
+    if memory_is_limited():
+        _leave(3 * _BUFFER_BYTES)
+
+
+def _leave(size: int) -> None:
+    """Raise a MemoryError where the limit leaves no so many bytes."""
+    try:
+        bytearray(size)
+    except MemoryError:
+        raise MemoryError(f"linear algebra needs {size / 1e6:.0f} MB more than the limit of this process") from None
+
+
 @cache
 def settle_within_memory_limit() -> None:
     """Where the memory of the process is limited, take one thread, and have linear algebra take its memory now.
@@ -78,11 +96,7 @@ def settle_within_memory_limit() -> None:
     from collaudit.core.numeric.parallel import use_threads
 
     use_threads(1)
-    wanted = 4 * _BUFFER_BYTES  # NumPy's copy is loaded already; one for what comes with SciPy's
-    try:
-        np.empty(wanted, dtype=np.uint8)
-    except MemoryError:
-        raise MemoryError(f"linear algebra needs {wanted / 1e6:.0f} MB more than the limit of this process") from None
+    _leave(4 * _BUFFER_BYTES)  # NumPy's copy is loaded already; one for what comes with SciPy's
     matrix_exponential(np.array([[0.0, -0.1], [0.1, 0.0]]))
     square = np.zeros((_PRODUCT, _PRODUCT))
     np.matmul(square, square)

@@ -17,6 +17,7 @@ from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
+from collaudit.core.small_files import read_small
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +91,7 @@ def dh_names(rows: Sequence[DhRow]) -> tuple[str, ...]:
 
 def _describe_urdf(path: Path, where: str) -> Description:
     try:
-        data = path.read_bytes()
+        data = read_small(path)
     except OSError as error:
         raise RobotError(
             "the robot description cannot be read",

@@ -12,6 +12,7 @@ from typing import Any
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.scoring.detection_score import TrueEvent
+from collaudit.core.small_files import read_small
 
 _COLUMNS = "onset_s,end_s and optionally joint"
 
@@ -31,7 +32,7 @@ def read_truth(path: Path) -> TruthFile:
         LogError: it cannot be read.
     """
     try:
-        return TruthFile(str(path), path.read_text(encoding="utf-8-sig"))
+        return TruthFile(str(path), read_small(path).decode("utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         raise LogError("the true events cannot be read", where=str(path), found=str(error)) from error
 
@@ -54,7 +55,7 @@ def true_events(
         return _labels(truth, joints)
     try:
         return events_of_truth(json.loads(truth.text), factor, lasting_s)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise LogError(
             "the true events cannot be understood",
             where=truth.name,

@@ -68,20 +68,29 @@ def write_synced(path: Path, content: bytes) -> None:
 
 
 def _check_target(path: Path, target: Path) -> None:
-    if path.is_symlink():
-        raise CollauditError(
-            "cannot write the file",
-            where=str(path),
-            found=f"a symbolic link to {target}",
-            expected="a file; nothing is written through a link",
-            hint="remove the link, or name the file it points to",
-        )
+    refuse_link(path)
     if target.is_dir():
         raise CollauditError(
             "cannot write the file",
             where=str(target),
             found="a folder of that name",
             expected="a file name",
+        )
+
+
+def refuse_link(path: Path) -> None:
+    """Refuse to write through a symbolic link: what it points to may be what is read.
+
+    Raises:
+        CollauditError: the path is one.
+    """
+    if path.is_symlink():
+        raise CollauditError(
+            "cannot write here",
+            where=str(path),
+            found=f"a symbolic link to {path.resolve()}",
+            expected="a file or folder; nothing is written through a link",
+            hint="remove the link, or name what it points to",
         )
 
 

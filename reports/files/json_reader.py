@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import msgspec
 
 from collaudit.core.errors import CollauditError, similar_file
+from collaudit.core.small_files import read_small
 from collaudit.reports.files.json_writer import not_finite
 
 if TYPE_CHECKING:
@@ -70,9 +71,7 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
 
 def _load(path: Path) -> str:
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise CollauditError("the file is too large to be a result", where=str(path), expected="under 1 GiB")
-        return path.read_bytes().decode("utf-8")
+        return read_small(path, _LARGEST_FILE).decode("utf-8")
     except FileNotFoundError as error:
         raise CollauditError("no such file", where=str(path), hint=similar_file(path)) from error
     except OSError as error:

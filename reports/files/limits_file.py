@@ -6,7 +6,9 @@ import tomllib
 from math import isfinite
 from pathlib import Path
 
+from collaudit.core.config.toml_parsing import parse_toml
 from collaudit.core.errors import ConfigError, similar_file
+from collaudit.core.small_files import read_small
 from collaudit.reports.values.body_regions import BodyLimits, BodyRegion
 
 _EXAMPLE = 'source = "where the numbers are from", then [[region]] with name, quasi_static_n and transient_n'
@@ -22,7 +24,7 @@ def read_limits(path: Path) -> BodyLimits:
         ConfigError: it cannot be read, or does not say what is needed.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = parse_toml(read_small(path).decode())
     except FileNotFoundError as error:
         raise ConfigError("there is no such file of limits", where=str(path), hint=similar_file(path)) from error
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

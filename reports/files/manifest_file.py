@@ -9,6 +9,7 @@ from typing import Literal
 
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
+from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_reader import read_result
 from collaudit.reports.files.json_writer import json_text
@@ -93,6 +94,7 @@ class Difference:
 def file_entry(path: Path, name: str, role: Role) -> ManifestFile:
     """Hash and size of a file; None of both where it cannot be read."""
     try:
+        check_regular(path)
         with path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         return ManifestFile(name, digest, path.stat().st_size, role)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from collaudit.core.config.config_table import LARGEST
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, similar_file
@@ -85,9 +86,22 @@ def read_friction(path: Path) -> FrictionFile:
     """Read and check a friction file.
 
     Raises:
-        CollauditError: it is missing, damaged, of another kind or version, or does not fit.
+        CollauditError: it is missing, damaged, of another kind or version, does not fit, or holds numbers that no fit
+            gives.
     """
-    return read_result(path, FrictionFile, FRICTION_SCHEMA)
+    from collaudit.core.friction.friction_model import unusable
+
+    file = read_result(path, FrictionFile, FRICTION_SCHEMA)
+    wrong = {f"$.joints.{joint}": unusable(fit) for joint, fit in file.joints.items()}
+    thresholds = {} if file.thresholds is None else file.thresholds.joints
+    for joint, known in thresholds.items():
+        levels = [level.gamma_nm for level in known.levels if not 0.0 < level.gamma_nm <= LARGEST]
+        wrong |= {f"$.thresholds.joints.{joint}": f"a threshold of {levels[0]:g} N·m"} if levels else {}
+    for place, found in wrong.items():
+        if found is not None:
+            hint = "make the file again; it may have been edited"
+            raise CollauditError("this is nothing that a fit gives", where=f"{path}: {place}", found=found, hint=hint)
+    return file
 
 
 def earlier_friction(path: Path) -> FrictionFile | None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.signals import Signals
 from collaudit.core.numeric.parallel import threads
-from collaudit.reports.files.atomic import staged, write_synced
+from collaudit.reports.files.atomic import refuse_link, staged, write_synced
 from collaudit.reports.files.run_files import (
     AUDIT_NAME,
     FRICTION_NAME,
@@ -44,7 +44,12 @@ class RunFolder:
     """
 
     def __init__(self, run_dir: Path) -> None:
-        """Of a folder, which is made when it is missing."""
+        """Of a folder, which is made when it is missing.
+
+        Raises:
+            CollauditError: it is a symbolic link.
+        """
+        refuse_link(run_dir)
         self._dir = run_dir
         self._new = not run_dir.exists()
         self._begun: tuple[ExitStack, Future[None]] | None = None

@@ -75,7 +75,7 @@ def _meta(schema: pa.Schema, path: Path) -> dict[str, Any]:
     try:
         meta: dict[str, Any] = json.loads((schema.metadata or {})[META])
         found = meta["schema"]
-    except (KeyError, ValueError, TypeError):
+    except (KeyError, ValueError, TypeError, RecursionError):
         found = None
     if found != SIGNALS_SCHEMA:
         raise CollauditError(

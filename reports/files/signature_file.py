@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from collaudit.core.errors import CollauditError, ConfigError
+from collaudit.core.small_files import check_regular, read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.manifest_file import MANIFEST_NAME
 
@@ -29,6 +30,7 @@ def signing_key(path: Path, password: str | None) -> Any:
     """
     minisign = _library()
     try:
+        check_regular(path)
         key = minisign.SecretKey.from_file(path)
         if key.is_encrypted():
             if password is None:
@@ -51,7 +53,7 @@ def write_signature(out: Path, key: Any) -> None:
     Raises:
         CollauditError: it cannot be written.
     """
-    content = (out / MANIFEST_NAME).read_bytes()
+    content = read_small(out / MANIFEST_NAME)
     digest = hashlib.sha256(content).hexdigest()
     signature = key.sign(content, untrusted_comment="collaudit manifest", trusted_comment=f"sha256:{digest}")
     atomic_write(out / SIGNATURE_NAME, bytes(signature))
@@ -70,6 +72,7 @@ def check_signature(out: Path, public_key: Path) -> str | None:
     """
     minisign = _library()
     try:
+        check_regular(public_key)
         key = minisign.PublicKey.from_file(public_key)
     except (minisign.Error, OSError, ValueError) as error:
         raise ConfigError(f"this key cannot be used: {error}", where=str(public_key)) from error
@@ -77,7 +80,7 @@ def check_signature(out: Path, public_key: Path) -> str | None:
         return f"there is no {SIGNATURE_NAME}"
     try:
         signature = minisign.Signature.from_file(out / SIGNATURE_NAME)
-        key.verify((out / MANIFEST_NAME).read_bytes(), signature)
+        key.verify(read_small(out / MANIFEST_NAME), signature)
     except (minisign.Error, ValueError) as error:
         return f"the signature does not fit: {error or type(error).__name__}"
     except OSError as error:

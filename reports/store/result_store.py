@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
+from collaudit.core.small_files import check_regular
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -140,7 +141,7 @@ class ResultStore:
             return STORE_SCHEMA
         try:
             schema = str(json.loads(content or b"{}").get("schema", ""))
-        except (ValueError, AttributeError):
+        except (ValueError, AttributeError, RecursionError):
             schema = ""
         number = schema.removeprefix("collaudit/store/")
         if schema == number or not number.isdigit():
@@ -199,6 +200,7 @@ class ResultStore:
     def _read_if_there(self, name: str) -> bytes | None:
         if not self.is_remote:
             try:
+                check_regular(Path(self.place) / name)
                 return (Path(self.place) / name).read_bytes()
             except (FileNotFoundError, NotADirectoryError):
                 return None

@@ -41,6 +41,36 @@ def test_a_limit_of_memory_ends_a_command_with_its_verdict_or_with_not_judged(
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of address space differ elsewhere")
+@pytest.mark.parametrize("megabytes", [60, 90, 300, 400, 460, 480, 560, 590])
+def test_a_limit_of_address_space_never_ends_in_a_broken_policy(arm: Any, tmp_path: Path, megabytes: int) -> None:
+    import resource
+
+    limit = megabytes << 20
+    done = subprocess.run(
+        [sys.executable, "-c", MAIN, "detect", arm.clean, "-c", arm.config, "-o", tmp_path / "run"],
+        capture_output=True,
+        text=True,
+        timeout=30,  # no thread is waited for that had no memory to start in
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+    )
+    assert done.returncode in (0, 3, -signal.SIGABRT, -signal.SIGSEGV), done.stderr
+    assert (tmp_path / "run").exists() == (done.returncode == 0)
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"), [("MemoryError", 3), ("ImportError", 3), ("SystemError", 3), ("KeyboardInterrupt", 130)]
+)
+def test_an_error_for_which_no_words_can_be_found_is_no_verdict(raised: str, code: int) -> None:
+    broken = f"import collaudit.cli.main as m\ndef note(text): raise {raised}\nm.note = note\nm.main()"
+    done = subprocess.run(
+        [sys.executable, "-c", broken, "inspect", "none.csv"], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr and ("nothing was judged" in done.stderr) == (code == 3)
+
+
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux counts what RLIMIT_DATA limits")
 def test_what_crashes_at_the_end_for_want_of_memory_changes_no_exit_code(arm: Any, tmp_path: Path) -> None:
     import resource

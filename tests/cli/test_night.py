@@ -204,6 +204,20 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     assert target.read_text() == "mine"
 
 
+def test_a_run_is_not_written_among_the_logs_through_a_link(arm, collaudit, tmp_path: Path) -> None:
+    logs, link = tmp_path / "logs", tmp_path / "run"
+    logs.mkdir()
+    shutil.copyfile(arm.clean, logs / "clean.csv")
+    (logs / "audit.json").write_text("mine")
+    link.symlink_to(logs)
+    refused = collaudit("detect", logs / "clean.csv", "-c", arm.config, "--friction", arm.friction, "-o", link)
+    assert refused.code == 2 and "symbolic link" in refused.err
+    assert sorted(path.name for path in logs.iterdir()) == ["audit.json", "clean.csv"]
+    assert (logs / "audit.json").read_text() == "mine"
+    refused = collaudit("audit", logs, "-c", arm.config, "--friction", arm.friction, "-o", link)
+    assert refused.code == 2 and len(list(logs.iterdir())) == 2
+
+
 def test_an_ended_audit_goes_on_where_it_was(arm, collaudit, tmp_path: Path) -> None:
     command, out = _night(tmp_path, arm, "clean", "killed", "pushed")
     assert subprocess.run([*command, "-j", "2"], capture_output=True).returncode == 1

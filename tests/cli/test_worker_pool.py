@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from contextlib import closing
 from functools import partial
@@ -69,3 +71,28 @@ def test_all_are_gone_when_the_results_are_closed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("items", [[], ["does"]])
 def test_few_items(items: list[str], tmp_path: Path) -> None:
     assert len(_results(items, tmp_path)) == len(items)
+
+
+INTERRUPTED = """
+import os, signal, time
+from collaudit.cli.batch.worker_pool import _start
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, lambda *_: None)  # as the audit's own, which ends it; not handed on to a new process
+    worker = _start(len, int)
+    until = time.monotonic() + 10
+    while not worker.connection.poll() and time.monotonic() < until:
+        os.killpg(0, signal.SIGINT)
+        time.sleep(0.01)
+    print("ready", worker.connection.recv(), worker.process.is_alive())
+    worker.process.kill()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
+def test_a_process_that_starts_does_not_hear_what_the_terminal_sends_to_all(tmp_path: Path) -> None:
+    script = tmp_path / "interrupted.py"
+    script.write_text(INTERRUPTED)
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=30, check=False, start_new_session=True
+    )
+    assert (done.stdout.split(), done.stderr) == (["ready", "None", "True"], "")

@@ -58,6 +58,7 @@ def test_byte_order_mark_is_accepted(tmp_path: Path) -> None:
         ("[phases]\ncontact = [[4, 3]]\n", [":2: phases.contact: interval [4, 3] does not run forward"]),
         ("[detect]\ngamma_nm = nan\n", [":2: detect.gamma_nm", "found:    nan"]),
         ("[detect]\ngamma_nm = inf\n", [":2: detect.gamma_nm", "found:    inf"]),
+        ("[detect]\ngamma_nm = 1e308\n", [":2: detect.gamma_nm", "found:    1e+308"]),
         ("[detect]\ngamma_nm = 1979-05-27\n", [":2: detect.gamma_nm"]),
         ("[detect]\n\ngamma_nm 4\n", [":3: not valid TOML"]),
         ("[detect]\nn = 3\nn = 4\n", [":3: not valid TOML"]),

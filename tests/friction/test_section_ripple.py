@@ -16,6 +16,7 @@ from collaudit.core.friction import friction_points as module
 from collaudit.core.friction.friction_points import friction_points
 from collaudit.core.friction.gear.section_ripple import section_ripple
 from collaudit.core.friction.sections import SectionSet, find_sections
+from collaudit.core.numeric.arrays import Span
 
 TRUTH = (6.0, 2.0, 20.0, 4.0)
 SPEEDS = np.geomspace(0.03, 1.0, 14)
@@ -102,3 +103,10 @@ def test_motion_in_one_direction_is_no_harm(quiet: tuple[UniformSeries, SectionS
     ahead = [s for s in sections.of("joint1") if s.velocity_rad_s > 0]
     found = section_ripple(with_ripple(series, 0.6, 1), ahead, 0)
     assert found is None or np.isfinite(found.covariance).all()
+
+
+@pytest.mark.parametrize("length", [1, 2, 3])
+def test_sections_of_three_samples_at_most_say_nothing(quiet, length: int) -> None:  # type: ignore[no-untyped-def]
+    series, found = quiet
+    brief = [replace(s, span=Span(s.span.start, s.span.start + length)) for s in found.sections]
+    assert section_ripple(series, brief, 0) is None

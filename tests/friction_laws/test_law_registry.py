@@ -225,3 +225,11 @@ def test_the_guide_has_a_row_for_every_law() -> None:
     page = (PROJECT / "docs" / "identification.md").read_text(encoding="utf-8")
     for law in LAWS.values():
         assert f"| `{law.name}` | {law.formula.removeprefix('f(v) = ')}" in page
+
+
+@pytest.mark.parametrize(
+    "law", [law for law in LAWS.values() if isinstance(law, SeparableLaw)], ids=lambda law: law.name
+)
+def test_a_law_whose_parameters_are_all_zero_is_no_friction(law: SeparableLaw) -> None:
+    curve = FrictionModel(law.name, dict.fromkeys(law.symbols, 0.0), (0.01, 1.0), True)
+    assert not curve.torque(np.array([-1.0, -0.01, 0.0, 1e-12, 0.5])).any() and curve.hold == 0.0

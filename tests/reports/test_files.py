@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -253,6 +255,31 @@ def test_friction_files_come_back(tmp_path: Path) -> None:
     assert path.read_text() == friction_json(samples.friction_file())
     with pytest.raises(CollauditError, match="no such file"):
         read_friction(tmp_path / "absent.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda file: file["joints"]["shoulder_pan"]["parameters"].popitem(), "without its parameter"),
+        (lambda file: file["joints"]["shoulder_pan"]["parameters"].update(A_nm=1e308), "A_nm is 1e\\+308"),
+        (lambda file: file["thresholds"]["joints"]["joint1"]["levels"][0].update(gamma_nm=0.0), "a threshold of 0"),
+        (lambda file: file["thresholds"]["joints"]["joint1"]["levels"][0].update(gamma_nm=1e308), "a threshold of 1e"),
+    ],
+)
+def test_friction_that_no_fit_gives_is_refused(
+    tmp_path: Path, change: Callable[[dict[str, Any]], object], said: str
+) -> None:
+    level = {"n": 13, "persistence_s": 0.026, "gamma_nm": 4.0, "false_alarms_per_hour": None}
+    known = {"levels": [level], "noise_nm": 0.1, "rms_nm": 0.1, "hours": 1.0, "held_out": 1.0, "fastest_rad_s": 1.0}
+    file = json.loads(friction_json(samples.friction_file()))
+    file["thresholds"] = {"detector": "direct", "causal": False, "joints": {"joint1": known}}
+    path = tmp_path / "friction.json"
+    path.write_text(json.dumps(file))
+    read_friction(path)
+    change(file)
+    path.write_text(json.dumps(file))
+    with pytest.raises(CollauditError, match=said):
+        read_friction(path)
 
 
 def test_the_package_hands_on_what_a_script_needs(tmp_path: Path, audit: Audit) -> None:

@@ -30,6 +30,8 @@ _MOST_WAVES = 6
 #: largest of hundreds of waves of noise reaches four.
 _SURE = 6.0
 _MOST_SAMPLES = 12_000
+#: Samples that a section's own parabola takes up: a section of no more has nothing to say of waves.
+_PARABOLA = 3
 _FEWEST_SECTIONS, _LEAST_TRAVEL_RAD = 8, 0.2
 
 
@@ -71,9 +73,10 @@ def section_ripple(series: UniformSeries, sections: Sequence[Section], j: int) -
         sections: of the joint.
         j: its column.
     """
+    step = max(1, sum(len(s.span) for s in sections) // _MOST_SAMPLES)
+    sections = [s for s in sections if len(s.span) > _PARABOLA * step]
     if len(sections) < _FEWEST_SECTIONS or series.effort is None:
         return None
-    step = max(1, sum(len(s.span) for s in sections) // _MOST_SAMPLES)
     rows = [np.arange(s.span.start, s.span.stop, step) for s in sections]
     section = np.repeat(np.arange(len(sections)), [r.size for r in rows])
     at = np.concatenate(rows)
@@ -114,7 +117,7 @@ class _Samples:
     @classmethod
     def of(cls, position: FloatArray, effort: FloatArray, section: IntArray, side: IntArray) -> _Samples:
         """An orthonormal basis of parabolas in each section, and the effort without it."""
-        basis = np.empty((position.size, 3))
+        basis = np.empty((position.size, _PARABOLA))
         for rows in np.split(np.arange(position.size), np.flatnonzero(np.diff(section)) + 1):
             x = position[rows] - position[rows].mean()
             x = x / max(float(np.max(np.abs(x))), 1e-12)

@@ -82,7 +82,10 @@ def _table(path: Path, kind: str, title: str, table: Any) -> NamedColumns:
             columns |= _of_lists(name, column)
         else:
             columns[_index_name(name, column.type)] = column
-    own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
+    try:
+        own = json.loads((table.schema.metadata or {}).get(b"collaudit", b"{}"))
+    except (ValueError, RecursionError):  # another program's
+        own = None
     signals = isinstance(own, dict) and "time_s" in columns and any(n.startswith("measured_nm:") for n in columns)
     return NamedColumns(path, kind, f"{title}, {len(columns)} columns", columns, _SIGNALS if signals else None)
 

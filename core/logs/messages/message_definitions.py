@@ -10,6 +10,7 @@ from typing import Any
 from collaudit.core.errors import ConfigError
 from collaudit.core.logs.messages.message_schema import SchemaError, definitions_of
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
+from collaudit.core.small_files import read_small
 
 
 @lru_cache(maxsize=8)
@@ -29,10 +30,8 @@ def _one(file: Path) -> dict[str, Any]:
     """The definitions of one file; its package is the folder that holds ``msg``, or the folder itself."""
     holder = file.resolve().parent
     package = holder.parent.name if holder.name == "msg" else holder.name
-    if file.stat().st_size > MAX_SCHEMA_BYTES:
-        raise ConfigError("is too long for a message definition", where=str(file))
     try:
-        text = file.read_bytes().decode("utf-8", errors="replace")
+        text = read_small(file, MAX_SCHEMA_BYTES).decode("utf-8", errors="replace")
         return dict(definitions_of(f"{package}/msg/{file.stem}", "ros2msg", text))
     except SchemaError as error:
         raise ConfigError(f"cannot be read as a message definition: {error}", where=str(file)) from error

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.records import Damage
+from collaudit.core.small_files import read_small
 
 _MAX_METADATA = 8 << 20
 #: What rosbag2's plugins for compression are called in metadata.yaml, of those that are read.
@@ -52,7 +53,7 @@ def folder_files(path: Path, is_storage: Callable[[Path], bool]) -> tuple[tuple[
 def _metadata(file: Path) -> str:
     """The text of metadata.yaml; empty where it cannot be had."""
     try:
-        return file.read_text("utf-8", errors="replace") if file.stat().st_size <= _MAX_METADATA else ""
+        return read_small(file, _MAX_METADATA).decode("utf-8", errors="replace")
     except OSError:
         return ""
 

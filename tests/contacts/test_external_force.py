@@ -1,0 +1,35 @@
+"""The force at a contact: joints without a torque at that moment do not count, and nothing fails for want of them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
+from collaudit.core.contacts.looked_at import LookedAt
+from collaudit.core.data.signals import State
+from collaudit.fixtures.robots.robot_registry import robot_named
+
+
+@pytest.mark.parametrize("lost", [(), (1,), (1, 2, 4), (0, 1, 2, 3, 4, 5)])
+def test_an_alarm_that_reaches_into_missing_effort(lost: tuple[int, ...]) -> None:
+    """Efforts that are held count as missing while an alarm of the same joint goes on."""
+    robot = robot_named("paper6").model()
+    q, force = np.array([0.3, -1.0, 0.6, 0.4, 0.9, 0.2]), np.array([0.0, 20.0, 30.0])
+    series = SimpleNamespace(position_rad=q[None, :])
+    log = SimpleNamespace(robot=robot, judged=robot.joint_names, phases=np.zeros(1), series=series)
+    at = LookedAt(log, [0])  # type: ignore[arg-type]
+    frame = at.links[-1]
+    assert frame is not None
+    torque = -(at.lever_arms(frame, 0).T @ force)
+    torque[list(lost)] = np.nan
+    run = SimpleNamespace(detected=SimpleNamespace(state=np.full((1, 6), State.JUDGED, dtype=np.int8)))
+    known = Unsmoothed(np.full(6, 0.05), {0: np.repeat(torque[None, :], 3, axis=0)})
+    found = estimate_force(at, run, known, robot.joint_names, 0)  # type: ignore[arg-type]
+    if len(lost) == 6:
+        assert found is None
+    else:
+        assert found is not None and np.isfinite(found.force_n).all()
+        assert found.size_ci95_n[0] <= np.linalg.norm(force) <= found.size_ci95_n[1] or found.blind

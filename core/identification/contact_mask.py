@@ -72,7 +72,7 @@ def find_contact(
         core |= stretches
         ratios.append((names[joint.j], ratio))
     wide = widened(core, round(_MARGIN_S / motion.period_s))
-    spans = _spans(wide, ratios, motion.rows * series.period_s)
+    spans = _spans(wide, ratios, series.time_s[motion.rows])
     wide = motion.samples(wide)
     seen = max(_share(core, part) for part in (motion.moving, *(joint.settled for joint in joints)))
     facts = _facts("stated" if stated_free else "found", wide, seen, prepared, spans)

@@ -100,7 +100,8 @@ class _Problem:
         return np.asarray(out)
 
     def solve(self, weight: FloatArray, sd: float) -> FloatArray:
-        return np.asarray(np.linalg.solve(self.gram(weight, sd), self.columns.T @ (weight * self.target)), dtype=np.float64)
+        found = np.linalg.solve(self.gram(weight, sd), self.columns.T @ (weight * self.target))
+        return np.asarray(found, dtype=np.float64)
 
     def starts(self) -> Iterator[FloatArray]:
         """Least absolute deviations by reweighting, then least squares on stretches of rows."""

@@ -14,13 +14,13 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from collaudit.core.numeric.arrays import LARGEST
+
 Vec3 = tuple[float, float, float]
 Vec6 = tuple[float, float, float, float, float, float]
 Interval = tuple[float, float]
 Positive = Annotated[float, Meta(gt=0)]
 NonNegative = Annotated[float, Meta(ge=0)]
-#: Nothing of a robot is as large in any unit; sums of such numbers are still finite.
-LARGEST = 1e15
 #: One kind in a list, which :meth:`ConfigTable.check_kinds` sees to: msgspec tells kinds of lists apart no further.
 ListOfColumns = list[int | str]
 ColumnPattern = str | ListOfColumns

@@ -127,7 +127,7 @@ class EstimateChoice:
 
     Attributes:
         taken: of those tried.
-        standard_error: of the best one's mean squared error, between seconds.
+        standard_error: of the best one's mean squared error, between stretches of five seconds.
         tried: the simplest first.
     """
 

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from collaudit.core.config.config_table import LARGEST
 from collaudit.core.data.friction_correction import LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.friction_laws.law_registry import law_named
-from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.arrays import LARGEST, FloatArray
 from collaudit.core.numeric.blocks import blocks, samples_at_once
 from collaudit.core.numeric.special_functions import student_quantile
 

@@ -4,7 +4,7 @@ A description that is right needs no identification, and one that lacks a tool, 
 friction law explains. Which of them it is the motion tells: each candidate is fitted without a part of the data and
 predicts that part. Parts are blocks of time, and whole logs where there are several. The simplest candidate within one
 standard error of the best is taken (the one-standard-error rule: Breiman et al., Classification and Regression Trees,
-1984, ch. 3), an error that seconds tell, for neighbouring samples err alike.
+1984, ch. 3), an error that stretches of five seconds tell, for neighbouring samples err alike.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ WIDTHS = (0.2, 1.0, 5.0)
 HELD_OUT_STEPS = 3
 #: An error counts as at most this many times the usual one: contact and stops choose nothing.
 _MOST = 3.0
+#: Seconds that err alike: a stroke, or a few of them.
+_ALIKE = 5
 #: Whole logs are held out where there are so many.
 _FEWEST_LOGS = 2
 
@@ -93,10 +95,10 @@ def choose_estimate(
     ]
     rms = np.array([_rms(rest) for rest in left])
     usual = np.min(np.where(np.isfinite(rms), rms, np.inf), axis=0)
-    loss = np.array([_by_cluster(rest, usual, motion.cluster) for rest in left])
+    loss = np.array([_by_cluster(rest, usual, motion.cluster // _ALIKE) for rest in left])
     best = int(np.argmin(loss.mean(axis=1)))
     worse = loss.mean(axis=1) - float(loss[best].mean())
-    error = float(loss[best].std()) / np.sqrt(loss.shape[1])
+    error = float(loss[best].std() / np.sqrt(loss.shape[1]))
     taken = int(np.flatnonzero(worse <= error)[0])
     facts = tuple(
         TriedEstimate(

@@ -10,6 +10,8 @@ from collaudit.core.dataclass import dataclass
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+#: Nothing of a robot is as large in any unit; sums of such numbers are still finite.
+LARGEST = 1e15
 
 
 def frozen(array: FloatArray) -> FloatArray:

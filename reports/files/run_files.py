@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from collaudit.core.config.config_table import LARGEST
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, Audit, AuditResult, FrictionFile
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, similar_file
+from collaudit.core.numeric.arrays import LARGEST
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_reader import checked, read_result
 from collaudit.reports.files.json_writer import json_text

@@ -269,8 +269,17 @@ def test_friction_files_come_back(tmp_path: Path) -> None:
 def test_friction_that_no_fit_gives_is_refused(
     tmp_path: Path, change: Callable[[dict[str, Any]], object], said: str
 ) -> None:
-    level = {"n": 13, "persistence_s": 0.026, "gamma_nm": 4.0, "false_alarms_per_hour": None}
-    known = {"levels": [level], "noise_nm": 0.1, "rms_nm": 0.1, "hours": 1.0, "held_out": 1.0, "fastest_rad_s": 1.0}
+    level = {"n": 13, "persistence_s": 0.026, "gamma_nm": 4.0}
+    level |= {"false_alarms_per_hour": 0.01, "false_alarms_ci95": [0.0, 1.0]}
+    known = {
+        "levels": [level],
+        "scale": None,
+        "noise_nm": 0.1,
+        "rms_nm": 0.1,
+        "hours": 1.0,
+        "held_out": 1.0,
+        "fastest_rad_s": 1.0,
+    }
     file = json.loads(friction_json(samples.friction_file()))
     file["thresholds"] = {"detector": "direct", "causal": False, "joints": {"joint1": known}}
     path = tmp_path / "friction.json"

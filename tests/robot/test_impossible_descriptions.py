@@ -62,7 +62,7 @@ def test_numbers_that_no_arm_has(old: str, new: str, words: str, tmp_path: Path)
     assert "arm.urdf" in str(caught.value.render())
 
 
-@pytest.mark.parametrize("row", [{"a": 300.0}, {"d": -60.0}, {"mass_kg": 1e308}, {"mass_kg": 1.0, "com_m": [0, 99, 0]}])
+@pytest.mark.parametrize("row", [{"a": 300.0}, {"d": -60.0}, {"mass_kg": 1e12}, {"mass_kg": 1.0, "com_m": [0, 99, 0]}])
 def test_rows_that_no_arm_has(row: dict[str, object]) -> None:
     config = RobotConfig.of({"dh_convention": "standard", "dh": [row]})
     with pytest.raises(RobotError, match="beyond what an arm can have"):

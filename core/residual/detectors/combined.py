@@ -84,7 +84,7 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     beyond = np.sign(torque) * np.maximum(np.abs(torque) - by_joint.uncertainty_nm, 0.0)
     share = np.where(evidence, beyond, 0.0) / noise
     told = np.count_nonzero((state == State.JUDGED) | (share != 0.0), axis=1)
-    norm = normal_equivalent(np.sum(share**2, axis=1), told)
+    norm = excess_norm(np.sum(share**2, axis=1), told)
     somewhere = np.any(evidence, axis=1, keepdims=True)
     shown = np.where(somewhere & (state > State.FRICTION_INTERVAL), np.int8(State.FRICTION_INTERVAL), state)
     series = prepared.judged_series
@@ -97,16 +97,12 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     )
 
 
-def normal_equivalent(squares: FloatArray, joints: IntArray) -> FloatArray:
-    """(n,) what a sum of squares of so many standard normal values is worth as one such value, 0 below the mean.
+def excess_norm(squares: FloatArray, joints: IntArray) -> FloatArray:
+    """(n,) root of a sum of squares less what noise adds on the average of so many joints but one.
 
-    So a threshold means the same whether one joint moves or all do. The cube root of chi-squared over its degrees of
-    freedom k is nearly normal, with mean 1 - 2 / 9k and variance 2 / 9k (Wilson and Hilferty, Proc. Nat. Acad. Sci. 17,
-    1931).
+    A push on one joint keeps its size, whether that joint moves alone or all do.
     """
-    spread = 2.0 / (9.0 * np.maximum(joints, 1))
-    root = np.cbrt(squares / np.maximum(joints, 1))
-    return np.asarray(np.maximum((root - (1.0 - spread)) / np.sqrt(spread), 0.0))
+    return np.sqrt(np.maximum(squares - np.maximum(joints - 1, 0), 0.0))
 
 
 def _noise(judged_nm: FloatArray) -> float:
@@ -117,8 +113,8 @@ def _noise(judged_nm: FloatArray) -> float:
 
 DETECTOR = Detector(
     name="combined",
-    equation="r = sd z(sum (r_j/sd_j)^2), r_j as of direct at 4 Hz with zero phase, sd the robust standard deviation "
-    "of each over the log, z the normal value as rare as the sum",
-    source="sum of squares in units of their noise (Mahalanobis, diagonal covariance), by Wilson and Hilferty (1931)",
+    equation="r = sd sqrt(sum (r_i/sd_i)^2 - (k - 1)), r_i as of direct at 4 Hz with zero phase, sd the robust "
+    "standard deviation of each over the log, k the number of joints that are judged",
+    source="norm of the residuals in units of their noise, as of Mahalanobis with a diagonal covariance",
     residual=combined_residual,
 )

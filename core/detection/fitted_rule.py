@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 
 from collaudit.core.config.schema import Config
+from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.detection.rule_settings import DEFAULT_PERSISTENCE_MS
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.quiet_level import QuietLevel
 

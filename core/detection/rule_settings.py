@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config, DetectConfig
+from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
@@ -13,8 +14,6 @@ from collaudit.core.detection.watch import Watch, choose_watched
 from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.phases import contact_mask
-
-DEFAULT_PERSISTENCE_MS = 25.0
 
 
 def make_rule(

@@ -33,9 +33,7 @@ class LeftOut:
         spans: in time order; where ``by`` is ``stated``, those that look like contact and were used all the same.
         seconds: their length.
         share: of the time in which the arm moved, margins included.
-        share_seen: the same without margins.
-        rounds: of looking, until it settled.
-        settled: whether the last round changed nothing.
+        share_seen: the same without margins, of the motion of the joint that has the least left.
         refused: whether so much of the log looks like contact that nothing was fitted on it.
     """
 
@@ -44,6 +42,4 @@ class LeftOut:
     seconds: float
     share: float
     share_seen: float
-    rounds: int
-    settled: bool
     refused: bool

@@ -12,7 +12,7 @@ from collaudit.core.data.left_out import LeftOut, LeftOutSpan
 from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
-from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
+from collaudit.core.identification.contact_mask import find_contact, labelled_contact
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.guided_stretches import fitted_without_guiding
 from collaudit.core.prepare.prepared import Prepared, without_effort

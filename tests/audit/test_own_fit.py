@@ -44,7 +44,7 @@ def test_a_pass_by_a_fit_on_the_same_log_says_so(judge: Judge, friction: Frictio
 
 def test_contacts_denied_at_the_fit_are_said_at_every_audit(judge: Judge, friction: FrictionFile) -> None:
     spans = (LeftOutSpan(8.0, 14.0, ("joint1",), 40.0),)
-    facts = LeftOut("stated", spans, 6.0, 0.1, 0.1, 1, True, refused=False)
+    facts = LeftOut("stated", spans, 6.0, 0.1, 0.1, refused=False)
     found = judge(replace(friction, left_out={"night.csv": facts}), own=False)
     assert found.verdict == "pass"
     (text,) = [text for text in found.exclusions if "stated to be free of contact" in text]

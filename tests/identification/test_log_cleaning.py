@@ -16,8 +16,7 @@ from collaudit.core import api
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification import contact_stretches
-from collaudit.core.identification.contact_stretches import find_contact, labelled_contact
+from collaudit.core.identification.contact_mask import FAR, _reaching, find_contact, labelled_contact
 from collaudit.core.identification.log_cleaning import cleaned
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.prepare.prepared import Prepared, _modelled
@@ -84,7 +83,7 @@ def test_a_clean_log_is_left_whole(free: Any, robot: str) -> None:
     found = cleaned([log], settings.config)
     assert found.logs == (log,)  # the very log: the fit is the same to the last bit
     (facts,) = found.left_out.values()
-    assert (facts.by, facts.spans, facts.share, facts.settled) == ("found", (), 0.0, True)
+    assert (facts.by, facts.spans, facts.share, facts.refused) == ("found", (), 0.0, False)
     assert found.findings == ()
 
 
@@ -100,7 +99,6 @@ def test_pushes_in_the_fitting_log_are_left_out(
     moving = (np.abs(log.series.velocity_rad_s) > 0.05).any(axis=1)
     assert np.mean(out[touched & moving]) > 0.85
     assert np.mean(out[~touched]) < 0.25
-    assert facts.settled
     assert not facts.refused
     assert facts.spans[0].joints
     dirty = api.fit([log], settings)
@@ -236,18 +234,16 @@ def plain_runs(mask: BoolArray) -> list[tuple[int, int]]:
     return out
 
 
-def test_a_stretch_reaches_as_far_as_its_residual_is_near(free: Any) -> None:
-    log, _ = pushed(*free("paper6"), 0.1)
-    n, period = log.series.time_s.size, log.series.period_s
-    joint = contact_stretches._joint(log, 0)
-    assert joint is not None
-    _, ratio, far = contact_stretches._stretches(joint, np.zeros(n, dtype=bool), n, period)
-    near = ratio > 2.5
-    for (_, stop), (start, _) in pairwise(plain_runs(near)):
-        near[stop:start] |= start - stop <= round(0.1 / period)
-    cores = [run for run in plain_runs(ratio > 6.0) if run[1] - run[0] >= round(0.02 / period)]
-    expected = np.zeros(n, dtype=bool)
-    for start, stop in plain_runs(near):
+def test_a_stretch_reaches_as_far_as_its_residual_is_near() -> None:
+    rng, period = np.random.default_rng(3), 0.02
+    ratio = np.abs(np.convolve(rng.standard_normal(5000), np.hanning(25), "same")) * 1.2
+    found, near = _reaching(ratio, period)
+    expected = ratio > 3.0
+    for (_, stop), (start, _) in pairwise(plain_runs(expected)):
+        expected[stop:start] |= start - stop <= round(0.1 / period)
+    assert np.array_equal(near, expected)
+    cores = [run for run in plain_runs(ratio > FAR) if run[1] - run[0] >= 2]
+    for start, stop in plain_runs(expected):
         expected[start:stop] = any(start <= a and b <= stop for a, b in cores)
-    np.testing.assert_array_equal(far[joint.rows], expected[joint.rows])
-    assert np.count_nonzero(far) > 1.2 * sum(stop - start for start, stop in cores) > 0
+    np.testing.assert_array_equal(found, expected)
+    assert np.count_nonzero(near) > np.count_nonzero(found) > sum(stop - start for start, stop in cores) > 0

@@ -1,10 +1,10 @@
-"""The spread of residuals by cell, and columns made block by block, against the same over all samples at once."""
+"""The spread of residuals by cell, against the same written plainly."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.numeric.robust_regression import Columns, local_spread
+from collaudit.core.numeric.robust_regression import local_spread
 from collaudit.core.numeric.stats import robust_sd
 
 
@@ -26,13 +26,3 @@ def test_each_cell_has_the_spread_of_its_kept_samples() -> None:
             told += 1
     assert 4 < told < 16
     assert np.array_equal(local_spread(rest, kept, tuple(conditions.T), least), plain)
-
-
-def test_columns_made_block_by_block_are_those_at_hand() -> None:
-    rng = np.random.default_rng(5)
-    columns = rng.standard_normal((50_003, 15))  # several blocks, the last one short
-    made = Columns.of(columns)
-    coefficients = rng.standard_normal(15)
-    assert np.allclose(made.times(coefficients), columns @ coefficients, rtol=0, atol=1e-12)
-    rows = np.flatnonzero(rng.random(50_003) < 0.7)
-    assert np.array_equal(made.only(rows).at(np.arange(0, rows.size, 7)), columns[rows][::7])

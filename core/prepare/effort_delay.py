@@ -14,7 +14,7 @@ from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.channel_shift import effort_shift
 from collaudit.core.prepare.delay_estimate import Delay
-from collaudit.core.prepare.effort_gain import EffortGain, effort_gain_findings, effort_gains, unknown_sign_findings
+from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, sign_findings, unknown_sign_findings
 from collaudit.core.robot.robot_model import RobotModel
 
 _LATE_S = 0.02
@@ -45,7 +45,7 @@ def effort_findings(
     Returns:
         The findings, and the delay where it explains signs.
     """
-    findings = effort_gain_findings(gains, judged, series.effort_unit, stated)
+    findings = sign_findings(gains, judged, stated)
     inverted = {g.joint for g in gains if g.inverted}
     if not inverted:
         return findings, None
@@ -62,8 +62,8 @@ def effort_findings(
         f"not: no sign is inverted there. To correct it: [log] effort_delay_ms = "
         f"{(taken_off_ms or 0.0) + 1e3 * delay.seconds:.0f}. Nothing was changed."
     )
-    still = tuple(g for g in gains if g.inverted and g.joint not in undone)  # of a late effort no scale is known
-    findings = effort_gain_findings(still, (), series.effort_unit, stated)
+    still = tuple(g for g in gains if g.inverted and g.joint not in undone)
+    findings = sign_findings(still, (), stated)
     findings += unknown_sign_findings(gains, judged)
     severity: Severity = "error" if taken_off_ms is None else "warning"  # what is stated is no veto against itself
     return [Finding("effort-delay", severity, text), *findings], delay

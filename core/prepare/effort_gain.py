@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
+from collaudit.core.robot.robot_model import RobotModel
 
 _CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8
@@ -161,21 +163,19 @@ def _unless_few_say_so(found: EffortGain, y: FloatArray, x: FloatArray, v: Float
     return found
 
 
-def effort_gain_findings(
-    gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str, stated: Collection[str] = ()
+def sign_findings(
+    gains: tuple[EffortGain, ...], joints: tuple[str, ...], stated: Collection[str] = ()
 ) -> list[Finding]:
-    """What the gains say: inverted, out of scale, or not to be told. Nothing is ever changed by it.
+    """What the gains say of signs: inverted, or not to be told. Nothing is ever changed by it.
 
     Args:
         gains: by joint.
         joints: those to speak of where nothing is known.
-        unit: of the effort.
         stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
     """
-    scale = _other_scale(gains) if unit == "Nm" else None
-    findings = [] if scale is None else [scale]
+    findings = []
     for gain in gains:
-        numbers = f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
+        numbers = _numbers(gain)
         if gain.inverted and gain.joint in stated:
             text = (
                 f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: {numbers}. "
@@ -193,16 +193,63 @@ def effort_gain_findings(
                     joint=gain.joint,
                 )
             )
-        elif unit == "Nm" and gain.off:
-            text = (
-                f"The effort of joint '{gain.joint}' is {numbers}: contact torques appear {gain.gain:.2g} times as "
-                "large there, or the model's masses are wrong (a payload that it lacks?)."
-            )
-            findings.append(Finding("effort-gain", "warning", text, joint=gain.joint))
     return findings + unknown_sign_findings(gains, joints)
 
 
-def _other_scale(gains: tuple[EffortGain, ...]) -> Finding | None:
+def described_gains(
+    series: UniformSeries, robot: RobotModel, contact_nm: FloatArray | None, load_nm: FloatArray | None = None
+) -> tuple[EffortGain, ...]:
+    """:func:`effort_gains` against the arm as it is described, for a log that is judged with identified inertials.
+
+    Those take up whatever scale the fitted log had, so against them the effort of a log that is scaled alike fits.
+
+    Args:
+        series: the log.
+        robot: as described, with inertials.
+        contact_nm: (n, j) torque of the meant tool force.
+        load_nm: (n, j) torque of a known load.
+    """
+    rows = slice(None, None, max(1, series.time_s.size // (4 * _MAX_SAMPLES)))
+    q, v = series.position_rad[rows], series.velocity_rad_s[rows]
+    part = replace(
+        series,
+        time_s=series.time_s[rows],
+        position_rad=q,
+        velocity_rad_s=v,
+        effort=None if series.effort is None else series.effort[rows],
+    )
+    rigid = robot.inverse_dynamics(q, v, np.asarray(series.acceleration_rad_s2[rows]))
+    if load_nm is not None:
+        rigid = rigid + load_nm[rows]
+    return effort_gains(part, rigid, None if contact_nm is None else contact_nm[rows])
+
+
+def scale_findings(gains: Sequence[EffortGain], unit: str) -> list[Finding]:
+    """Joints whose effort is not in the scale of the described model, and a log that is not. Nothing is changed by it.
+
+    Args:
+        gains: against the arm as described, by joint.
+        unit: of the effort.
+    """
+    if unit != "Nm":
+        return []
+    scale = _other_scale(gains)
+    findings = [] if scale is None else [scale]
+    for gain in gains:
+        if gain.off:
+            text = (
+                f"The effort of joint '{gain.joint}' is {_numbers(gain)}: contact torques appear {gain.gain:.2g} times "
+                "as large there, or the masses on file are wrong (a payload that they lack?)."
+            )
+            findings.append(Finding("effort-gain", "warning", text, joint=gain.joint))
+    return findings
+
+
+def _numbers(gain: EffortGain) -> str:
+    return f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
+
+
+def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
     """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
     known = [gain for gain in gains if gain.known]
     far = [gain for gain in known if gain.out_of_scale and gain.ci95[1] - gain.ci95[0] < gain.gain]

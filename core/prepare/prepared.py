@@ -30,7 +30,13 @@ from collaudit.core.prepare.calibration import (
 from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, model_torques, tool_force
 from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_delay import effort_findings
-from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, raw_effort_findings
+from collaudit.core.prepare.effort_gain import (
+    EffortGain,
+    described_gains,
+    effort_gains,
+    raw_effort_findings,
+    scale_findings,
+)
 from collaudit.core.prepare.effort_source import EffortSource, effort_source
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
@@ -255,6 +261,9 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         signed = _signed(config)
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
+        if delay is None:  # of a late effort no scale is known
+            described = gains if robot is start.robot else described_gains(series, start.robot, contact, start.load_nm)
+            findings += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
         if delay is None and start.effort_source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(
                 friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit

@@ -10,7 +10,13 @@ from synthetic import PERIOD, make_log
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.prepare.effort_gain import EffortGain, _gain, effort_gain_findings, effort_gains
+from collaudit.core.findings import Finding
+from collaudit.core.prepare.effort_gain import EffortGain, _gain, effort_gains, scale_findings, sign_findings
+
+
+def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str) -> list[Finding]:
+    """What is said of scale and sign."""
+    return [*scale_findings(gains, unit), *sign_findings(gains, joints)]
 
 
 def run(gain: float, load: float, seed: int = 0):  # type: ignore[no-untyped-def]
@@ -177,7 +183,7 @@ def test_an_inverted_sign_stays_inverted_beside_a_contact(push: float) -> None:
 
 def test_a_stated_sign_holds_and_the_evidence_is_a_warning() -> None:
     gains, _ = run(-1.0, 20.0)
-    (said,) = effort_gain_findings(gains, ("joint1",), "Nm", {"joint1"})
+    (said,) = sign_findings(gains, ("joint1",), {"joint1"})
     assert (said.code, said.severity, said.effect) == ("effort-sign-inverted", "warning", "none")
     assert "-1 per N·m" in said.text or "-0.9" in said.text
     assert "as [log.units] effort_sign states it" in said.text

@@ -14,6 +14,8 @@ from collaudit.core.api import load_robot, open_log
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.fitting import fit_logs
+from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.prepared import prepare
 from collaudit.fixtures.simulated_audit import audit_simulated
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -54,6 +56,21 @@ def test_a_push_of_the_level_of_95_percent_alarms_as_often(
         found += sum(any(a < s + push_ms / 1e3 + 0.1 and b > s - 0.1 for a, b in alarms) for s in starts)
         tried += starts.size
     assert found >= 0.95 * tried, f"{found} of {tried}"
+
+
+def test_a_scale_that_the_fitted_log_had_too_is_no_secret(made: Made) -> None:
+    """Efforts of 0.8 times the torque in both logs: identified inertials take it up, and the residual stays small."""
+    runs = [made("free-clean", "paper6", seed=seed, duration_s=60.0) for seed in (4, 5)]
+    settings = load_config(runs[0].config, {"detect.gamma_nm": "auto", "fit.estimate": ["friction", "inertials"]})
+    logs = [open_log(files.log, settings) for files in runs]
+    robot, config = load_robot(settings, logs[0].joint_names), settings.config
+    scaled = [replace(log, effort=None if log.effort is None else 0.8 * log.effort) for log in logs]
+    friction = fit_logs([prepare(scaled[0], robot, config)], config, NOBODY)
+    judged = audit_log(prepare(scaled[1], robot, config, Calibration.of(friction, config)), config, friction, NOBODY)
+    off = [text for text in judged.result.exclusions if "times as large there" in text]
+    assert len(off) >= 5, judged.result.exclusions
+    shown = [float(text.partition("appear ")[2].partition(" times")[0]) for text in off]
+    assert shown == pytest.approx([0.8] * len(off), abs=0.05)
 
 
 @pytest.mark.parametrize("robot", ["paper6", "seven"])

@@ -133,5 +133,5 @@ def _note(beyond: Sequence[str], blind: Sequence[str]) -> str:
         return "The outermost judged joint reacted: the contact is at its link or further out."
     text = f"Not further in; {', '.join(beyond)} did not react"
     if blind:
-        text += f" ({', '.join(blind)} could not have shown it)"
+        text += f" (of these, {', '.join(blind)} could not be judged then)"
     return text + ": a force through their axes would not show, so the contact may be further out."

@@ -66,8 +66,8 @@ def disturbance_findings(found: Sequence[RestDisturbance], allowed: int) -> list
     more = f"; and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
     once = "once" if len(found) == 1 else f"{len(found)} times"
     text = (
-        f"Standing joints were disturbed {once}, below what alarms: torque and position stepped against each other, as "
-        f"when something pushes the arm or lets go of it ({listed}{more}). Friction hides how strong it was."
+        f"Standing joints were pushed or released {once}, too weakly to alarm ({listed}{more}): the joint gave way and "
+        "its drive pushed back. Friction hides how strong it was."
     )
     severity: Severity = "warning" if len(found) <= allowed else "error"
     return [Finding("disturbed-at-rest", severity, text, start_s=found[0].onset_s, end_s=found[-1].end_s)]

@@ -741,7 +741,7 @@ KINDS: dict[str, Kind] = {
         _INFO,
     ),
     "disturbed-at-rest": Kind(
-        "A standing joint's torque and position stepped against each other: something pushed it, or let go of it.",
+        "A standing joint was pushed or released: it gave way, and its drive pushed back.",
         "Inspect these times. [policy] max_disturbed_at_rest accepts as many as a cell's work makes.",
         {"warning": "excludes", "error": "not-judged-part"},
         setting="policy.max_disturbed_at_rest",

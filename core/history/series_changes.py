@@ -58,7 +58,7 @@ class Change:
 
 
 def series_changes(series: NightSeries, joint: str, tests: int) -> tuple[Change, ...]:
-    """The changes of a series that chance does not explain, in the order of their nights.
+    """The significant changes of a series, in the order of their nights.
 
     Args:
         series: at least eight nights, or there are none.

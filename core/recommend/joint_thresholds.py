@@ -237,12 +237,12 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
     missing = []
     if left_out_s > 0:
         missing.append(
-            f"confirmation that something touched the arm in the {left_out_s:.3g} s left out here: if nothing did, "
-            "this gamma is too low (state it by --clean, --truth or --labels)"
+            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): if "
+            "nothing touched the arm then, gamma has to be higher"
         )
     if gamma_nm is not None and (times := looseness(tail, gamma_nm)) > LOOSE:
         missing.append(
-            f"more hours: this gamma is loose, up to {times:.2g} times the least without an alarm in {BEST_H:g} h"
+            f"more hours: gamma may be up to {times:.2g} times as high as {BEST_H:g} h of such logs would need"
         )
     if peaks.log_of_window.size and peaks.log_of_window.max() == 0:
         missing.append("another log: one log does not show how much logs differ")

@@ -30,7 +30,7 @@ def trend_text(trends: Sequence[RobotTrend], width: int | None = None) -> str:
     if changed:
         lines.append("")
     quiet = len(trends) - len(changed)
-    lines.append(f"{len(trends)} robots, {quiet} without a change that chance does not explain.\n")
+    lines.append(f"{len(trends)} robots, {quiet} without a significant change.\n")
     head = ("robot", "nights", "logs", "fail", "not judged", "judged", "contacts", "near misses an hour")
     rows = [_row(trend) for trend in trends]
     text = "\n".join(lines) + "\n" + table(head, rows, (1, 2, 3, 4, 5, 6), width, fold=True)

@@ -8,7 +8,7 @@ from decimal import Decimal
 from itertools import pairwise
 
 UNKNOWN = "not known"
-BELOW_SUPPORT = "below what the data support"
+BELOW_SUPPORT = "too rare to tell from these hours"
 
 _MOST_DECIMALS = 17
 

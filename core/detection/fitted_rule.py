@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from collaudit.core.config.schema import Config
+from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.threshold_result import (
     FittedThresholds,
     FollowedMotion,
@@ -15,7 +16,7 @@ from collaudit.core.data.threshold_result import (
     detector_key,
 )
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
+from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.quiet_level import QuietLevel
 

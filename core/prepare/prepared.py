@@ -163,7 +163,7 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
         NotJudgedError, LogError: as :func:`prepare`.
     """
     linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
-    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear), config.log)
+    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear, config.detect), config.log)
     judged = judged_joints(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]

@@ -36,7 +36,7 @@ def without_stalls(log: JointLog) -> JointLog:
             first, last = float(log.time_s[a - 1]), float(log.time_s[min(b, repeats.size - 1)])
             text = (
                 f"The log repeats one sample {b - a} times from {first:.4g} to {last:.4g} s while the arm moves: the "
-                "logger stalled. The repeats were left out; nothing is judged there."
+                "logger stalled. The repeats were left out; a contact then would not be seen."
             )
             findings.append(Finding("log-stalled", "warning", text, start_s=first, end_s=last))
     if not findings:

@@ -243,7 +243,7 @@ def every_class() -> list[type]:
         importlib.import_module(module.name)
     modules = [module for name, module in list(sys.modules.items()) if name.startswith("collaudit.core.")]
     classes = {each for module in modules for each in vars(module).values() if inspect.isclass(each)}
-    return [each for each in classes if getattr(each.__repr__, "__name__", "") == "_repr"]
+    return [each for each in classes if getattr(each.__getstate__, "__name__", "") == "_state"]
 
 
 def test_every_class_takes_the_arguments_that_the_standard_library_would_give_it() -> None:

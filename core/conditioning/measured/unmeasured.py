@@ -13,6 +13,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.conditioning.effort_signal import saturation
 from collaudit.core.conditioning.measured.calm_stretches import (
     WINDOW,
     WINDOW_OF_ALL,
@@ -72,10 +73,13 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
                 position[start:stop, j] = np.nan
         findings += _frozen(recorded, found)
     if effort is not None and (kinds := _efforts(recorded, effort, shortest_stretch(detect, period))):
+        pinned = saturation(effort, period)  # a limit is a measurement, of at least so much: it is judged as that
         effort = copied(effort)
         for j, kind in kinds.items():
-            effort[kind > 0, j] = np.nan
-            findings.append(_unmeasured(recorded, j, kind))
+            kind[pinned[:, j]] = 0
+            if kind.any():
+                effort[kind > 0, j] = np.nan
+                findings.append(_unmeasured(recorded, j, kind))
     if not findings:
         return recorded
     parts = {"effort": None if effort is None else frozen(effort), "position_rad": frozen(position)}

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.conditioning.effort_signal import saturation
 from collaudit.core.conditioning.measured.calm_stretches import (
-    WINDOW,
-    WINDOW_OF_ALL,
     bend_of,
     noise_of,
     quiet_rows,
@@ -115,7 +113,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
         noise = noise_of(x, bend, own)
         parts = (
             (_STRAIGHT, straight_rows(x, bend, noise, own, least)),
-            (_QUIET, quiet_rows(bend, own, least, WINDOW) if noise.tells else None),
+            (_QUIET, quiet_rows(bend, own, least) if noise.tells else None),
             (_COPIED, repeated_rows(x, noise, arm, least)),
         )
         return _Channel(np.square(bend / noise.sd) if noise.tells else None, noise.varied, _marked(x, parts))
@@ -132,7 +130,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
         if one.kind is not None:
             found[j] = one.kind
     parts = [
-        (_QUIET, quiet_rows(np.sqrt(power), arm, least, WINDOW_OF_ALL) if channels > 1 else None),
+        (_QUIET, quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None),
         (_COPIED, repeated_rows_of_all(effort, arm, least) if varied > 1 else None),
     ]
     if any(rows is not None for _, rows in parts):

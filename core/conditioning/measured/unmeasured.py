@@ -31,9 +31,10 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
-from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
 
 #: Samples from which a period is told.
@@ -41,6 +42,8 @@ _FEWEST = 24
 #: Speed is told over this time, s.
 _SPEED_S = 0.05
 _LISTED = 3
+#: No effort is less than this share of what the drive exerts at most in so much of the time.
+_NO_EFFORT, _USUAL = 0.02, 0.95
 #: What a stretch is, said in this order.
 _CONSTANT, _STRAIGHT, _QUIET, _COPIED = 1, 2, 3, 4
 _WORDS = {
@@ -99,7 +102,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
     holds or fills in the one does so with all.
     """
     moving = _moving(recorded.position_rad, _period(recorded.time_s) or 1.0)
-    moving &= (effort != 0.0).any(axis=1)[:, None]  # else drives are off
+    moving &= _driven(effort)[:, None]
     if not moving.any():
         return {}
 
@@ -156,6 +159,15 @@ def _join(found: dict[int, NDArray[np.int8]], j: int, kind: NDArray[np.int8] | N
     """Add kinds to those of a column; where a row has one, it stays."""
     if kind is not None:
         found[j] = np.where(found[j] > 0, found[j], kind) if j in found else kind
+
+
+def _driven(effort: FloatArray) -> BoolArray:
+    """(n,) rows in which some joint has an effort: where none has, drives are off, which is another matter."""
+    out = np.zeros(effort.shape[0], dtype=np.bool_)
+    for x in effort.T:
+        known = x[np.isfinite(x)]
+        out |= exceeds(x, _NO_EFFORT * quantile_of(np.abs(known), _USUAL) if known.size else np.inf)
+    return out
 
 
 def _moving(position: FloatArray, period: float) -> BoolArray:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from collaudit.core.api import LogFiles, log_name
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.page.shared_assets import ASSETS_FOLDER
 
 if TYPE_CHECKING:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.arm_states.drives_off import DrivesOff, drives_off
 from collaudit.core.arm_states.state_names import WORDS, state_of
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.prepare.prepared import Prepared
 

@@ -1,9 +1,7 @@
 """Result types of detection beyond the rule itself: delays, detectors side by side, contacts, scores."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 Mode = Literal["position", "force", "standing"]
 ContactKind = Literal["meant", "accidental", "undecided"]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, TailFacts
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name

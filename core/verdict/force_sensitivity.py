@@ -7,11 +7,11 @@ would have noticed: from direction d at f = min_j s_j / |J_v,j · d|. Whatever i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.sensitivity_result import AskedForce, ForceLevel, NoticedForce
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import Place, directions, torque_per_newton

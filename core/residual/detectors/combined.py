@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import robust_sd

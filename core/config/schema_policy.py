@@ -87,8 +87,8 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     max_near_misses_per_hour: Annotated[
         NonNegative | None,
         about(
-            "The audit fails if there are more near misses an hour than this, beyond the uncertainty of their count: the "
-            "lower 95 % bound of the rate, over all logs of a robot, exceeds it."
+            "The audit fails if there are more near misses an hour than this, beyond the uncertainty of their count: "
+            "the lower 95 % bound of the rate, over all logs of a robot, exceeds it."
         ),
     ] = None
     max_disturbed_at_rest: Annotated[

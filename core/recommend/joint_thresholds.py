@@ -237,8 +237,8 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
     missing = []
     if left_out_s > 0:
         missing.append(
-            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): if "
-            "nothing touched the arm then, gamma has to be higher"
+            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): "
+            "if nothing touched the arm then, gamma has to be higher"
         )
     if gamma_nm is not None and (times := looseness(tail, gamma_nm)) > LOOSE:
         missing.append(

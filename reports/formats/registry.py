@@ -126,7 +126,7 @@ def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[Inde
     """
     from dataclasses import replace
 
-    from collaudit.reports.values.entries import distinct
+    from collaudit.core.numeric.distinct_names import distinct
 
     known = format_named(fmt)
     if not known.of_many:

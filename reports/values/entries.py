@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import field
 
@@ -102,16 +101,6 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
 def entry_of_error(name: str, error: CollauditError, robot: str | None = None) -> IndexEntry:
     """The line of a log, and robot of a fleet, that could not be audited."""
     return IndexEntry(name, "not_judged", (error.message,), None, 0, 0, 0.0, error.render(), robot=robot)
-
-
-def distinct(names: Sequence[str]) -> list[str]:
-    """The names; one that came before counts up, since what reads our files takes two of one name for one log."""
-    seen: Counter[str] = Counter()
-    out = []
-    for name in names:
-        seen[name] += 1
-        out.append(name if seen[name] == 1 else f"{name}#{seen[name]}")
-    return out
 
 
 def worst_first(entries: Iterable[IndexEntry]) -> list[IndexEntry]:

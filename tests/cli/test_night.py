@@ -246,7 +246,7 @@ def _contents(out: Path) -> dict[str, bytes]:
 
 def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
     from collaudit.cli.batch.finished_logs import finished_outcomes
-    from collaudit.cli.fleet.log_inputs import night_of
+    from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.core.config import load_config
 
     log, friction, out = tmp_path / "log.csv", tmp_path / "friction.json", tmp_path / "out"
@@ -256,7 +256,7 @@ def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
 
     def kept(**settings: object) -> bool:
         loaded = load_config(arm.config, {"friction.file": str(friction), **settings})
-        return bool(finished_outcomes(night_of([str(log)], loaded, {}).jobs, out))
+        return bool(finished_outcomes([LogJob((log,), "log.csv", arm.run(log), loaded)], out))
 
     assert kept()
     assert not kept(**{"detect.gamma_nm": 4.1})

@@ -124,10 +124,16 @@ def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[Inde
     Raises:
         ConfigError: an unknown format, or one that needs signals.
     """
+    from dataclasses import replace
+
+    from collaudit.core.numeric.distinct_names import distinct
+
     known = format_named(fmt)
     if not known.of_many:
         raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
-    return _call(known, results, unread)
+    names = distinct([result.log.name for result in results])
+    named = [replace(one, log=replace(one.log, name=name)) for one, name in zip(results, names, strict=True)]
+    return _call(known, named, unread)
 
 
 def format_named(name: str) -> ReportFormat:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import SD_PER_MAD, distinct
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -9,7 +10,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.data import shown
 from collaudit.core.data.columns import Columns
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 
 

@@ -8,7 +8,7 @@ while moving fast is blind while moving slowly.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.motion_scale import relative_scale
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.friction_result import Bounds, FrictionPoint
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE

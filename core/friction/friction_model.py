@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.friction_correction import LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.friction_laws.law_registry import law_named

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.friction_result import Bounds
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import Quality
 from collaudit.core.friction.parameter_units import FrictionUnits

@@ -8,11 +8,11 @@ of A, B, D by profiling over C (Bates and Watts, Nonlinear Regression Analysis, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.scalar_search import bounded_minimum

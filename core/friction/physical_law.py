@@ -8,12 +8,11 @@ bound makes sense of that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.law_candidates import Candidate
 from collaudit.core.friction_laws.friction_law import SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE

@@ -9,11 +9,11 @@ Errors that carry over from one value to the next widen everything by (1 + r) / 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.special_functions import fisher_quantile, fisher_tail, student_quantile
 

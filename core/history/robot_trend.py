@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.change_point import FEWEST
 from collaudit.core.history.joint_series import TESTED, NightSeries, Quantity, joint_series
 from collaudit.core.history.log_record import LogRecord

@@ -9,9 +9,10 @@ Student's t: a few fast moves may carry all that a log says.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.identification_problem import (
     Solution,
     Unknowns,

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.special_functions import binomial_tail, student_quantile
 
 #: Two contacts of one log are the same where they overlap with so much room, and share a joint.

@@ -9,10 +9,10 @@ and other resampling plans", 1982), with Student's t for as many blocks as carry
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import parabola_minimum

@@ -8,11 +8,11 @@ gears and control keep of the touch before. More than half of the time may be to
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import ARM_PER_HOUR, MARGIN, SD_PER_MAD, block_peaks, distinct, null_tail, quantile_of
 from collaudit.core.prepare.prepared import Prepared

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, TailFacts
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
@@ -237,8 +236,8 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
     missing = []
     if left_out_s > 0:
         missing.append(
-            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): if "
-            "nothing touched the arm then, gamma has to be higher"
+            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): "
+            "if nothing touched the arm then, gamma has to be higher"
         )
     if gamma_nm is not None and (times := looseness(tail, gamma_nm)) > LOOSE:
         missing.append(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.motion_scale import LEAST_SHARE, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.nonnegative_fit import nonnegative_fit

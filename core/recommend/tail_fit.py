@@ -7,11 +7,11 @@ would double thresholds that rest on minutes. Where the squares show a heavier t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile, student_share
 from collaudit.core.numeric.stats import median_of

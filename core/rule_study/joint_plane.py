@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import log
 
 import numpy as np
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.numeric.stats import robust_sd

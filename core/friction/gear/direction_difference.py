@@ -9,11 +9,11 @@ model.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.friction_result import DirectionDifference
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.special_functions import student_quantile
 

@@ -8,9 +8,10 @@ Friction that grows with the load has the sign of the motion: sgn v |tau_a,j| is
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile

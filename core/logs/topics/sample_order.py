@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.logs.signals.impossible_values import garbage_ns

@@ -386,35 +386,15 @@ def near_misses(audit: Audit) -> pd.DataFrame:
 
 
 def contacts(audit: Audit) -> pd.DataFrame:
-<<<<<<< HEAD
-    """Contacts, one a row: when, which joints, link, kind, and its force: 95 % interval and least size, N."""
-    rows = []
-    detection = audit.result.detection
-    for c in audit.result.contacts or (detection.incidents if detection else ()):
-        force = {} if c.force is None else dict(zip(_FORCE, (c.force.size_n, *c.force.size_ci95_n), strict=True))
-        least = {} if c.least_force is None else {"force_least_n": c.least_force.force_n}
-        rows.append({name: getattr(c, name) for name in _CONTACT if hasattr(c, name)} | force | least)
-    return _table(rows, _CONTACT)
-=======
     """Contacts, one a row: when, which joints, link, kind, and the force: 95 % interval, N, or its lower end alone."""
     detection = audit.result.detection
-    rows = [
-        {
-            "onset_s": c.onset_s,
-            "detected_s": c.detected_s,
-            "end_s": c.end_s,
-            "joints": c.joints,
-            "link": c.link,
-            "kind": c.kind,
-            "force_n": None if c.force is None else c.force.size_n,
-            "force_low_n": least if c.force is None else c.force.size_ci95_n[0],
-            "force_high_n": None if c.force is None else c.force.size_ci95_n[1],
-        }
-        for c in (detection.incidents if detection else ())
-        for least in [None if c.least_force is None else c.least_force.force_n]
-    ]
-    return _table(rows, ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE))
->>>>>>> main
+    rows = []
+    for c in audit.result.contacts or (detection.incidents if detection else ()):
+        force = {} if c.least_force is None else {"force_low_n": c.least_force.force_n}
+        if c.force is not None:
+            force = dict(zip(_FORCE, (c.force.size_n, *c.force.size_ci95_n), strict=True))
+        rows.append({name: getattr(c, name) for name in _CONTACT if name not in _FORCE} | force)
+    return _table(rows, _CONTACT)
 
 
 def disturbances(audit: Audit) -> pd.DataFrame:
@@ -438,14 +418,11 @@ def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
 _COLLISION = ("joint", "onset_s", "detected_s", "duration_s", "peak_nm", "gamma_nm", "phase")
 _NEAR_MISS = ("joint", "onset_s", "duration_s", "peak_nm", "gamma_nm", "ratio", "kind", "phase")
 _FORCE = ("force_n", "force_low_n", "force_high_n")
-<<<<<<< HEAD
-_CONTACT = ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE, "force_least_n")
+_CONTACT = ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE)
 _DISTURBED = ("onset_s", "end_s", "joint", "torque_step_nm", "deflection_rad")
 _OVERVIEW = ("log", "verdict", "start", "duration_s", "contacts", "near_misses", "why")
 #: Columns that are no text and, by their names, no quantity.
 _DTYPES = {"joints": "object", "ratio": "float64", "contacts": "Int64", "near_misses": "Int64"}
-=======
->>>>>>> main
 
 
 def _rows(items: Sequence[object], columns: Sequence[str]) -> pd.DataFrame:

@@ -111,7 +111,9 @@ def test_a_contact_is_drawn_and_a_number_that_is_none_is_refused(drawn) -> None:
     audit = samples.failed(10_000)
     ratio, torque = drawn(audit, contact=1)
     event = audit.result.collisions[0]
-    assert max(np.nanmax(line.get_ydata(), initial=0.0) for line in ratio.lines) == pytest.approx(event.peak_nm / 4.0, rel=0.1)
+    assert max(np.nanmax(line.get_ydata(), initial=0.0) for line in ratio.lines) == pytest.approx(
+        event.peak_nm / 4.0, rel=0.1
+    )
     assert event.joint in torque.get_ylabel()
     with pytest.raises(ConfigError, match="1 to 2"):
         drawn(audit, contact=3)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from collaudit.core.config.schema import Config
+from collaudit.core.contacts.contact_scene import arm_geometry
 from collaudit.core.contacts.contacts import find_contacts
 from collaudit.core.contacts.controller_alarms import alarm_possible, compare_controller_alarms, controller_marks
 from collaudit.core.contacts.rest_disturbances import disturbance_findings, rest_disturbances
@@ -16,6 +17,7 @@ from collaudit.core.data.audit_result import (
     FrictionFile,
     LogFacts,
     PhaseSpan,
+    PolicyLimits,
     Provenance,
     RecommendedRule,
     ResidualStats,
@@ -171,6 +173,11 @@ def audit_log(
         sensitivity=sensitivity,
         disturbances=disturbed,
         unjudged=tuple(unjudged(config.policy, evidence)),
+        stated=config.report.stated(),
+        limits=PolicyLimits(
+            config.policy.max_collisions, config.policy.max_near_misses_per_hour, config.policy.min_coverage
+        ),
+        arm=arm_geometry(prepared, config.robot.tool.frame),
     )
     study = None
     if config.study.run:

@@ -30,6 +30,7 @@ __all__ = [
     "PhasesConfig",
     "PolicyConfig",
     "PolicyOverride",
+    "ReportConfig",
     "RobotConfig",
     "SectionsConfig",
     "StudyConfig",
@@ -37,6 +38,10 @@ __all__ = [
     "UnitsConfig",
     "Waiver",
 ]
+
+
+#: A line that a person writes.
+Stated = Annotated[str, Meta(min_length=1, max_length=200)] | None
 
 
 class DhRow(ConfigTable, frozen=True, kw_only=True):
@@ -254,6 +259,20 @@ class StudyConfig(ConfigTable, frozen=True, kw_only=True):
     ] = 0.001
 
 
+class ReportConfig(ConfigTable, frozen=True, kw_only=True):
+    """What stands at the top of a report; nothing is computed from it."""
+
+    robot: Annotated[Stated, about("The robot: type, serial number.")] = None
+    tool: Annotated[Stated, about("The tool and what it carries.")] = None
+    lab: Annotated[Stated, about("The laboratory or cell.")] = None
+    operator: Annotated[Stated, about("Who ran the robot, or answers for the recording.")] = None
+
+    def stated(self) -> dict[str, str]:
+        """What is stated, in this order."""
+        known = {"robot": self.robot, "tool": self.tool, "lab": self.lab, "operator": self.operator}
+        return {key: text for key, text in known.items() if text is not None}
+
+
 class Config(ConfigTable, frozen=True, kw_only=True):
     """A whole collaudit.toml."""
 
@@ -270,4 +289,5 @@ class Config(ConfigTable, frozen=True, kw_only=True):
     phases: Annotated[PhasesConfig, about("When the tool was meant to do what.")] = PhasesConfig()
     policy: Annotated[PolicyConfig, about("What makes an audit fail.")] = PolicyConfig()
     study: Annotated[StudyConfig, about("What is found out about threshold and persistence.")] = StudyConfig()
+    report: Annotated[ReportConfig, about("What stands at the top of a report.")] = ReportConfig()
     fleet: Annotated[FleetConfig, about("Many robots: whose a log is, and with what it is judged.")] = FleetConfig()

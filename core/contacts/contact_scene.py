@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from collaudit.core.data.arm_geometry import ArmGeometry, ArmLink
 from collaudit.core.data.detection_result import ContactScene
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
@@ -31,16 +32,15 @@ def scene_at(prepared: Prepared, sample: int, frames: Sequence[str]) -> ContactS
     if not frames or not np.isfinite(q).all():
         return None
     points = robot.frame_positions(q, frames)
+    columns = dict(zip(prepared.judged, prepared.columns(), strict=True))
     speed = _tool_speed(robot, q, v, frames[-1]) if np.isfinite(v).all() else None
     return ContactScene(
         time_s=float(series.time_s[sample]),
-        points_m=tuple((float(x), float(y), float(z)) for x, y, z in points),
+        points_m=tuple(_point(point) for point in points),
         tool_frame=frames[-1],
         tool_speed_m_s=speed,
-        joint_speed_rad_s={
-            joint: float(v[k]) if np.isfinite(v[k]) else None
-            for joint, k in zip(prepared.judged, prepared.columns(), strict=True)
-        },
+        joint_speed_rad_s={joint: float(v[k]) if np.isfinite(v[k]) else None for joint, k in columns.items()},
+        joint_position_rad={joint: float(q[k]) for joint, k in columns.items()},
     )
 
 
@@ -58,6 +58,46 @@ def stick_frames(robot: RobotModel, tool: str | None) -> list[str]:
     last = [frame for frame in known if robot.bodies.frame_joint(frame) == robot.joint_names[-1]]
     outer = tool if tool in known else max(last, key=robot.distance_in_joint, default=None)
     return [frame for frame in (*joints, outer) if frame is not None]
+
+
+def arm_geometry(prepared: Prepared, tool: str | None) -> ArmGeometry | None:
+    """The arm's kinematics for drawings.
+
+    Args:
+        prepared: the log and its model.
+        tool: as of :func:`stick_frames`.
+
+    Returns:
+        None without a description, and where a joint moves whose position the result does not hold.
+    """
+    robot, bodies = prepared.robot, prepared.robot.bodies
+    frames = stick_frames(robot, tool)
+    moved_by = [[robot.joint_names[c] for c in np.flatnonzero(row)] for row in robot.expansion]
+    if bodies is None or not frames or any(len(names) > 1 or {*names} - {*prepared.judged} for names in moved_by):
+        return None
+    links = zip(bodies.links, moved_by, robot.expansion.sum(axis=1), robot.offset, strict=True)
+    place = bodies.place(frames[-1])
+    return ArmGeometry(
+        links=tuple(
+            ArmLink(
+                joint=names[0] if names else None,
+                parent=link.parent,
+                prismatic=link.prismatic,
+                rotation=tuple(link.rotation.ravel().tolist()),
+                translation_m=_point(link.translation),
+                factor=float(factor),
+                offset=float(offset),
+            )
+            for link, names, factor, offset in links
+        ),
+        tool_link=place.link,
+        tool_m=_point(place.translation),
+    )
+
+
+def _point(xyz: FloatArray) -> tuple[float, float, float]:
+    x, y, z = xyz.tolist()
+    return x, y, z
 
 
 def _tool_speed(robot: RobotModel, q: FloatArray, v: FloatArray, frame: str) -> float:

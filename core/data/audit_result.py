@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from collaudit.core.data import shown
+from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_correction import FrictionCorrection
@@ -300,6 +301,15 @@ class PhaseSpan:
 
 
 @dataclass(frozen=True, slots=True)
+class PolicyLimits:
+    """What ``[policy]`` allows one log: contacts, near misses an hour (None: any), share of motion to be judged."""
+
+    max_collisions: int
+    max_near_misses_per_hour: float | None
+    min_coverage: float
+
+
+@dataclass(frozen=True, slots=True)
 class AuditResult:
     """``audit.json``: everything one audit of one log found.
 
@@ -311,6 +321,9 @@ class AuditResult:
             earlier versions.
         disturbances: pushes on standing joints below what alarms, which friction hides but for their steps.
         unjudged: why the log cannot pass, whatever happened in it; a log that fails may have such reasons, too.
+        stated: what ``[report]`` states of robot, tool, lab and operator.
+        limits: what values were held against; None in files of earlier versions.
+        arm: its kinematics for drawings; None without a description, and in files of earlier versions.
     """
 
     schema: str
@@ -334,6 +347,9 @@ class AuditResult:
     sensitivity: Sensitivity | None = None
     disturbances: tuple[RestDisturbance, ...] = ()
     unjudged: tuple[str, ...] = ()
+    stated: dict[str, str] = field(default_factory=dict)
+    limits: PolicyLimits | None = None
+    arm: ArmGeometry | None = None
 
     def outline(self) -> shown.Shown:
         """Verdict, reasons, what it does not cover, counts of events, the rule, what was judged."""

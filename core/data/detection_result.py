@@ -150,6 +150,7 @@ class ContactScene:
         tool_frame: the frame of the last point.
         tool_speed_m_s: speed of that frame's origin; None where a velocity is not known.
         joint_speed_rad_s: of every judged joint, m/s of a prismatic one; None where it is not known.
+        joint_position_rad: of every judged joint, m of a prismatic one; none in files of earlier versions.
     """
 
     time_s: float
@@ -157,6 +158,7 @@ class ContactScene:
     tool_frame: str
     tool_speed_m_s: float | None
     joint_speed_rad_s: dict[str, float | None]
+    joint_position_rad: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

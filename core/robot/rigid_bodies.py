@@ -75,7 +75,7 @@ class RigidBodies:
         """From q, v, a to the joint torques M(q) a + C(q, v) v + G(q), rotor inertia included."""
         return self._program(
             "inverse dynamics",
-            lambda: newton_euler.inverse_dynamics_program(self._links, self._model.gravity_m_s2),
+            lambda: newton_euler.inverse_dynamics_program(self.links, self._model.gravity_m_s2),
             lambda: reference_dynamics.inverse_dynamics(self._model),
         )
 
@@ -83,7 +83,7 @@ class RigidBodies:
         """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
         return self._program(
             "momentum",
-            lambda: newton_euler.momentum_program(self._links, self._model.gravity_m_s2),
+            lambda: newton_euler.momentum_program(self.links, self._model.gravity_m_s2),
             lambda: reference_dynamics.momentum(self._model),
         )
 
@@ -94,7 +94,7 @@ class RigidBodies:
         """
         return self._program(
             ("force", frame, _key(carried)),
-            lambda: newton_euler.force_program(self._links, self._place(frame), self._body(carried)),
+            lambda: newton_euler.force_program(self.links, self.place(frame), self._body(carried)),
             lambda: reference_dynamics.force(self._model, frame, carried),
         )
 
@@ -107,7 +107,7 @@ class RigidBodies:
         return self._program(
             ("torques", frame, _key(carried)),
             lambda: newton_euler.torques_program(
-                self._links, self._model.gravity_m_s2, self._place(frame), self._body(carried)
+                self.links, self._model.gravity_m_s2, self.place(frame), self._body(carried)
             ),
             lambda: reference_dynamics.torques(self._model, frame, carried),
         )
@@ -116,7 +116,7 @@ class RigidBodies:
         """From q to the weight (6,) of a point mass in a frame's axes at its origin."""
         return self._program(
             ("weight", frame, mass_kg, *map(float, com_m), *map(float, gravity_m_s2)),
-            lambda: newton_euler.weight_program(self._links, self._place(frame), mass_kg, com_m, gravity_m_s2),
+            lambda: newton_euler.weight_program(self.links, self.place(frame), mass_kg, com_m, gravity_m_s2),
             lambda: reference_dynamics.weight(self._model, frame, mass_kg, com_m, gravity_m_s2),
         )
 
@@ -147,16 +147,17 @@ class RigidBodies:
         return ForwardModel(self._model)
 
     @cached_property
-    def _links(self) -> list[Link]:
+    def links(self) -> list[Link]:
         """What the recursions know of the model, which nothing changes any more."""
         return self._model.links()
 
-    def _place(self, frame: str) -> FramePlacement:
+    def place(self, frame: str) -> FramePlacement:
+        """Where a frame is in the axes of :attr:`links`."""
         return self._model.frame_placement(frame)
 
     def _body(self, carried: tuple[str, float, FloatArray] | None) -> tuple[FramePlacement, float, FloatArray] | None:
         """A point mass that is carried, its frame as the recursions want it."""
-        return None if carried is None else (self._place(carried[0]), carried[1], np.asarray(carried[2]))
+        return None if carried is None else (self.place(carried[0]), carried[1], np.asarray(carried[2]))
 
     def _program(self, key: object, record: Callable[[], Batched], slow: Callable[[], OneByOne]) -> Batched:
         """A program, recorded when it is first asked for, and Pinocchio in its place if the two should not agree."""

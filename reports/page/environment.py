@@ -17,6 +17,7 @@ from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted
 
 _FOLDER = Path(__file__).resolve().parent / "templates"
+_INDENT = re.compile(r"^ +", re.MULTILINE)
 _MINUS = re.compile(r"(?<![\w.)])-(?=\d)")
 
 
@@ -43,7 +44,7 @@ def environment() -> Environment:
         codes=CODES,
         scripts=(),
         running_head="",
-        style=Markup((_FOLDER / "style.css").read_text(encoding="utf-8")),
+        style=Markup(_INDENT.sub("", (_FOLDER / "style.css").read_text(encoding="utf-8"))),
     )
     return made
 

@@ -18,14 +18,14 @@ from collaudit.reports.page.signal_block import signal_block
 from collaudit.reports.page.view import AuditView, Limits, StoredAudit, make_view
 
 #: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
-_CARDS = 2
-_CARDS_OF_MANY = 1
+_CARDS = 10
+_CARDS_OF_MANY = 2
 _MANY = 6
 #: Samples of each joint in the page, over all logs of it, and beside them around contacts and near misses.
-_POINTS = 840
+_POINTS = 770
 _LONG_POINTS = 3000
 _LONG_S = 600.0
-_AROUND_EVENTS = 500
+_AROUND_EVENTS = 400
 _LONG_AROUND_EVENTS = 1500
 _SEVERITY = {"fail": 0, "not_judged": 1, "pass": 2}
 

@@ -48,17 +48,18 @@ def page_scripts() -> tuple[Script, ...]:
     """
     library = script_texts()[0][1].encode()
     packed = Markup(b64encode(zlib.compress(library, 9)).decode("ascii"))
-    return Script(packed, _hash(library), packed=True), own_script("signal_plots.js")
+    return Script(packed, _hash(library), packed=True), _script(script_texts()[1][1])
 
 
 def script_texts() -> tuple[tuple[str, str], tuple[str, str]]:
-    """Name and text of uPlot and of the page's own script, as files of their own.
+    """Name and text of uPlot with the drawing of the arm, and of the page's own script, as files of their own.
 
     Raises:
         CollauditError: uPlot's files are missing.
     """
-    own = (_ASSETS / "signal_plots.js").read_text(encoding="utf-8")
-    return ("uplot", _shortened(_plot_file("uPlot.iife.js"))), ("signal-plots", own)
+    player, own = ((_ASSETS / name).read_text(encoding="utf-8") for name in ("arm_player.js", "signal_plots.js"))
+    library = _plot_file("uPlot.iife.js") + player
+    return ("uplot", _shortened(library)), ("signal-plots", _shortened(own))
 
 
 @cache

@@ -23,6 +23,7 @@ from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
 from collaudit.reports.values import rows
 from collaudit.reports.values.identified import Table, identification_tables
 from collaudit.reports.values.numbers import stated
+from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import torque_unit
 
 
@@ -57,13 +58,14 @@ class AuditView:
     Attributes:
         key: prefix of its anchors, unique in the page.
         end_s: time of the last sample.
-        contacts, near_misses: how many, as text.
+        clocks: wall clock at its first and last sample, as text.
         gammas: joint and threshold as text.
     """
 
     key: str
     result: AuditResult
     end_s: float
+    clocks: tuple[str, str]
     verdict: VerdictBox
     strip: LogStrip
     judged: JudgedTime
@@ -103,6 +105,7 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Pr
         key=key,
         result=result,
         end_s=end,
+        clocks=(clock_text(result.log.start, 0.0), clock_text(result.log.start, end)),
         verdict=verdict_box(result),
         strip=log_strip(result, end, figures),
         judged=judged_time(result),

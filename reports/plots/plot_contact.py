@@ -17,8 +17,8 @@ from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH = 560
 _LEFT, _RIGHT = 46, 8
-_POINTS = 120
-_OTHER_POINTS = 50
+_POINTS = 40
+_OTHER_POINTS = 12
 _LEAST_MARGIN_S = 0.25
 _LEAST_MARGIN_SAMPLES = 25
 

@@ -15,7 +15,7 @@ from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH, _HEIGHT = 1000, 84
-_COLUMNS = 250
+_COLUMNS = 200
 
 
 def draw_overview(

@@ -74,15 +74,15 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     least, most = model_range(trace, kept)
     measured = trace.measured_nm[kept].astype(np.float64)
     residual = trace.residual_nm[kept]
-    low, step = _scale(residual, _FINE)
-    torque_low, torque_step = _scale(np.concatenate([measured, least, most]), _COARSE)
+    low, step = scale_of(residual, _FINE)
+    torque_low, torque_step = scale_of(np.concatenate([measured, least, most]), _COARSE)
     arrays = [
         np.diff(kept, prepend=0).astype("<u2"),
-        _beside_gamma(_steps(residual, low, step), residual, low, step, trace.gamma_nm),
-        *(_steps(x, torque_low, torque_step) for x in (measured, least, most)),
+        _beside_gamma(to_steps(residual, low, step), residual, low, step, trace.gamma_nm),
+        *(to_steps(x, torque_low, torque_step) for x in (measured, least, most)),
         state,
     ]
-    data = zlib.compress(b"".join(_byte_planes(x) for x in arrays), 9)
+    data = zlib.compress(b"".join(byte_planes(x) for x in arrays), 9)
     return {
         "kept": len(kept),
         "data": b64encode(data).decode("ascii"),
@@ -91,7 +91,7 @@ def packed(trace: JointTrace, kept: IntArray) -> dict[str, object]:
     }
 
 
-def _byte_planes(values: np.ndarray) -> bytes:
+def byte_planes(values: np.ndarray) -> bytes:
     """Bytes of equal weight together: the high ones repeat themselves, which deflating makes use of."""
     return np.ascontiguousarray(values).view(np.uint8).reshape(len(values), -1).T.tobytes()
 
@@ -103,7 +103,7 @@ def _with_steps(kept: IntArray) -> IntArray:
     return np.asarray(distinct(np.concatenate([kept, *between])), dtype=np.int64)
 
 
-def _scale(values: FloatArray, steps: int) -> tuple[float, float]:
+def scale_of(values: FloatArray, steps: int) -> tuple[float, float]:
     """Least value and the size of a step, so that so many steps reach the greatest."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
@@ -132,6 +132,7 @@ def _extremes(values: Series, points: int) -> IntArray:
     return np.asarray(index[finite[index]])
 
 
-def _steps(values: Series, low: float, step: float) -> np.ndarray:
+def to_steps(values: Series, low: float, step: float) -> np.ndarray:
+    """Values in whole steps, 65535 where not known."""
     whole = np.rint((values - low) / step)
     return np.where(np.isfinite(whole), whole, UNKNOWN).astype("<u2")

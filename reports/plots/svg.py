@@ -118,7 +118,9 @@ class Panel:
             self.marks.append(f'<path class="{kind}" d="{"".join(pieces)}"/>')
 
 
-def drawing(width: int, height: int, label: str, panels: Sequence[Panel], name: str, stretch: bool = False) -> Markup:
+def drawing(
+    width: int, height: int, label: str, panels: Sequence[Panel], name: str, stretch: bool = False, clip: bool = True
+) -> Markup:
     """Panels as one ``<svg>``.
 
     Args:
@@ -126,15 +128,19 @@ def drawing(width: int, height: int, label: str, panels: Sequence[Panel], name: 
         label: what it shows, for those who cannot see it; may hold any text.
         panels: drawn in order; what lies outside of one is cut off.
         name: unique in the page; letters, digits and hyphens.
+        clip: whether anything can lie outside of a panel.
         stretch: whether it fills its place whatever the proportions; it must hold no text then.
     """
     body = []
     for k, panel in enumerate(panels):
         left, top, wide, high = panel.box
-        clip = f"{name}-clip{k}"
-        rect = f'<rect x="{left:g}" y="{top:g}" width="{wide:g}" height="{high:g}"/>'
-        body.append(f'<clipPath id="{clip}">{rect}</clipPath>' + "".join(panel.frame))
-        body.append(f'<g clip-path="url(#{clip})">{"".join(panel.marks)}</g>')
+        body.append("".join(panel.frame))
+        if clip:
+            body.append(
+                f'<clipPath id="{name}-clip{k}"><rect x="{left:g}" y="{top:g}" width="{wide:g}" height="{high:g}"/>'
+            )
+            body.append(f'</clipPath><g clip-path="url(#{name}-clip{k})">')
+        body.append("".join(panel.marks) + ("</g>" if clip else ""))
     kind = "plot stretch" if stretch else "plot"
     fill = Markup(' preserveAspectRatio="none"') if stretch else ""
     head = Markup('<svg class="{}" viewBox="0 0 {} {}"{} role="img" aria-label="{}">')

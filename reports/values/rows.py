@@ -60,7 +60,8 @@ class NearMissRow:
 class ResidualRow:
     """Level of one joint's residual over its judged samples; ``clean`` is the mean away from collisions.
 
-    ``largest`` covers every alarm and near miss of the joint too, those beyond friction's range among them.
+    ``largest`` covers every alarm and near miss of the joint too, those beyond friction's range among them. ``above``
+    names the values that exceed γ.
     """
 
     joint: str
@@ -72,6 +73,7 @@ class ResidualRow:
     judged: str
     clean: str
     clean_time: str
+    above: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +180,9 @@ def residual_row(joint: str, result: AuditResult) -> ResidualRow:
     shown = zip(values, (*(text for text, _ in beside[:4]), limits[-1], beside[5][0]), strict=True)
     mean, rms, p99, largest, limit, clean = (NONE if value is None else f"{text} {unit}" for value, text in shown)
     judged, clean_time = duration(stats.judged_s), duration(stats.clean_s)
-    return ResidualRow(joint, mean, rms, p99, largest, limit, judged, clean, clean_time)
+    named = zip(("mean", "rms", "p99", "largest", "gamma", "clean"), values, strict=True)
+    above = tuple(name for name, value in named if gamma is not None and (value or 0.0) > gamma)
+    return ResidualRow(joint, mean, rms, p99, largest, limit, judged, clean, clean_time, above)
 
 
 def coverage_row(joint: str, coverage: JointCoverage, result: AuditResult) -> CoverageRow:

@@ -122,19 +122,6 @@ def noticed_line(result: AuditResult) -> str | None:
     return None if any(told in reason for reason in result.reasons) else told
 
 
-def noticed_facts(result: AuditResult) -> list[tuple[str, str]]:
-    """The same as terms and values: for each place of the headline the force, and what is asked."""
-    sensitivity = result.sensitivity
-    if sensitivity is None or sensitivity.time is None:
-        return []
-    share = sensitivity.time.share
-    return [(f"Noticed at the {f.place}", _from(force_text(f.at(share)))) for f in headline_forces(sensitivity)]
-
-
-def _from(force: str) -> str:
-    return f"from {force}" if force[:1].isdigit() else force
-
-
 def noticed_brief(result: AuditResult) -> str:
     """``52 N at the tool``: the first place of the headline; empty where nothing is told."""
     sensitivity = result.sensitivity

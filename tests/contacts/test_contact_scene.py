@@ -10,7 +10,8 @@ import pytest
 from arms import dh_robot, dh_row
 
 from collaudit.core.config.schema import RobotConfig
-from collaudit.core.contacts.contact_scene import scene_at, stick_frames
+from collaudit.core.contacts.contact_scene import arm_geometry, scene_at, stick_frames
+from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.robot import load_robot
 
 LENGTHS = (0.4, 0.3)
@@ -51,3 +52,30 @@ def test_what_is_not_known_is_not_made_up(tmp_path: Path) -> None:
     assert unknown is not None
     assert unknown.tool_speed_m_s is None
     assert unknown.joint_speed_rad_s == {"joint2": None}
+
+
+SLIDING = """<robot name="r"><link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="tip"/>
+<joint name="lift" type="prismatic"><parent link="base"/><child link="a"/><origin xyz="0.1 0 0.2" rpy="0.2 0 0.4"/>
+<axis xyz="0 1 1"/><limit lower="0" upper="1" effort="9" velocity="1"/></joint>
+<joint name="turn" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 0.3 0" rpy="1.1 0.3 0"/>
+<axis xyz="1 0 0"/><limit lower="-3" upper="3" effort="9" velocity="1"/></joint>
+<joint name="half" type="revolute"><parent link="b"/><child link="c"/><origin xyz="0 0 0.4"/><axis xyz="0 -1 0"/>
+<mimic joint="turn" multiplier="0.5" offset="0.1"/><limit lower="-3" upper="3" effort="9" velocity="1"/></joint>
+<joint name="fix" type="fixed"><parent link="c"/><child link="tip"/><origin xyz="0.2 0 0.1"/></joint></robot>"""
+
+
+def test_drawn_kinematics_are_those_of_the_model(tmp_path: Path) -> None:
+    """A slide along a slanted axis, a turn, and a joint that follows another, against Pinocchio's frames."""
+    (tmp_path / "r.urdf").write_text(SLIDING)
+    robot = load_robot(RobotConfig.of({"urdf": "r.urdf"}), tmp_path, ("lift", "turn"))
+    log = SimpleNamespace(robot=robot, judged=("lift", "turn"))
+    arm = arm_geometry(log, "tip")
+    assert arm is not None and [link.joint for link in arm.links] == ["lift", "turn", "turn"]
+    q = np.array([0.37, -0.8])
+    points, axes = arm_at(arm, {"lift": q[0], "turn": q[1]})
+    np.testing.assert_allclose(points, robot.frame_positions(q, ["lift", "turn", "half", "tip"]), atol=1e-9)
+    later = robot.frame_positions(q + np.array([0.1, 0.0]), ["turn"])[0]
+    np.testing.assert_allclose(axes[0], (later - points[1]) / 0.1, atol=1e-9)
+    assert arm_geometry(SimpleNamespace(robot=robot, judged=("turn",)), "tip") is None, (
+        "the lift's position is not kept"
+    )

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from collaudit.core.data.arm_geometry import ArmGeometry, ArmLink
 from collaudit.core.data.audit_result import (
     AUDIT_SCHEMA,
     FRICTION_SCHEMA,
@@ -19,6 +20,7 @@ from collaudit.core.data.audit_result import (
     NearMiss,
     NotJudgedSpan,
     PhaseSpan,
+    PolicyLimits,
     Provenance,
     RecommendedRule,
     ResidualStats,
@@ -208,7 +210,7 @@ def busy(count: int = 30) -> Audit:
             for i, j in enumerate(names)
         ]
         speeds = dict.fromkeys(JOINTS, 0.31)
-        scene = ContactScene(t + 0.05, points, "tool0", 0.52, speeds)
+        scene = ContactScene(t + 0.05, points, "tool0", 0.52, speeds, dict.fromkeys(JOINTS, 0.02 * k))
         evidence = ("it rose from 10 to 90 % of its peak in 41 ms", "34 % of its variation lies above 5 Hz")
         force = ContactForce("wrist_1_link", (20.0, 3.0, 1.0), (4.0, 5.0, None), 20.3, (11.0, 54.0), (), 0.2, ())
         contacts.append(
@@ -242,12 +244,37 @@ def busy(count: int = 30) -> Audit:
     )
     result = replace(
         audit.result,
+        arm=arm(),
+        limits=PolicyLimits(0, 10.0, 0.8),
+        stated={
+            "robot": "UR10e, serial 2019-0042",
+            "tool": "gripper, 1.2 kg",
+            "lab": "cell 3",
+            "operator": "A. Example",
+        },
         collisions=tuple(collisions),
         contacts=tuple(contacts),
         near_misses=tuple(replace(near, onset_s=t + 0.9, ratio=0.8 + 0.006 * k) for k, t in enumerate(times.tolist())),
         findings=(*audit.result.findings, *findings),
     )
     return replace(audit, result=result)
+
+
+def arm() -> ArmGeometry:
+    """A six-axis arm: DH rows as UR arms have them."""
+    rows = (
+        ((1, 0, 0, 0, 1, 0, 0, 0, 1), (0.0, 0.0, 0.13)),
+        ((1, 0, 0, 0, 0, -1, 0, 1, 0), (0.0, 0.0, 0.0)),
+        ((1, 0, 0, 0, 1, 0, 0, 0, 1), (-0.61, 0.0, 0.0)),
+        ((1, 0, 0, 0, 1, 0, 0, 0, 1), (-0.57, 0.0, 0.16)),
+        ((1, 0, 0, 0, 0, -1, 0, 1, 0), (0.0, -0.12, 0.0)),
+        ((1, 0, 0, 0, 0, 1, 0, -1, 0), (0.0, 0.12, 0.0)),
+    )
+    links = [
+        ArmLink(joint, k - 1, False, turn, place)
+        for k, (joint, (turn, place)) in enumerate(zip(JOINTS, rows, strict=True))
+    ]
+    return ArmGeometry(tuple(links), 5, (0.0, 0.0, 0.2))
 
 
 def _events(n: int) -> tuple[tuple[int, int, float, float], ...]:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import samples
 
-from collaudit.core.data.audit_result import Audit
+from collaudit.core.data.audit_result import Audit, PolicyLimits
 from collaudit.core.data.detection_result import DisturbedJoint, RestDisturbance
 from collaudit.core.findings import Finding
 from collaudit.reports.page.html import html_text
@@ -237,9 +237,9 @@ def test_many_events_are_all_listed_and_some_drawn_and_it_says_so() -> None:
     start = time.process_time()
     page = Page(html_text([audit]))
     assert time.process_time() - start < 60
-    assert "Cards: contacts 299 and 300, furthest above the threshold; all: in the table." in page.text
+    assert "The 10 furthest above their thresholds have cards: 291, 292, 293" in page.text
     assert {f"log1-contact-{k}" for k in range(1, 301)} <= set(page.values("id"))
-    assert page.tags["article"] == 3, "the log and two cards"
+    assert page.tags["article"] == 11, "the log and ten cards"
     assert page.tags["tr"] > 300
     more = Page(html_text([samples.many_events(700)])).text
     assert "The first 500 of 700 contacts" in more
@@ -287,3 +287,29 @@ def test_numbers_have_three_digits_whoever_computed_them() -> None:
     text = html_text([replace(audit, result=result)])
     assert "3.87 N·m" in text and "3.8653" not in re.sub(r"<script type=.*?</script>", "", text, flags=re.DOTALL)
     assert "under 0.001 m/s" in text and "e-05 m/s" not in text
+
+
+def test_the_top_says_whose_log_it_is_and_what_values_are_held_against() -> None:
+    audit = samples.busy(3)
+    page = Page(html_text([audit]))
+    for words in (
+        "robot UR10e, serial 2019-42",
+        "lab cell 3",
+        "operator A. Example",
+        "at most 0: outside",
+        "at most 10.0 /h",
+    ):
+        assert words in page.text, words
+    kept = replace(audit.result, contacts=(), collisions=(), limits=PolicyLimits(0, None, 0.8))
+    assert "at most 0: within" in Page(html_text([replace(audit, result=kept)])).text
+    hostile = replace(audit.result, stated={"robot": "<script>alert(1)</script>"})
+    assert "<script>alert" not in html_text([replace(audit, result=hostile)])
+    assert "2024-03-12 22:04:11.250 UTC to 2024-03-12 22:05:11" in page.text
+
+
+def test_values_above_gamma_are_flagged() -> None:
+    text = html_text([samples.failed(4000)])
+    body = text[text.index("Statistics of the judged residual") :]
+    rows = body[: body.index("</table>")].split("<tr>")[2:]
+    flagged = [re.findall(r"<bdi>(\w+)</bdi>", row)[0] for row in rows if "▲" in row]
+    assert flagged == ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1"], "whose largest residual exceeds γ"

@@ -18,15 +18,26 @@
     document.head.append(script);
   }
 
+  // What gives a block's columns of whole numbers, those of numbers, and its bytes; null is what is not known.
+  async function columns(block) {
+    const n = block.kept, all = new DataView(await (await inflate(block.data)).arrayBuffer());
+    const column = (k) => Array.from({ length: n }, (_, i) => all.getUint8(2 * k * n + i) + 256 * all.getUint8((2 * k + 1) * n + i));
+    return [column, (k, [from, step]) => column(k).map((v) => v === UNKNOWN ? null : from + v * step), all];
+  }
+
   // One joint's block as arrays of numbers; null is what a curve is interrupted at.
   async function unpack(joint) {
-    const n = joint.kept, all = new DataView(await (await inflate(joint.data)).arrayBuffer());
-    const column = (k) => Array.from({ length: n }, (_, i) => all.getUint8(2 * k * n + i) + 256 * all.getUint8((2 * k + 1) * n + i));
-    const scaled = (k, [from, step]) => column(k).map((v) => v === UNKNOWN ? null : from + v * step);
+    const n = joint.kept, [column, scaled, all] = await columns(joint);
     let at = 0;
     const x = column(0).map((step) => joint.start + (at += step) * joint.period);
     const residual = scaled(1, joint.residual), of = (kind) => residual.map((v, i) => all.getUint8(10 * n + i) === kind ? v : null);
     return { residual: [x, of(0), of(1), of(2)], torque: [x, scaled(2, joint.torque), scaled(3, joint.torque), scaled(4, joint.torque)] };
+  }
+
+  // A time of the log, and the wall clock's where it is known.
+  function clock(start) {
+    const origin = start === null ? NaN : Date.parse(start.replace(/(\.\d{3})\d*/, "$1"));
+    return (time) => time.toFixed(3) + " s" + (Number.isNaN(origin) ? "" : " (" + new Date(origin + 1000 * time).toISOString().slice(11, 23) + " UTC)");
   }
 
   const number = (value) => String(Number(value.toPrecision(6))).replace("-", "−");
@@ -83,7 +94,10 @@
       this.plots = new Map();
       this.busy = false;
       this.back = null;
+      this.contact = -1;
+      block.when = clock(block.start);
       this.controls();
+      if (block.arm) columns(block.arm).then((found) => { this.player = new ArmPlayer(section.querySelector(".player"), block, found, (time) => this.point(time)); });
       this.watcher = new IntersectionObserver((seen) => {
         for (const entry of seen) if (entry.isIntersecting) this.draw(entry.target);
       }, { rootMargin: "200px" });
@@ -112,6 +126,10 @@
       button("+", "Zoom in", () => this.zoom(0.5));
       button("◀", "Earlier", () => this.move(-0.5));
       button("▶", "Later", () => this.move(0.5));
+      if (this.block.contacts.length) {
+        button("◀ contact", "Previous contact", () => this.jump(-1));
+        button("contact ▶", "Next contact", () => this.jump(1));
+      }
       button("Whole log", "Show the whole log", () => this.show(0, this.block.end));
       for (const joint of this.block.joints) {
         const label = document.createElement("label"), box = document.createElement("input");
@@ -134,8 +152,25 @@
     tell(plot, joint) {
       const at = plot.cursor.idx;
       if (at == null || !plot.root.matches(":hover")) return;
+      this.player?.at(plot.data[0][at]);
       const value = plot.data.slice(1).map((curve) => curve[at]).filter((v) => v != null).map((v) => v.toPrecision(4)).join(" / ");
-      this.shown.textContent = joint.joint + " at " + plot.data[0][at].toFixed(4) + " s: " + (value || "–") + " " + joint.unit;
+      this.shown.textContent = joint.joint + " at " + this.block.when(plot.data[0][at]) + ": " + (value || "–") + " " + joint.unit;
+    }
+
+    // The contact before or after the one shown last.
+    jump(way) {
+      const all = this.block.contacts;
+      this.contact = (Math.max(this.contact, way < 0 ? 0 : -1) + way + all.length) % all.length;
+      const [count, from, to, onset] = all[this.contact];
+      this.show(from, to);
+      this.point(onset);
+      this.shown.textContent = "contact " + count + ": " + this.block.when(onset);
+    }
+
+    // The cursor of all plots and the arm at a time.
+    point(time) {
+      for (const plot of this.plots.values()) plot?.setCursor({ left: plot.valToPos(time, "x"), top: 1 }, false);
+      this.player?.at(time);
     }
 
     async draw(figure) {
@@ -170,7 +205,8 @@
       const least = 5 * this.block.joints[0].period;
       if (!(to - from > least)) { const middle = (from + to) / 2; from = middle - least / 2; to = middle + least / 2; }
       this.range = [from, to];
-      this.shown.textContent = from.toFixed(3) + " to " + to.toFixed(3) + " s";
+      this.shown.textContent = this.block.when(from) + " to " + this.block.when(to);
+      this.player?.at((from + to) / 2);
       this.busy = true;
       for (const plot of this.plots.values()) plot?.setScale("x", { min: from, max: to });
       queueMicrotask(() => { this.busy = false; });
@@ -216,7 +252,7 @@
   start();
 
   document.addEventListener("click", (event) => {
-    const link = event.target.closest?.("a.jump"), log = link && logs.get(link.dataset.log);
+    const link = event.target.closest?.("a.jump"), log = link && logs.get(link.hash.replace(/^#|-signals$/g, ""));
     if (!log) return;
     log.back = link.dataset.back;
     log.backButton.hidden = false;

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult, Collision
@@ -13,7 +12,7 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.page.selection import furthest
-from collaudit.reports.plots.arm_pose import draw_pose
+from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.plot_contact import contact_limits, draw_contact
 from collaudit.reports.values.contact_rows import ContactRow, alarms_of, contact_row, contacts_of
 from collaudit.reports.values.controller_words import controller_text
@@ -57,7 +56,10 @@ class ContactCard:
 
 @dataclass(frozen=True, slots=True)
 class ContactLine:
-    """One contact in the table of all: ``card`` says that it has a card, whose anchor this is then."""
+    """One contact in the table of all: ``card`` says that it has a card, whose anchor this is then.
+
+    ``joints`` are those that alarmed, ``span`` its first and last second.
+    """
 
     anchor: str
     number: int
@@ -68,6 +70,8 @@ class ContactLine:
     controller: str
     window: tuple[float, float]
     card: bool
+    joints: tuple[str, ...]
+    span: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +80,11 @@ class ContactCards:
 
     Attributes:
         count: of all contacts.
-        carded: numbers of those with cards, as text.
     """
 
     cards: tuple[ContactCard, ...]
     lines: tuple[ContactLine, ...]
     count: int
-    carded: str
 
     @property
     def controller_varies(self) -> bool:
@@ -118,8 +120,7 @@ def contact_cards(
     lines = tuple(
         _line(result, k, contact, in_order, key, k in drawn) for k, contact in enumerate(contacts[:_LINES], 1)
     )
-    numbers = [str(card.number) for card in cards]
-    return ContactCards(cards, lines, len(contacts), " and ".join(numbers))
+    return ContactCards(cards, lines, len(contacts))
 
 
 def _line(
@@ -135,6 +136,8 @@ def _line(
         controller=controller_text(contact, result),
         window=contact_limits(contact, result.log.sample_period_s),
         card=card,
+        joints=contact.joints,
+        span=(contact.onset_s, contact.end_s),
     )
 
 
@@ -190,10 +193,13 @@ def _alarm(alarm: Collision, contact: Contact, result: AuditResult) -> AlarmRow:
 
 
 def _pose(contact: Contact, result: AuditResult, name: str) -> Markup | None:
-    if contact.scene is None or not np.isfinite(np.array(contact.scene.points_m)).all():
+    if contact.scene is None:
         return None
-    order = list(contact.scene.joint_speed_rad_s)
-    every = len(contact.scene.points_m) - 1 == len(order)  # all joints of the model are judged: points are theirs
-    reacted = [k for k, joint in enumerate(order) if joint in contact.joints] if every else []
-    label = visible(f"Pose of the arm at the peak, from the side and from above; alarmed: {', '.join(contact.joints)}")
-    return draw_pose(contact.scene, reacted, name, label)
+    arm = drawn_arm(contact.scene, result.arm)
+    if arm.axes is not None and result.arm is not None:
+        order = [link.joint for link in result.arm.links]
+    else:  # where all joints of the model are judged, the points are theirs
+        order = list(contact.scene.joint_speed_rad_s)
+        order = order if len(arm.points) - 1 == len(order) else []
+    reacted = [k for k, joint in enumerate(order) if joint in contact.joints]
+    return draw_pose(arm, reacted, name, "Pose of the arm at the peak")

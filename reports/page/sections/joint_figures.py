@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.coverage_bar import coverage_bar
@@ -18,6 +19,7 @@ from collaudit.reports.plots.plot_against import draw_against
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_limits, contact_window
 from collaudit.reports.plots.plot_overview import draw_overview
 from collaudit.reports.plots.plot_statistics import draw_autocorrelation, draw_histogram, draw_trend
+from collaudit.reports.plots.pose_data import pose_samples
 from collaudit.reports.plots.signal_data import kept_samples, packed
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.numbers import significant, stated
@@ -42,6 +44,7 @@ class JointFigures:
         overview: its residual over the log; without a drawing where no residual could be computed.
         data: its curves for the page's own plots, None where there are none.
         windows: what it shows around the contacts that are drawn, by their number.
+        pose: samples at which the arm is drawn, and its position there (n,); None without kinematics.
     """
 
     joint: str
@@ -53,6 +56,7 @@ class JointFigures:
     against: Figure | None
     data: Mapping[str, object] | None
     windows: Mapping[int, ContactWindow]
+    pose: tuple[IntArray, FloatArray] | None
 
 
 def joint_figures(
@@ -109,7 +113,14 @@ def _of_joint(
         against=_against(trace, result, name, unit),
         data=data,
         windows={number: window for number, window in windows.items() if window is not None},
+        pose=None if result.arm is None or not detail.points else _pose(trace, result, detail),
     )
+
+
+def _pose(trace: JointTrace, result: AuditResult, detail: Detail) -> tuple[IntArray, FloatArray]:
+    around = [contact_limits(contact, trace.period_s) for contact in contacts_of(result)]
+    kept = pose_samples(len(trace.time_s), trace.period_s, detail.points // 3, around)
+    return kept, trace.position_rad[kept].astype(np.float64)
 
 
 def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str, known: bool) -> Figure:

@@ -8,11 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import samples
 import studies
 from browser import axe_source, keep_picture, launched, violations
 
+from collaudit.core.data.arm_geometry import arm_at
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.errors import LogError
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
@@ -120,17 +122,22 @@ def test_a_script_that_is_not_the_pages_own_does_not_run(chromium: Any, report: 
     assert any("Content Security Policy" in line for line in seen.console)
 
 
+def shown_times(status: Any) -> list[float]:
+    """The log's seconds of the stretch that is shown; the wall clock's stand in brackets beside them."""
+    return [float(x) for x in re.findall(r"([\d.]+) s", status.inner_text())[:2]]
+
+
 def test_a_row_leads_to_its_place_in_the_signals_and_back(chromium: Any, report: Path) -> None:
     seen = Visit(chromium, report)
     page = seen.page
     page.get_by_role("link", name="show contact 2 in the signals").click()
     page.wait_for_selector(".uplot")
     status = page.locator(".tools [role=status]")
-    start, end = (float(x) for x in re.findall(r"[\d.]+", status.inner_text())[:2])
+    start, end = shown_times(status)
     onset = samples.failed(30_000).result.collisions[1].onset_s
     assert start < onset < end < start + 2
     page.get_by_role("button", name="Zoom out").click()
-    wider = [float(x) for x in re.findall(r"[\d.]+", status.inner_text())[:2]]
+    wider = shown_times(status)
     assert wider[1] - wider[0] == pytest.approx(2 * (end - start), rel=0.01)
     assert page.evaluate("document.querySelectorAll('.uplot').length") >= 3
     page.get_by_role("button", name="Back to where you came from").click()
@@ -209,12 +216,40 @@ def test_a_row_of_the_table_of_contacts_leads_to_the_signals_and_back(chromium: 
     page.wait_for_selector(".tools button")
     page.get_by_role("link", name="show contact 7", exact=True).click()
     page.wait_for_selector(".uplot")
-    start, end = (float(x) for x in re.findall(r"[\d.]+", page.locator(".tools [role=status]").inner_text())[:2])
+    start, end = shown_times(page.locator(".tools [role=status]"))
     onset = samples.busy().result.contacts[6].onset_s
     assert start < onset < end < start + 2
     page.get_by_role("button", name="Back to where you came from").click()
     assert page.evaluate("document.activeElement.dataset.back") == "log1-contact-7"
     assert (seen.console, seen.outside) == ([], [])
+
+
+def test_the_arm_moves_with_the_cursor_and_from_contact_to_contact(chromium: Any, busy: Path) -> None:
+    audit = samples.busy()
+    seen = Visit(chromium, busy)
+    page = seen.page
+    page.wait_for_selector(".player svg")
+    page.get_by_role("button", name="Next contact").click()
+    page.get_by_role("button", name="Next contact").click()
+    second = audit.result.contacts[1]
+    assert "contact 2" in page.locator(".player .clock").inner_text()
+    assert f"{second.onset_s:.3f} s (22:04:14.181 UTC)" in page.locator(".player .clock").inner_text()
+    assert page.locator(".player .arm-hit").first.get_attribute("d").count("M") == 3, "the joints that alarmed"
+    page.locator(".player input").first.fill("500")
+    at = float(re.findall(r"[\d.]+", page.locator(".player .clock").inner_text())[0])
+    k = round(at / samples.PERIOD_S)
+    position = dict(zip(samples.JOINTS, audit.signals.position_rad[k].tolist(), strict=True))
+    points = arm_at(samples.arm(), position)[0]
+    drawn = page.evaluate("ArmPlayer.last.joints")
+    assert np.allclose(drawn, points, atol=0.02), "the browser's kinematics are Python's"
+    assert (seen.console, seen.outside) == ([], [])
+
+
+def test_without_javascript_the_arm_is_in_the_cards(chromium: Any, busy: Path) -> None:
+    page = Visit(chromium, busy, java_script_enabled=False).page
+    assert page.locator(".card").count() == 10
+    assert page.locator(".card .arm-axis").count() == 20
+    assert not page.locator(".player").is_visible()
 
 
 def pages(tmp_path: Path) -> dict[str, Path]:
@@ -230,9 +265,11 @@ def pages(tmp_path: Path) -> dict[str, Path]:
     return {name: tmp_path / f"{name}.html" for name in ("several", "index", "compared", "limits")}
 
 
-def test_axe_finds_nothing_at_any_width_light_or_dark(chromium: Any, axe: str, report: Path, tmp_path: Path) -> None:
+def test_axe_finds_nothing_at_any_width_light_or_dark(
+    chromium: Any, axe: str, report: Path, busy: Path, tmp_path: Path
+) -> None:
     found = []
-    for name, path in {"report": report, **pages(tmp_path)}.items():
+    for name, path in {"report": report, "busy": busy, **pages(tmp_path)}.items():
         page = Visit(chromium, path).page
         for width in (360, 768, 1280):
             page.set_viewport_size({"width": width, "height": 900})

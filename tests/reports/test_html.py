@@ -237,7 +237,8 @@ def test_many_events_are_all_listed_and_some_drawn_and_it_says_so() -> None:
     start = time.process_time()
     page = Page(html_text([audit]))
     assert time.process_time() - start < 60
-    assert "The 10 furthest above their thresholds have cards: 291, 292, 293" in page.text
+    assert "The 10 furthest above their thresholds have cards:" in page.text
+    assert {f"log1-contact-{k}-plot-clip0" for k in range(291, 301)} <= set(page.values("id"))
     assert {f"log1-contact-{k}" for k in range(1, 301)} <= set(page.values("id"))
     assert page.tags["article"] == 11, "the log and ten cards"
     assert page.tags["tr"] > 300
@@ -293,7 +294,7 @@ def test_the_top_says_whose_log_it_is_and_what_values_are_held_against() -> None
     audit = samples.busy(3)
     page = Page(html_text([audit]))
     for words in (
-        "robot UR10e, serial 2019-42",
+        "robot UR10e, serial 2019-0042",
         "lab cell 3",
         "operator A. Example",
         "at most 0: outside",

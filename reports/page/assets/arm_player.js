@@ -66,6 +66,7 @@ const ArmPlayer = (function () {
       this.marks.replaceChildren();
       if (q === null) return;
       const { points, axes } = pose(this.arm, q), c = Math.cos(this.turned), s = Math.sin(this.turned);
+      ArmPlayer.last = this;
       this.joints = points;
       this.view(points, axes, (p) => [c * p[0] + s * p[1], p[2]], this.middle, 0, contact);
       this.view(points, axes, (p) => [p[0], p[1]], 0, 112, contact);

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.identification.identification_problem import (
     Solution,
@@ -25,7 +26,6 @@ from collaudit.core.identification.identification_problem import (
 from collaudit.core.identification.nuisance import OFFSET
 from collaudit.core.identification.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 _MOST = 0.9

@@ -13,7 +13,7 @@ from collaudit.core.data.recommendation_result import ArmRate, TailFacts
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
@@ -265,7 +265,7 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
 
 def _logs_apart(peaks: SustainedPeaks) -> float:
     """The highest median level of a log over the lowest; 1 with one log."""
-    medians = [median_of(own) for k in distinct(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
+    medians = [median_of(own) for k in np.unique(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
     least = min(medians, default=0.0)
     return max(medians) / least if least > 0 else 1.0
 

@@ -73,7 +73,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     """
     asked, robot = wanted(config), prepared[0].robot
     with_gain = asked == "auto" and bool(config.log.units.torque_constant_nm_per_a)
-    tried = candidates_of(asked, config, with_gain)
+    tried = candidates_of(asked, config, with_gain, prepared[0].effort_source != "joint")
     if asked == "auto" and config.robot.tool.mass_kg == "estimate":
         tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
     nothing = Candidate((), tried[0].width)

@@ -47,7 +47,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
     leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
     armature = robot.armature[leader]
     armature_prior_sd = np.zeros(len(names))
-    if {"inertials", "rotor"} & set(estimate):
+    if {"inertials", "rotor"} & set(estimate) and prepared[0].effort_source != "joint":
         inertia = _joint_inertia(robot, prepared[0])
         armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * inertia)
         # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
@@ -25,7 +25,6 @@ from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FollowedMotion
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.clean_samples import clean_samples, residual_stats
 from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
 from collaudit.core.detection.detector_run import (

@@ -10,13 +10,12 @@ standard error of the best is taken (the one-standard-error rule: Breiman et al.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.identification_problem import Unknowns, residual, solve, terms_of
 from collaudit.core.identification.identification_samples import Motion
 from collaudit.core.identification.problem_terms import Terms

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -18,7 +18,6 @@ from collaudit.core.data.identification_result import (
     IdentifiedJoint,
     IdentifiedTool,
 )
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.base_parameters import BaseMap, base_map
 from collaudit.core.identification.estimate_choice import (

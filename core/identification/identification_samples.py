@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.estimate_choice import Candidate
 from collaudit.core.identification.gains.load_pairs import pair_gains
 from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of

@@ -8,10 +8,11 @@ raises the residual's power as soon as it is below a half.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.columns import OfTwo
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.tables.column_assignment import QUANTITIES as _QUANTITIES

@@ -7,10 +7,9 @@ Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggle
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 Role = Literal[
     "measured",

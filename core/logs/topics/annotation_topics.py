@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.profiles import ANNOTATION, Profile, Role

@@ -13,6 +13,7 @@ from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
+from collaudit.core.data import shown
 from collaudit.core.data.columns import OfTwo
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
@@ -136,6 +137,18 @@ class Prepared:
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]
+
+    def outline(self) -> shown.Shown:
+        """Judged joints, length, findings."""
+        time_s = self.series.time_s
+        rows = [
+            ("judged", ", ".join(self.judged)),
+            ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
+        ]
+        return f"Prepared log, {len(time_s)} samples from {time_s[0]:.4g} to {time_s[-1]:.4g} s", rows
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html
 
 
 def prepare(

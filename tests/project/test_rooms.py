@@ -39,6 +39,7 @@ BELONGS = {
         "fixtures/",
     ),
     "pandas": ("core/logs/csv/", "core/api.py"),
+    "matplotlib": ("reports/notebook_plots.py",),
     "h5py": ("core/logs/column_files/",),
     "numba": ("fixtures/compiled/compiler.py",),
     "tsdownsample": ("reports/plots/",),

@@ -34,6 +34,7 @@ ROOMS = (
     "policy",
     "provenance",
     "fitting",
+    "plan",
     "audit",
     "api",
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -138,8 +139,8 @@ def make_plan(
         clean=clean_times(
             robot.joint_names, audits, friction, request.per_hour, motion.duration_s / 3600.0, request.gamma_nm
         ),
-        missing=_missing(check, robot, joints, kept, unknowns),
-        provenance=provenance,
+        missing=(*_strangers(robot, friction), *_missing(check, robot, joints, kept, unknowns)),
+        provenance=replace(provenance, model_sha256=robot.sha256),
     )
     return Plan(file, robot, motion, tuple(moves))
 
@@ -260,6 +261,13 @@ def _surroundings(around: Surroundings, settings: LoadedConfig) -> tuple[str, ..
     tip = "the tool's tip is not stated: the last link's farthest frame counts" if around.tip is None else (
         f"tool up to {tuple(around.tip[1])} m of {around.tip[0]}")  # fmt: skip
     return f"table at z = {around.table_z_m:g} m ({stated})", box, tip, f"clearance {around.clearance_m:g} m"
+
+
+def _strangers(robot: RobotModel, friction: FrictionFile | None) -> tuple[str, ...]:
+    """A word where the friction is of another arm, or of this one described otherwise."""
+    if friction is None or friction.provenance.model_sha256 in (None, robot.sha256):
+        return ()
+    return ("the friction was fitted with another description of an arm, or with another tool",)
 
 
 def _missing(

@@ -9,6 +9,7 @@ import numpy as np
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.plan_result import Delivered, Outcome, PlanFile, Prediction
+from collaudit.core.errors import ConfigError
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.plan.excitation import Excitation
 from collaudit.core.plan.limits import ArmLimits
@@ -54,7 +55,17 @@ def delivered(plan: PlanFile, friction: FrictionFile) -> tuple[Delivered, ...]:
     Args:
         plan: the plan.
         friction: the fit.
+
+    Raises:
+        ConfigError: the plan is for another arm.
     """
+    if not set(plan.limits) & set(friction.joints):
+        raise ConfigError(
+            "the plan is for another arm than the logs",
+            where="--plan",
+            found=", ".join(plan.limits),
+            expected=f"some of {', '.join(friction.joints)}",
+        )
     own = [p for p in plan.predictions if p.joint is None or p.joint in friction.joints]
     labels = [("base parameter", p.parameter) if p.joint is None else (p.parameter, p.joint) for p in own]
     other = reported_half_widths(friction, labels)

@@ -15,7 +15,7 @@ from collaudit.core.plan.timing import Motion
 from collaudit.reports.exports.mcap_container import Channel, write_mcap
 from collaudit.reports.exports.ros_messages import DEFINITIONS, joint_trajectory
 from collaudit.reports.files.atomic import atomic_write, staged
-from collaudit.reports.files.json_writer import json_text
+from collaudit.reports.files.plan_file import plan_json
 from collaudit.reports.terminal.plan_text import plan_text
 
 #: Between rows of the CSV: short against the time in which the acceleration changes.
@@ -48,7 +48,7 @@ def write_plan(folder: Path, plan: Plan, names: Sequence[str], page: str) -> tup
         CollauditError: a file cannot be written.
     """
     texts = {
-        "plan.json": json_text(plan.file),
+        "plan.json": plan_json(plan.file),
         "plan.html": page,
         "plan.txt": plan_text(plan.file),
         "motion.csv": csv_text(plan, names),

@@ -9,6 +9,8 @@ from collaudit.reports.values.numbers import duration, significant
 
 Rows = list[tuple[str, ...]]
 
+#: Up to so many hours it is worth a thought to repeat the exciting trajectory for them.
+_REPEATED_H = 8.0
 SWEEP_HEAD = ("joint", "window, rad", "speeds, rad/s, each both ways", "begins", "takes")
 PREDICTION_HEAD = ("joint", "parameter", "value", "half width before", "predicted after")
 CLEAN_HEAD = ("joint", "clean time", "γ now, N·m", "γ with the plan, N·m", "clean hours for γ")
@@ -68,7 +70,7 @@ def clean_words(plan: PlanFile) -> str:
     more = max(0.0, enough - least)
     need = "these are there" if more == 0.0 else f"{duration(3600.0 * more)} more are needed"
     repeated = ""
-    if more and plan.exciting_s is not None:
+    if 0.0 < more <= _REPEATED_H and plan.exciting_s is not None:
         turn = plan.exciting_s[1] - plan.exciting_s[0]
         repeated = (
             f" The exciting trajectory takes {duration(turn)}: {3600.0 * more / turn:.0f} times would be as long."

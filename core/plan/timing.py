@@ -40,12 +40,21 @@ class Motion:
         return float(self.time_s[-1])
 
     def sampled(self, period_s: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Times (n,), positions, velocities and accelerations (n, j) every ``period_s`` and at the end.
-
-        Cubic Hermite interpolation: exact, since the jerk is constant between knots.
-        """
+        """Times (n,), positions, velocities and accelerations (n, j) every ``period_s`` and at the end."""
         count = int(np.ceil(self.duration_s / period_s - 1e-9))
-        t = np.minimum(np.arange(count + 1) * period_s, self.duration_s)
+        return self.at(np.minimum(np.arange(count + 1) * period_s, self.duration_s))
+
+    def with_knots(self, period_s: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """As :meth:`sampled`, and at every knot: what is cubic between these rows is the motion itself."""
+        grid = np.arange(0.0, self.duration_s, period_s)
+        near = np.searchsorted(self.time_s, grid)
+        gap = np.minimum(
+            np.abs(grid - self.time_s[near - 1]), np.abs(self.time_s[np.minimum(near, self.time_s.size - 1)] - grid)
+        )
+        return self.at(np.union1d(self.time_s, grid[gap > 0.1 * period_s]))
+
+    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Times (n,), and positions, velocities and accelerations (n, j) there, by cubic Hermite interpolation."""
         k = np.clip(np.searchsorted(self.time_s, t, side="right") - 1, 0, self.time_s.size - 2)
         h = (self.time_s[k + 1] - self.time_s[k])[:, None]
         s = (t - self.time_s[k])[:, None] / h

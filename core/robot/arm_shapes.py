@@ -134,8 +134,7 @@ class ArmShapes:
             if joint not in whole or name in radius_m:
                 place = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), end).matrix(), 0.5 * end)
                 shape = coal.Capsule(radius, length) if length > 1e-6 else coal.Sphere(radius)
-                label = "the base" if joint == 0 else f"the link of {name}"
-                self._add(f"{label}#", joint, place if length > 1e-6 else pin.SE3.Identity(), shape)
+                self._add(f"{self._label(joint)}#", joint, place if length > 1e-6 else pin.SE3.Identity(), shape)
                 made["base" if joint == 0 else name] = radius
         return made
 
@@ -199,7 +198,7 @@ class ArmShapes:
         return tuple(left)
 
     def _label(self, joint: int) -> str:
-        return str(self._shapes.geometryObjects[self._of_joint[joint][0]].name).partition("#")[0]
+        return "the base" if joint == 0 else f"the link of {self._model.names[joint]}"
 
     def _thick(self, joint: int) -> float:
         name = str(self._model.names[joint])

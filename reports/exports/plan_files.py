@@ -18,8 +18,7 @@ from collaudit.reports.files.atomic import atomic_write, staged
 from collaudit.reports.files.plan_file import plan_json
 from collaudit.reports.terminal.plan_text import plan_text
 
-#: Between rows of the CSV: short against the time in which the acceleration changes.
-CSV_PERIOD_S = 0.004
+CSV_PERIOD_S = 0.01
 _TYPE, _TOPIC = "trajectory_msgs/msg/JointTrajectory", "/joint_trajectory"
 _UR_JOINTS = 6
 #: The way to the start is not planned: the program ends where the arm is anywhere else.
@@ -64,14 +63,17 @@ def write_plan(folder: Path, plan: Plan, names: Sequence[str], page: str) -> tup
 
 
 def csv_text(plan: Plan, names: Sequence[str]) -> str:
-    """Time in s, positions in rad and velocities in rad/s every 4 ms; lines with # first."""
-    t, q, v, _ = plan.motion.sampled(CSV_PERIOD_S)
+    """Time in s, positions in rad, velocities in rad/s, every 10 ms and at the knots; lines with # first."""
+    t, q, v, _ = plan.motion.with_knots(CSV_PERIOD_S)
     head = ",".join(["time", *(f"q_{name}" for name in names), *(f"dq_{name}" for name in names)])
     out = io.StringIO()
-    for line in (plan.file.statement, "time in s, q in rad (m), dq in rad/s (m/s); cubic between rows"):
+    for line in (
+        plan.file.statement,
+        "time in s, q in rad (m), dq in rad/s (m/s); every 10 ms and where the jerk changes, exactly cubic between rows",
+    ):
         out.write(f"# {line}\n")
-    formats = ["%.6f", *["%.12g"] * (2 * len(names))]  # a jerk is a third difference: it needs the digits
-    np.savetxt(out, np.column_stack([t, q, v]), fmt=formats, delimiter=",", header=head, comments="")
+    # a jerk is a third difference: it needs the digits
+    np.savetxt(out, np.column_stack([t, q, v]), fmt="%.15g", delimiter=",", header=head, comments="")
     return out.getvalue()
 
 

@@ -51,7 +51,8 @@ def arm_named(name: str, data: Path) -> FixtureRobot:
         describe=lambda _spread: Description(
             {"joints": list(joints), "armature_kg_m2": armature, "tool": {"frame": frame, "mass_kg": 0.5}}, text
         ),
-        links=(), friction=tuple(lugre(0.04 * t, 0.012 * t, float(c), 0.05 * t) for t, c in zip(torque, rates, strict=True)),
+        links=(),
+        friction=tuple(lugre(0.04 * t, 0.012 * t, float(c), 0.05 * t) for t, c in zip(torque, rates, strict=True)),
         log=replace(PAPER6.log, names=joints, order=tuple(range(len(joints))), effort_sign=(1,) * len(joints)),
         sensors=replace(PAPER6.sensors, **of_torque),
     )  # fmt: skip

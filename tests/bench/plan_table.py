@@ -1,4 +1,4 @@
-"""What planned motions deliver on simulated arms: python tests/bench/plan_table.py --data DIR [--seeds 3] [--arms a,b] -o T.md
+"""What planned motions deliver on simulated arms: python tests/bench/plan_table.py --data DIR [--seeds 3] -o T.md
 
 For every arm and seed: an earlier log (fast strokes of every joint), a plan from its fit, the planned motion simulated
 with another seed, and a fit of both logs. Besides, without a simulation, what the information says of a plain sum of
@@ -93,7 +93,7 @@ def covered(arm: FixtureRobot, friction: FrictionFile) -> list[bool]:
 
 
 def beside_others(settings: LoadedConfig, before: FrictionFile, plan: Plan, seed: int) -> dict[str, list[float]]:
-    """Half widths of a plain sum of sines and of an uninformed D-optimal motion over those of the plan, by parameter."""
+    """Half widths of a sum of sines and of an uninformed D-optimal motion over those of the plan, by parameter."""
     if plan.file.exciting_s is None:
         return {}
     check, robot = move_check(settings, before, 1.0)
@@ -155,8 +155,8 @@ def time_share(found: dict[str, object], default: tuple[dict[str, float | None],
 def table(rows: Sequence[dict[str, object]]) -> str:
     """Lines of Markdown."""
     lines = [
-        "| arm | seed | motion | planning, CPU | open → determined | half widths ≤ 1.3 × predicted | A, D hold the truth "
-        "| time beside the default sweep (median) | sum of sines | uninformed D-optimal |",
+        "| arm | seed | motion | planning, CPU | open → determined | half widths ≤ 1.3 × predicted "
+        "| A, D hold the truth | time beside the default sweep (median) | sum of sines | uninformed D-optimal |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for r in rows:

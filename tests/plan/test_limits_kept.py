@@ -30,7 +30,6 @@ start_rad = { joint2 = 1.2, joint3 = -1.0 }
 position_rad = { joint1 = [-2.0, 2.0], joint2 = [-0.5, 2.5], joint3 = [-2.2, 2.2] }
 speed_rad_s = { joint1 = 1.5, joint2 = 1.2, joint3 = 2.0 }
 """  # noqa: E501
-JOINTS = ["joint1", "joint2", "joint3"]
 
 
 def planned(folder: Path, more: str = "", request: PlanRequest | None = None) -> Plan:
@@ -40,34 +39,7 @@ def planned(folder: Path, more: str = "", request: PlanRequest | None = None) ->
 
 
 def checked(plan: Plan, table_z_m: float = 0.0) -> dict[str, float]:
-    """Shares of the limits used, and distances in m, of the CSV at 1 kHz."""
-    t, q, v, names = sampler.read_motion(csv_text(plan, JOINTS))
-    assert names == JOINTS
-    q, v, a, jerk = sampler.at_1_khz(t, q, v)
-    limits = [plan.file.limits[name] for name in JOINTS]
-    low, high = (np.array([getattr(one, key) for one in limits]) for key in ("low_rad", "high_rad"))
-    top = {key: np.array([getattr(one, key) for one in limits])
-           for key in ("speed_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "torque_nm")}  # fmt: skip
-    robot = plan.robot
-    torque = robot.inverse_dynamics(q, v, a)
-    chosen = np.unique(np.linspace(0, len(q) - 1, 4000).astype(int))
-    frames = [*JOINTS, robot.frame_names[-1]]
-    ends = sampler.capsule_ends(
-        lambda pose: np.vstack([np.zeros(3), robot.frame_positions(pose, frames)]), q, JOINTS, chosen
-    )
-    near = {frozenset(pair.replace("the link of ", "").replace("the base", "base").split(" and "))
-            for pair in plan.file.unchecked}  # fmt: skip
-    radius = plan.file.capsules_m
-    return {
-        "low": float(np.min(q - low)), "high": float(np.min(high - q)),
-        "speed": sampler.worst(v, top["speed_rad_s"]), "acceleration": sampler.worst(a, top["acceleration_rad_s2"]),
-        "jerk": sampler.worst(jerk, top["jerk_rad_s3"]), "torque": sampler.worst(torque, top["torque_nm"]),
-        "apart": sampler.nearest(ends, radius, near),
-        "above": sampler.lowest(ends, radius, table_z_m, {"base", "joint1"}),
-        "start": float(np.abs(q[0] - [one.start_rad for one in limits]).max()),
-        "rest": float(max(np.abs(v[0]).max(), np.abs(v[-1]).max())),
-        "end": float(np.abs(q[-1] - q[0]).max()), "duration": float(t[-1]),
-    }  # fmt: skip
+    return sampler.limits_used(plan, csv_text(plan, plan.robot.joint_names), table_z_m)
 
 
 @pytest.mark.parametrize("seed", [0, 1])

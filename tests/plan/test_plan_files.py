@@ -45,8 +45,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_file_says_that_it_is_a_proposal(made: Path) -> None:
-    from mcap.reader import make_reader
-
     texts = {path.name: path.read_text(encoding="utf-8") for path in made.iterdir() if path.suffix != ".mcap"}
     assert set(texts) == {"plan.json", "plan.html", "plan.txt", "motion.csv", "trajectory.yaml"}
     with (made / "trajectory.mcap").open("rb") as file:
@@ -57,7 +55,7 @@ def test_every_file_says_that_it_is_a_proposal(made: Path) -> None:
 
 
 def test_all_formats_hold_the_same_motion(made: Path) -> None:
-    t, q, v, names = sampler.read_motion((made / "motion.csv").read_text(encoding="utf-8"))
+    t, q, _, names = sampler.read_motion((made / "motion.csv").read_text(encoding="utf-8"))
     assert names == ["Axis 1", "joint2"]  # as the controller calls them
     with (made / "trajectory.mcap").open("rb") as file:
         (entry,) = make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
@@ -104,7 +102,8 @@ def test_six_joints_get_a_script_that_ends_where_the_arm_is_not_at_the_start(tmp
     assert script.index("halt") < script.index("  movej(")
     assert "proposal" in script.splitlines()[0]
     speeds = [float(line.split("v=")[1].rstrip(")")) for line in script.splitlines() if "v=" in line]
-    assert 0.0 < min(speeds) and max(speeds) <= 3.2
+    assert min(speeds) > 0.0
+    assert max(speeds) <= 3.2
 
 
 @pytest.mark.parametrize(

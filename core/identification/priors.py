@@ -38,7 +38,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
         config: how far stated gains are believed; the tool's frame.
     """
     inertials, estimate, share = robot.inertial_parameters, candidate.estimate, candidate.width
-    sd = _inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
+    sd = inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
     if "tool" in estimate:
         last = 10 * (tool_body(robot, config) + 1)
         sd[last - 10] = _TOOL_MASS_SD
@@ -163,7 +163,7 @@ def tool_body(robot: RobotModel, config: Config) -> int:
     return robot.bodies.frame_in_joint(frame)[2]
 
 
-def _inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
+def inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
     """Share of mass, of mass times size, of mass times size squared; size is the radius of gyration."""
     sd = np.zeros_like(inertials)
     for k in range(0, inertials.size, 10):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.dataclass import dataclass
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, STANDARD_ERRORS_95, robust_sd

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.dataclass import dataclass
-from collaudit.core.identification.identification_problem import (
+from collaudit.core.identification.problem.identification_problem import (
     Solution,
     Unknowns,
     jacobian,
@@ -21,8 +21,8 @@ from collaudit.core.identification.identification_problem import (
     unexplained_torque,
     weighted_joints,
 )
-from collaudit.core.identification.nuisance import OFFSET
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.identification.problem.nuisance import OFFSET
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975

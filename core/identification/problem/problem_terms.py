@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.dataclass import dataclass
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.nuisance import nuisance_columns
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.nuisance import nuisance_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 
 import click
 
 from collaudit.cli.outputs import refuse_input_as_output
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.allocator import room_for_linear_algebra
 
 #: An option is suggested for one at least so like it: "--gama" and "--gamma" are 0.92, "--quiet" and "--set" 0.67.

@@ -334,7 +334,7 @@ def near_misses(audit: Audit) -> pd.DataFrame:
 
 
 def contacts(audit: Audit) -> pd.DataFrame:
-    """Contacts, one a row: when, which joints, link, kind, and its force: 95 % interval and least size, N."""
+    """Contacts, one a row: when, which joints, link, kind, and the force: 95 % interval, N, or its lower end alone."""
     detection = audit.result.detection
     rows = [
         {
@@ -345,11 +345,11 @@ def contacts(audit: Audit) -> pd.DataFrame:
             "link": c.link,
             "kind": c.kind,
             "force_n": None if c.force is None else c.force.size_n,
-            "force_low_n": None if c.force is None else c.force.size_ci95_n[0],
+            "force_low_n": least if c.force is None else c.force.size_ci95_n[0],
             "force_high_n": None if c.force is None else c.force.size_ci95_n[1],
-            "force_least_n": None if c.least_force is None else c.least_force.force_n,
         }
         for c in (detection.incidents if detection else ())
+        for least in [None if c.least_force is None else c.least_force.force_n]
     ]
     return _table(rows, ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE))
 
@@ -380,7 +380,7 @@ def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
 
 _COLLISION = ("joint", "onset_s", "detected_s", "duration_s", "peak_nm", "gamma_nm", "phase")
 _NEAR_MISS = ("joint", "onset_s", "duration_s", "peak_nm", "gamma_nm", "ratio", "kind", "phase")
-_FORCE = ("force_n", "force_low_n", "force_high_n", "force_least_n")
+_FORCE = ("force_n", "force_low_n", "force_high_n")
 
 
 def _rows(items: Sequence[object], columns: Sequence[str]) -> pd.DataFrame:

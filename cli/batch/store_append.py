@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome
@@ -81,7 +82,7 @@ def _robot(job: LogJob, stated: str | None) -> str | None:
             expected="a [fleet] in the configuration that this log belongs to, --robot NAME, or --robot '{folder}' "
             "where each robot's logs lie in a folder of its name",
         )
-    return name.replace(FOLDER, job.files[0].absolute().parent.name if job.files else job.name)
+    return name.replace(FOLDER, job.files[0].absolute().parent.name if job.files else Path(job.name).parent.name)
 
 
 def _date(text: str) -> str:

@@ -149,8 +149,8 @@ def command(
     OUT holds index.html, summary.json, assets that reports share and, per log, audit.json, signals.parquet,
     friction.json and report.html. Without a friction file, friction is fitted on each log itself, and its result says
     so. A log that cannot be judged is listed with its reason and stops no other: also one that takes too long, or
-    whose process dies. Results of an earlier audit in OUT are removed first; until the new ones are
-    complete, OUT holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
+    whose process dies. All results of earlier audits in OUT are removed first; until the new ones are complete, OUT
+    holds AUDIT-UNDER-WAY.txt. An audit that was ended goes on with --resume.
 
     Policy, baseline and waivers decide over the finished audits: policy.json says what each rule says of each log.
     audit.json of a log keeps the verdict on that log alone. manifest.json holds the hashes of all that was read and
@@ -193,9 +193,10 @@ def command(
     work = with_records(night.jobs, store or history, robot, day)
     kept = finished_outcomes(work, output) if resume else {}
     left = [job for index, job in enumerate(work) if index not in kept]
+    folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished earlier; their results are kept")
-    with run_log(log_json) as events, audit_under_way(output, [job.folder for job in left], force):
+    with run_log(log_json) as events, audit_under_way(output, folders, kept_folders, force):
         events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
 
         def came(outcome: Outcome) -> None:

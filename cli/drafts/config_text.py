@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from collaudit.core.config.toml_text import key_item, to_toml, toml_item, toml_key
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.visible_text import visible
 
 if TYPE_CHECKING:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map

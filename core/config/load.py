@@ -6,6 +6,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -15,7 +16,6 @@ from collaudit.core.config.relative_paths import located, located_fleet
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_policy import OF_DECISION
 from collaudit.core.config.toml_parsing import parse_toml
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.small_files import read_small
 

@@ -5,7 +5,7 @@ Every class here mirrors one object of ``friction.json`` or ``audit.json`` key b
 Plain Python numbers only; None stands for "not known", never for zero.
 """
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
@@ -24,7 +24,6 @@ from collaudit.core.data.recommendation_result import TailFacts
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds, MotionScale
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 
 if TYPE_CHECKING:

@@ -1,10 +1,9 @@
 """Sensor delays, gains, inertials and trends, as friction.json records them."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data.coupled_friction import CoupledFriction
-from collaudit.core.dataclass import dataclass
 
 Bounds = tuple[float | None, float | None]
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 from collaudit.core.data.coupled_friction import Coupling
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 

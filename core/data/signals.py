@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.columns import Columns
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 Severity = Literal["info", "warning", "error"]
 #: What a finding does to coverage and verdict. With any ``not-judged-*`` the log does not pass.

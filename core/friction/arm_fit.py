@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identified
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.friction.joint_fits import fit_joints, refit_joints, sections_of
 from collaudit.core.friction.sections import SectionSet

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 
 from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import low_pass

@@ -9,12 +9,12 @@ one second as in ``standard_errors.py``. Friction dissipates: what would be nega
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.coupled_friction import CoupledFriction, Coupling
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.problem.identification_samples import Motion, collect

@@ -44,7 +44,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     """
     asked, robot = wanted(config), prepared[0].robot
     with_gain = asked == "auto" and bool(config.log.units.torque_constant_nm_per_a)
-    tried = candidates_of(asked, config, with_gain)
+    tried = candidates_of(asked, config, with_gain, prepared[0].effort_source != "joint")
     if asked == "auto" and config.robot.tool.mass_kg == "estimate":
         tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
     nothing = Candidate((), tried[0].width)
@@ -86,9 +86,7 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
         return found
 
     # of the effort as it is stated: divided by a gain, errors would look the smaller the larger the gain
-    left = [
-        held_out(terms_of(motion, regressor, one), one, _parts(motion)) * one.gain for one in map(unknowns, tried)
-    ]
+    left = [held_out(terms_of(motion, regressor, one), one, _parts(motion)) * one.gain for one in map(unknowns, tried)]
 
     def refused(one: Candidate) -> str:
         light = asked == "auto" and "tool" in one.estimate and _weighs_less(prepared, config, one)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from collaudit.core.data.identification_result import (
     IdentifiedJoint,
     IdentifiedTool,
 )
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.base_parameters import BaseMap, base_map
 from collaudit.core.identification.inertial_consistency import is_consistent
 from collaudit.core.identification.priors import ARMATURE_SHARE

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.gains.load_pairs import pair_gains
 from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
@@ -48,7 +47,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
     leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
     armature = robot.armature[leader]
     armature_prior_sd = np.zeros(len(names))
-    if {"inertials", "rotor"} & set(estimate):
+    if {"inertials", "rotor"} & set(estimate) and prepared[0].effort_source != "joint":
         inertia = _joint_inertia(robot, prepared[0])
         armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * inertia)
         # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.priors import Gains, drive_gains, unknowns_of
 from collaudit.core.identification.problem.identification_problem import Solution, Unknowns, solve, terms_of

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables

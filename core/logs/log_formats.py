@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.file_head import (
     COMPRESSED_SUFFIXES,

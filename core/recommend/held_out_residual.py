@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,6 @@ from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
 from collaudit.core.friction.friction_model import FrictionModel

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, TailFacts
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
@@ -237,8 +236,8 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
     missing = []
     if left_out_s > 0:
         missing.append(
-            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): if "
-            "nothing touched the arm then, gamma has to be higher"
+            f"a statement on {left_out_s:.3g} s around alarms, taken for contact here (--clean, --truth or --labels): "
+            "if nothing touched the arm then, gamma has to be higher"
         )
     if gamma_nm is not None and (times := looseness(tail, gamma_nm)) > LOOSE:
         missing.append(
@@ -266,7 +265,7 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
 
 def _logs_apart(peaks: SustainedPeaks) -> float:
     """The highest median level of a log over the lowest; 1 with one log."""
-    medians = [median_of(own) for k in distinct(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
+    medians = [median_of(own) for k in np.unique(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
     least = min(medians, default=0.0)
     return max(medians) / least if least > 0 else 1.0
 

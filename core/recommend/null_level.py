@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+import scipy
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.motion_scale import LEAST_SHARE, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.numeric.stats import (
@@ -63,7 +63,7 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
     limit, level = np.full(size_nm.size, _CLIP * max(usual, 1e-9)), np.full(size_nm.size, usual)
     weights = np.zeros(features.shape[1])
     for _ in range(_ROUNDS):
-        weights = nonnegative_fit(features, np.minimum(size_nm, limit))
+        weights = scipy.optimize.nnls(features, np.minimum(size_nm, limit))[0]
         level = features @ weights
         level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
         limit = _CLIP * level

@@ -7,13 +7,13 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from collaudit.core.config.relative_paths import located
 from collaudit.core.config.schema import DhRow, RobotConfig
 from collaudit.core.data.joint_log import JointType
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
+from dataclasses import dataclass
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_numbers import check_joint, check_link
 

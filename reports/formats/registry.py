@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.stage_progress import Progress
 
@@ -124,10 +124,16 @@ def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[Inde
     Raises:
         ConfigError: an unknown format, or one that needs signals.
     """
+    from dataclasses import replace
+
+    from collaudit.core.numeric.distinct_names import distinct
+
     known = format_named(fmt)
     if not known.of_many:
         raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
-    return _call(known, results, unread)
+    names = distinct([result.log.name for result in results])
+    named = [replace(one, log=replace(one.log, name=name)) for one, name in zip(results, names, strict=True)]
+    return _call(known, named, unread)
 
 
 def format_named(name: str) -> ReportFormat:

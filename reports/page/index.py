@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
 from collaudit.core.data.audit_result import Verdict
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.page.environment import environment

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.plots.svg import Panel, drawing
 from collaudit.reports.values.entries import IndexEntry
 from collaudit.reports.values.numbers import significant

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
@@ -16,7 +17,6 @@ from collaudit.core.data.identification_result import (
     TriedEstimate,
 )
 from collaudit.core.data.threshold_result import FittedThresholds
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import interval, percent, significant
 

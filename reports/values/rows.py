@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.reports.values.numbers import (

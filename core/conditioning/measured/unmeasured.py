@@ -7,15 +7,14 @@ noise, while the arm moves. Of positions, stretches that stand still while the j
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.conditioning.effort_signal import saturation
 from collaudit.core.conditioning.measured.calm_stretches import (
-    WINDOW,
-    WINDOW_OF_ALL,
     bend_of,
     noise_of,
     quiet_rows,
@@ -29,12 +28,12 @@ from collaudit.core.conditioning.measured.shortest_stretch import shortest_stret
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
-from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
 
 #: Samples from which a period is told.
@@ -42,6 +41,8 @@ _FEWEST = 24
 #: Speed is told over this time, s.
 _SPEED_S = 0.05
 _LISTED = 3
+#: No effort is less than this share of what the drive exerts at most in so much of the time.
+_NO_EFFORT, _USUAL = 0.02, 0.95
 #: What a stretch is, said in this order.
 _CONSTANT, _STRAIGHT, _QUIET, _COPIED = 1, 2, 3, 4
 _WORDS = {
@@ -72,10 +73,13 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
                 position[start:stop, j] = np.nan
         findings += _frozen(recorded, found)
     if effort is not None and (kinds := _efforts(recorded, effort, shortest_stretch(detect, period))):
+        pinned = saturation(effort, period)  # a limit is a measurement, of at least so much: it is judged as that
         effort = copied(effort)
         for j, kind in kinds.items():
-            effort[kind > 0, j] = np.nan
-            findings.append(_unmeasured(recorded, j, kind))
+            kind[pinned[:, j]] = 0
+            if kind.any():
+                effort[kind > 0, j] = np.nan
+                findings.append(_unmeasured(recorded, j, kind))
     if not findings:
         return recorded
     parts = {"effort": None if effort is None else frozen(effort), "position_rad": frozen(position)}
@@ -97,7 +101,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
     holds or fills in the one does so with all.
     """
     moving = _moving(recorded.position_rad, _period(recorded.time_s) or 1.0)
-    moving &= (effort != 0.0).any(axis=1)[:, None]  # else drives are off
+    moving &= _driven(effort)[:, None]
     if not moving.any():
         return {}
 
@@ -111,7 +115,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
         noise = noise_of(x, bend, own)
         parts = (
             (_STRAIGHT, straight_rows(x, bend, noise, own, least)),
-            (_QUIET, quiet_rows(bend, own, least, WINDOW) if noise.tells else None),
+            (_QUIET, quiet_rows(bend, own, least) if noise.tells else None),
             (_COPIED, repeated_rows(x, noise, arm, least)),
         )
         return _Channel(np.square(bend / noise.sd) if noise.tells else None, noise.varied, _marked(x, parts))
@@ -128,7 +132,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
         if one.kind is not None:
             found[j] = one.kind
     parts = [
-        (_QUIET, quiet_rows(np.sqrt(power), arm, least, WINDOW_OF_ALL) if channels > 1 else None),
+        (_QUIET, quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None),
         (_COPIED, repeated_rows_of_all(effort, arm, least) if varied > 1 else None),
     ]
     if any(rows is not None for _, rows in parts):
@@ -154,6 +158,15 @@ def _join(found: dict[int, NDArray[np.int8]], j: int, kind: NDArray[np.int8] | N
     """Add kinds to those of a column; where a row has one, it stays."""
     if kind is not None:
         found[j] = np.where(found[j] > 0, found[j], kind) if j in found else kind
+
+
+def _driven(effort: FloatArray) -> BoolArray:
+    """(n,) rows in which some joint has an effort: where none has, drives are off, which is another matter."""
+    out = np.zeros(effort.shape[0], dtype=np.bool_)
+    for x in effort.T:
+        known = x[np.isfinite(x)]
+        out |= exceeds(x, _NO_EFFORT * quantile_of(np.abs(known), _USUAL) if known.size else np.inf)
+    return out
 
 
 def _moving(position: FloatArray, period: float) -> BoolArray:

@@ -11,11 +11,10 @@ much more the sum of errors over a second varies than independent errors would (
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.nuisance import projector
 from collaudit.core.identification.problem.problem_terms import Terms

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
     Unknowns,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.nuisance import nuisance_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -9,9 +9,11 @@ Student's t: a few fast moves may carry all that a log says.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from collaudit.core.dataclass import dataclass
+import numpy as np
+from scipy.special import stdtrit as student_quantile
+
 from collaudit.core.identification.problem.identification_problem import (
     Solution,
     Unknowns,
@@ -24,7 +26,6 @@ from collaudit.core.identification.problem.identification_problem import (
 from collaudit.core.identification.problem.nuisance import OFFSET
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 _MOST = 0.9

@@ -5,10 +5,9 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment, assign

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.coverage_bar import coverage_bar

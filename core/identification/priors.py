@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.estimate_choice import Candidate
+from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.gains.load_pairs import pair_gains
-from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.problem_terms import Terms
-from collaudit.core.identification.standard_errors import standard_errors
+from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.nuisance import drift_columns
+from collaudit.core.identification.problem.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.channel_shift import prompt_motion, steady

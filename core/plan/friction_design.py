@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.friction.fit_quality import point_arrays, with_scatter
@@ -20,7 +21,6 @@ from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction_laws.friction_law import FrictionLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.special_functions import student_quantile
 
 #: Rates, s/rad, at which extra friction near standstill fades; gears lie between.
 _RATES = (8.0, 20.0, 50.0)

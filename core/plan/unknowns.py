@@ -10,8 +10,8 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.identification.base_parameters import BaseMap, base_map
-from collaudit.core.identification.nuisance import friction_columns
 from collaudit.core.identification.priors import inertials_prior_sd
+from collaudit.core.identification.problem.nuisance import friction_columns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel

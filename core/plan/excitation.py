@@ -2,8 +2,8 @@
 
 The joint torques are linear in inertial parameters, rotor inertias, gains' errors and friction that goes with the load;
 friction of its own and an offset stand beside them, without a prior, as in the identification
-(:mod:`collaudit.core.identification.problem.nuisance`). The information of samples is Phi^T Phi / s²; the determinant of the
-unknowns' covariance is made small (D-optimal: Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007), given
+(``identification/problem/nuisance.py``). The information of samples is Phi^T Phi / s²; the determinant of the unknowns'
+covariance is made small (D-optimal: Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007), given
 what earlier logs determine. Poses are chosen one after the other out of random ones, so that every move can be checked
 against all limits before it is taken.
 """

@@ -28,8 +28,9 @@ from collaudit.core.recommend.null_level import (
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
 _PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
-#: Evidence of which more lies above its own law is no evidence of contact-free motion.
-_EXCEEDED = 0.1
+#: Evidence of which a larger share, and more seconds, lie above its own law is no evidence of contact-free
+#: motion: less is a single event, which the law leaves out.
+_EXCEEDED, _EVENT_S = 0.1, 1.0
 
 
 def fitted_thresholds(
@@ -89,7 +90,7 @@ def _joint(
     counts = dict.fromkeys(tuple(persistence_samples(ms / 1e3, one.period_s) for one in data) for ms in kept_ms)
     levels = [] if scale is None else threshold_levels(data, scale, counts, joints)
     over = max((level.exceeded for level in levels), default=0.0)
-    if over > _EXCEEDED:
+    if over > _EXCEEDED and over * seconds > _EVENT_S:
         why = (
             f"its residual passes in {100 * over:.0f} % of the motion what the rest of the motion explains: contact, a "
             "stop or a fault in the fitted log that the fit did not recognise"

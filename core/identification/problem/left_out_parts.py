@@ -72,11 +72,24 @@ def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearis
     gradient[:known] = precision[:known] * (origin - found)[free]
     joints = []
     for j in weighted_joints(state):
+        friction = slice(known + kinds * j, known + kinds * (j + 1))
+        precision[friction] = _friction_precision(terms, j)
+        gradient[friction] = -precision[friction] * solution.nuisance[j]
         place, columns = jacobian(terms, state, j, free, rest[:, j], np.ones(len(rest)))
         place = np.concatenate([place, known + kinds * j + np.arange(kinds)])
         columns = np.concatenate([columns, terms.nuisance[j]], axis=1)
         joints.append((j, place, columns, state.weight[:, j] / state.sigma[j] ** 2))
     return Linearised(rest, tuple(joints), precision, gradient)
+
+
+def _friction_precision(terms: Terms, j: int) -> FloatArray:
+    """(k,) of the coefficients of friction and offset: no part of them is expected to exceed its joint's whole torque.
+
+    Where a part's speeds were seen in no other part, the other parts leave some combinations of them open.
+    """
+    use = terms.motion.moving[:, j]
+    torque, columns = terms.motion.effort[use, j], terms.nuisance[j][use]
+    return np.asarray(np.mean(columns**2, axis=0) / max(float(np.mean(torque**2)), 1e-12))
 
 
 def held_out(terms: Terms, unknowns: Unknowns, divisions: Sequence[IntArray]) -> FloatArray:

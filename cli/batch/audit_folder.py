@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 import os
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from collaudit.cli.batch.audit_one import remove_run
+from collaudit.cli.batch.run_note import FINISHED, read_note
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import read_small
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
-from collaudit.reports.files.manifest_file import MANIFEST_NAME
-from collaudit.reports.files.signature_file import SIGNATURE_NAME
+from collaudit.reports.files.manifest_file import MANIFEST_NAME, SIGNATURE_NAME
 from collaudit.reports.formats.registry import FORMATS, formats_of_many
-from collaudit.reports.page.shared_assets import asset_names
+from collaudit.reports.page.shared_assets import ASSETS_FOLDER, asset_names
 
 MARKER = "AUDIT-UNDER-WAY.txt"
 _SCHEMA = "collaudit/summary/"
@@ -25,15 +25,17 @@ _MANIFEST = (MANIFEST_NAME, SIGNATURE_NAME)
 
 
 @contextmanager
-def audit_under_way(out: Path, folders: Sequence[str], force: bool) -> Iterator[None]:
+def audit_under_way(out: Path, folders: Sequence[str], kept: Collection[str], force: bool) -> Iterator[None]:
     """Make ``out`` ready for an audit; while it runs, and where it never ends, a marker stands in place of a verdict.
 
-    Index, summaries and the runs of these logs from an earlier audit are removed before the first log is
-    judged. The marker goes when the block ends well, which is after the new summaries were written.
+    Index, summaries, assets and all runs of earlier audits are removed before the first log is judged: those
+    that were finished, and those that the marker of an ended audit names. The marker goes when the block ends well,
+    which is after the new summaries were written.
 
     Args:
         out: folder of the audit, made when missing.
         folders: names of the run folders.
+        kept: those of them whose runs stay.
         force: take a folder that holds something else than an audit.
 
     Raises:
@@ -41,10 +43,12 @@ def audit_under_way(out: Path, folders: Sequence[str], force: bool) -> Iterator[
     """
     _check_owner(out, force)
     marker = out / MARKER
-    atomic_write(marker, _marker_text())
-    for name in (*own_files(), *_MANIFEST):
+    runs = {*folders, *_marked(marker), *_finished(out)}
+    atomic_write(marker, _marker_text(sorted(runs)))
+    assets = (f"{ASSETS_FOLDER}/{file.name}" for file in (out / ASSETS_FOLDER).glob("*-*.js"))
+    for name in (*own_files(), *assets, *_MANIFEST):
         _remove(out / name)
-    for folder in folders:
+    for folder in sorted(runs.difference(kept)):
         remove_run(out / folder)
     yield
     marker.unlink(missing_ok=True)
@@ -71,9 +75,22 @@ def _remove(path: Path) -> None:
         ) from error
 
 
-def _marker_text() -> str:
+def _finished(out: Path) -> list[str]:
+    return [note.parent.name for note in out.glob(f"*/{FINISHED}") if read_note(note.parent) is not None]
+
+
+def _marked(marker: Path) -> list[str]:
+    """Run folders of an audit that was ended, as its marker names them."""
+    try:
+        named = json.loads(read_small(marker, 1 << 30))["runs"]
+        return [name for name in named if isinstance(name, str) and Path(name).name == name != ".."]
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return []
+
+
+def _marker_text(runs: Sequence[str]) -> str:
     note = "An audit is under way here, or was ended before it finished. There is no verdict yet."
-    return json_text({"note": note, "host": socket.gethostname(), "process": os.getpid()})
+    return json_text({"note": note, "host": socket.gethostname(), "process": os.getpid(), "runs": runs})
 
 
 def _check_owner(out: Path, force: bool) -> None:

@@ -90,13 +90,14 @@ def _judged(job: LogJob, out: Path, progress: Progress | None) -> Outcome:
     if run.is_symlink():
         raise CollauditError("the run folder is a symbolic link", where=str(run), hint="remove the link")
     audit, friction = audit_files(job.files, job.loaded, progress)
+    audit = replace(audit, result=replace(audit.result, log=replace(audit.result.log, name=job.name)))
     (run / FINISHED).unlink(missing_ok=True)
     write_run(run, audit, friction)
     write_html(run / "report.html", [audit], f"../{ASSETS_FOLDER}")
     note_finished(run, job.files, audit.result.log.sha256, job.loaded)
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result, record)
+    return Outcome(replace(entry, robot=job.robot), audit.result, record)
 
 
 def _bug(error: Exception, files: LogFiles, name: str) -> NotJudgedError:

@@ -50,7 +50,7 @@ def _finished(job: LogJob, out: Path) -> Outcome | None:
         return None
     entry = entry_of(audit.result, f"{job.folder}/report.html")
     record = None if job.wanted is None else job.wanted.of_audit(audit, entry.judged_h)
-    return Outcome(replace(entry, name=job.name, robot=job.robot), audit.result, record, fetched)
+    return Outcome(replace(entry, robot=job.robot), audit.result, record, fetched)
 
 
 def _unchanged(job: LogJob, note: object) -> Fetched | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from collaudit.cli.console import note, say, say_json, terminal_width
-from collaudit.cli.contact_arguments import contact_options, known_contact
+from collaudit.cli.contact_arguments import contact_options
 from collaudit.cli.group import example_command
 from collaudit.cli.progress_bar import progress
 from collaudit.cli.settings import clean_option, config_option, load_settings, overrides, robot_options, rule_options
@@ -18,11 +18,11 @@ from collaudit.cli.study_output import say_studies
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 if TYPE_CHECKING:
+    from collaudit.cli.fleet.run_evidence import Judged
     from collaudit.core.data.audit_result import Audit
     from collaudit.core.data.detection_result import DynamicThreshold
     from collaudit.core.data.recommendation_result import PersistenceReason
     from collaudit.core.data.rule_study_result import JointPlane, PersistenceChoice
-    from collaudit.core.recommend.arm_evidence import Times
     from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 
 #: False alarms of the arm per hour; as in core/recommend, which is not imported for --help.
@@ -36,12 +36,20 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend out/ --json",
     "collaudit recommend clean1.mcap clean2.mcap -c collaudit.toml --friction friction.json",
     "collaudit recommend run/ --per-hour 0.01 --max-delay-ms 40",
-    "collaudit recommend run/ --snippet config >> collaudit.toml",
+    "collaudit recommend run/ --write collaudit.toml",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
 )
 @click.argument("inputs", nargs=-1, metavar="RUN...|LOG...")
 @click.option("--store", metavar="STORE", help="Use the nights of a store as evidence instead (docs/history.md).")
-@click.option("--robot", metavar="NAME", help="The robot, where the store holds several.")
+@click.option("--robot", metavar="NAME", help="The robot, where runs or store are of several.")
+@click.option(
+    "--write",
+    "target",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Write the thresholds into this configuration; comments and all else in it stay.",
+)
+@click.option("-v", "--verbose", is_flag=True, help="Print the evidence: tables, what is left out, what to confirm.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: every assumption, the hours, what to confirm.")
 @click.option(
     "--per-hour",
@@ -50,6 +58,7 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     show_default=True,
     help="False alarms of the whole arm per hour that are accepted.",
 )
+@click.option("--choose-n", is_flag=True, help="Choose the persistence that notices the least force; else it stays.")
 @click.option(
     "--max-delay-ms",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -73,8 +82,11 @@ def command(
     inputs: tuple[str, ...],
     store: str | None,
     robot: str | None,
+    target: Path | None,
+    verbose: bool,
     as_json: bool,
     per_hour: float,
+    choose_n: bool,
     max_delay_ms: float | None,
     snippet: str | None,
     as_dynamic: bool,
@@ -88,13 +100,16 @@ def command(
     beyond the usual, are left out and listed to be confirmed: --truth or --labels say what was contact, and --clean
     that nothing touched the arm.
 
-    The persistence is the one that notices the least force, of contacts added to the logs; --n or
-    --persistence-ms fix it. Runs have been studied where they were judged with `collaudit detect --study`; runs
-    without a study keep the persistence that they were judged with.
+    Three lines say what to set, what that notices, and how many hours are missing; -v prints the evidence. Of a fleet,
+    each robot gets an answer.
+
+    The persistence stays as it was set; --n or --persistence-ms state another. --choose-n takes the one that notices
+    the least force, of contacts added to the logs. Runs have been studied where they were judged with
+    `collaudit detect --study`.
 
     With --store, the clean hours of all nights of a robot count, and it says since when they support the rate.
 
-    Exit code 3 when nothing could be recommended for any joint.
+    Exit code 3 when nothing could be recommended for any joint of a robot.
     """
     if store is not None and not inputs:
         from collaudit.cli.fleet.stored_evidence import recommend_from_store
@@ -102,38 +117,89 @@ def command(
         return recommend_from_store(store, robot, per_hour, as_json)
     if store is not None or not inputs:
         raise click.UsageError("Name runs or logs, or a store with --store; not both.")
-    from collaudit.core.api import recommend_arm
+    from collaudit.cli.fleet.run_evidence import by_arm, run_evidence
     from collaudit.reports.files.dynamic_toml import dynamic_toml
     from collaudit.reports.files.rule_snippets import snippet as text_to_paste
-    from collaudit.reports.terminal.recommendation_text import recommendation_text
-    from collaudit.reports.terminal.study_text import planes_text
 
-    audits, known = _audits(inputs, truth, per_hour, max_delay_ms)
-    with progress("recommending") as report:
-        persistence_s, why, compared = _persistence(audits, max_delay_ms)
-        report(1, 10)
-        found = recommend_arm(audits, persistence_s, known, per_hour)
-        report(8, 10)
-        found = replace(found, chosen_by=why, compared=compared)
-        laws = _dynamic(audits)
-    if as_json:
-        say_json(_json(audits, found, laws))
-    elif as_dynamic:
-        say(dynamic_toml(laws), nl=False)
-    elif snippet is not None:
-        say(text_to_paste(snippet, found), nl=False)
-    else:
+    evidence = run_evidence(inputs, truth, per_hour, max_delay_ms)
+    arms = by_arm(evidence, robot)
+    if len(arms) > 1 and (as_json or as_dynamic or snippet is not None):
+        names = ", ".join(arms)
+        raise ConfigError("these are runs of several robots", where="--robot", found=names, expected="the name of one")
+    answers = {}
+    for name, judged in arms.items():
+        audits = [audit for audit, *_ in judged]
+        with progress("recommending") as report:
+            found = _found(judged, per_hour, max_delay_ms, choose_n)
+            report(8, 10)
+            laws = _dynamic(audits)
+        answers[name] = found
+        if as_json:
+            say_json(_json(audits, found, laws))
+        elif as_dynamic:
+            say(dynamic_toml(laws), nl=False)
+        elif snippet is not None:
+            say(text_to_paste(snippet, found), nl=False)
+        else:
+            say(f"Robot {name}\n" if len(arms) > 1 else "", nl=False)
+            _say(audits, found, verbose)
+        if found.to_confirm and not (verbose and snippet is None and not as_json and not as_dynamic):
+            count = len(found.to_confirm)
+            note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
+    if target is not None:
+        _write(target, answers, named=robot is not None)
+    known = [any(rule.gamma_nm is not None for rule in found.joints.values()) for found in answers.values()]
+    return EXIT_PASS if all(known) else EXIT_NOT_JUDGED
+
+
+def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None, choose_n: bool) -> ArmRecommendation:
+    from collaudit.core.api import recommend_arm
+
+    audits = [audit for audit, *_ in judged]
+    persistence_s, why, compared = _persistence(audits, max_delay_ms, choose_n)
+    found = recommend_arm(audits, persistence_s, [times for _, times, _ in judged], per_hour)
+    return replace(found, chosen_by=why, compared=compared)
+
+
+def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
+    from collaudit.reports.terminal.recommendation_text import brief_text, recommendation_text
+    from collaudit.reports.terminal.study_text import planes_text
+    from collaudit.reports.values.sensitivity_rows import noticed_brief, noticed_n
+
+    if verbose:
         say(recommendation_text(found, terminal_width()), nl=False)
         say(planes_text(_planes(audits), found.units, terminal_width()) if len(audits) > 1 else "", nl=False)
         say_studies(audits, answer=False)
-    if found.to_confirm and (as_json or as_dynamic or snippet is not None):
-        count = len(found.to_confirm)
-        note(f"{count} stretch{' was' if count == 1 else 'es were'} left out as possible contact: please confirm")
-    return EXIT_PASS if any(rule.gamma_nm is not None for rule in found.joints.values()) else EXIT_NOT_JUDGED
+        return
+    worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))
+    say(brief_text(found, noticed_brief(worst), terminal_width()), nl=False)
+
+
+def _write(target: Path, answers: Mapping[str, ArmRecommendation], named: bool) -> None:
+    """Write thresholds into a configuration, of named or several robots into their tables; checked before that.
+
+    Raises:
+        ConfigError: the file cannot be read, or would not be a configuration any more.
+    """
+    from collaudit.core.config import load_config, parse_config
+    from collaudit.reports.files.atomic import atomic_write
+    from collaudit.reports.files.rule_snippets import written_into
+
+    load_config(target)
+    text = target.read_text(encoding="utf-8")
+    supported = {name: a for name, a in answers.items() if any(r.gamma_nm is not None for r in a.joints.values())}
+    for name, found in supported.items():
+        text = written_into(text, found, name if named or len(answers) > 1 else None)
+    if not supported:
+        note(f"nothing was written into {target}: the evidence supports no threshold")
+        return
+    parse_config(text, target)
+    atomic_write(target, text)
+    note(f"thresholds of {', '.join(supported)} written into {target}")
 
 
 def _persistence(
-    audits: Sequence[Audit], max_delay_ms: float | None
+    audits: Sequence[Audit], max_delay_ms: float | None, choose_n: bool
 ) -> tuple[float, PersistenceReason, tuple[PersistenceChoice, ...]]:
     """The persistence, s, in whole samples of the slowest log; why; and those that were compared.
 
@@ -156,9 +222,12 @@ def _persistence(
     delay_s = None if max_delay_ms is None else max_delay_ms / 1e3
     compared = pooled_choices(studied, max(rule.n for rule in rules), delay_s, longest_s)
     for choice in compared:
-        if choice.chosen:
+        if choice.chosen and choose_n:
             return choice.persistence_s, "chosen", compared
-    return _no_longer(max(rule.persistence_s for rule in rules), longest_s), "set", compared
+    asked_ms = {rule.persistence_requested_ms for rule in rules}
+    first_ms = rules[0].persistence_requested_ms if len(asked_ms) == 1 else None
+    set_s = max(rule.persistence_s for rule in rules) if first_ms is None else first_ms / 1e3  # not as it was rounded
+    return _no_longer(set_s, longest_s), "set", compared
 
 
 def _no_longer(persistence_s: float, longest_s: float | None) -> float:
@@ -182,57 +251,6 @@ def _longest_s(audits: Sequence[Audit], max_delay_ms: float, period_s: float) ->
             expected=f"at least {1e3 * (filter_s + 2 * period_s):.3g} ms: the filter's delay and two samples",
         )
     return most * period_s
-
-
-def _audits(
-    inputs: Sequence[str], truth: Sequence[Path], per_hour: float, max_delay_ms: float | None
-) -> tuple[list[Audit], list[Times | None]]:
-    """Runs are read, everything else is judged as a log and studied; and what is known of contact in each."""
-    from collaudit.cli.log_arguments import audit_files
-    from collaudit.cli.study_output import with_study
-    from collaudit.core.api import find_logs, open_log
-    from collaudit.core.scoring.known_events import contact_times, label_times
-    from collaudit.reports.files.run_files import read_run
-
-    runs, logs = _runs_and_logs(inputs)
-    audits = []
-    with progress("reading runs") as report:
-        for k, run in enumerate(runs, 1):
-            audits.append(read_run(run))
-            report(k, len(runs))
-    loaded = load_settings()
-    found = find_logs(logs, loaded) if logs else []
-    files_known = known_contact(truth, len(runs) + len(found))
-    labelled: list[Times | None] = [None] * len(audits)
-    studied = with_study(loaded, per_hour, max_delay_ms)
-    for k, files in enumerate(found):
-        with progress(f"judging {files[0].name}") as report:
-            audits.append(audit_files(files, studied, report, truth[len(runs) + k] if files_known else None)[0])
-        wanted = loaded.config.detect.true_events
-        labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
-    if loaded.config.fit.contact == "none":
-        return audits, [() for _ in audits]
-    if files_known:
-        every = zip(files_known, audits, strict=True)
-        return audits, [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
-    return audits, labelled
-
-
-def _runs_and_logs(inputs: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """Runs, those inside the folders of audits included, and whatever else is to be judged as a log."""
-    from collaudit.reports.files.run_files import AUDIT_NAME
-
-    runs, logs = [], []
-    for text in inputs:
-        folder = Path(text)
-        inside = sorted(path.parent for path in folder.glob(f"*/{AUDIT_NAME}"))
-        if (folder / AUDIT_NAME).is_file():
-            runs.append(folder)
-        elif inside and (folder / "summary.json").is_file():
-            runs += inside
-        else:
-            logs.append(text)
-    return runs, logs
 
 
 def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:

@@ -39,8 +39,14 @@ def command(folder: Path, inputs: bool, root: Path, key: Path | None, as_json: b
     is not by the key; 3 nothing differs, and something could not be compared.
     """
     from collaudit.reports.files.json_writer import json_text
-    from collaudit.reports.files.manifest_file import compare_inputs, compare_outputs, read_manifest, summed
-    from collaudit.reports.files.signature_file import SIGNATURE_NAME, check_signature
+    from collaudit.reports.files.manifest_file import (
+        SIGNATURE_NAME,
+        compare_inputs,
+        compare_outputs,
+        read_manifest,
+        summed,
+    )
+    from collaudit.reports.files.signature_file import check_signature
 
     manifest = read_manifest(folder)
     found = compare_outputs(folder, manifest)

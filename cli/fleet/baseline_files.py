@@ -54,6 +54,13 @@ def read_baseline(place: str) -> Baseline:
     return Baseline(path.name, logs)
 
 
+def robots_in(out: Path) -> dict[str, str | None]:
+    """Whose each run folder of an audit is, by its name, as the audit's policy.json says; empty without one."""
+    if not (out / POLICY_NAME).is_file():
+        return {}
+    return {log.folder: log.robot for log in read_result(out / POLICY_NAME, PolicyFile, POLICY_SCHEMA).logs}
+
+
 def _files(path: Path) -> Iterator[tuple[Path, str | None]]:
     """Every ``audit.json``, and whose log it is about; run folders of the audit's policy.json, else all there are."""
     if path.is_file():
@@ -62,10 +69,7 @@ def _files(path: Path) -> Iterator[tuple[Path, str | None]]:
     if (path / AUDIT_NAME).is_file():
         yield path / AUDIT_NAME, None
         return
-    robots: dict[str, str | None] = {}
-    if (path / POLICY_NAME).is_file():
-        file = read_result(path / POLICY_NAME, PolicyFile, POLICY_SCHEMA)
-        robots = {log.folder: log.robot for log in file.logs}
+    robots = robots_in(path)
     for audit in sorted(path.glob(f"*/{AUDIT_NAME}")):
         if not robots or audit.parent.name in robots:
             yield audit, robots.get(audit.parent.name)

@@ -10,7 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.cli.batch.log_jobs import LogJob, log_names, run_folders
+from collaudit.cli.batch.log_jobs import LogJob
+from collaudit.cli.fleet.log_identities import log_identities, run_folders
 from collaudit.cli.fleet.log_settings import LogSettings
 from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
 from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_of
@@ -51,19 +52,24 @@ def night_of(
     """
     robots = fleet_robots(loaded)
     settings = LogSettings(loaded, flags, robots)
-    listed = with_stdin(arguments)
-    missing: list[tuple[str, CollauditError]] = []
-    if keep_going:
-        listed, missing = _there(listed, loaded)
+    asked = with_stdin(arguments)
+    listed, missing = _there(asked, loaded) if keep_going else (asked, [])
     local = [argument for argument in listed if not is_url(argument)]
     logs: list[LogFiles] = find_logs(local, loaded) if local else []
     urls = [None] * len(logs) + list(
         dict.fromkeys(url for argument in listed if is_url(argument) for url in remote_logs(argument))
     )
     logs += [(Path(url),) for url in urls if url is not None]
-    named = zip(logs, log_names(logs), run_folders(logs), urls, strict=True)
-    jobs = [_job(LogJob(files, name, folder, loaded, url=url), robots, settings) for files, name, folder, url in named]
-    jobs += [LogJob((), name, f"missing-{k}", loaded, None, error) for k, (name, error) in enumerate(missing, 1)]
+    jobs = [
+        _job(LogJob(files, "", "", loaded, url=url), robots, settings) for files, url in zip(logs, urls, strict=True)
+    ]
+    for name, error in missing:
+        logs.append((Path(name),))
+        remote = is_url(name)
+        jobs.append(LogJob(() if remote else logs[-1], "", "", loaded, None, error, url=name if remote else None))
+    names = log_identities(asked, logs, [job.robot for job in jobs])
+    named = zip(jobs, names, run_folders(names, logs), strict=True)
+    jobs = [job._replace(name=name, folder=folder) for job, name, folder in named]
     return Night(tuple(jobs), tuple(settings.robot_settings()))
 
 

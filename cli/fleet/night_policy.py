@@ -13,7 +13,7 @@ from collaudit.cli.fleet.name_patterns import matches
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.findings import findings_with_level
 from collaudit.core.policy.decision import decide_log, decided
-from collaudit.core.policy.rule_outcomes import LogInQuestion
+from collaudit.core.policy.rule_outcomes import LogInQuestion, NightOfRobot
 from collaudit.core.policy.waiver_use import WaiverBook
 
 if TYPE_CHECKING:
@@ -58,10 +58,12 @@ class NightPolicy:
         self._fail_on = tuple(fail_on)
         self._as_of = as_of or datetime.now(UTC).date()
         self._waivers = self._fresh()
+        self._came: list[tuple[LogJob, Outcome]] = []
 
     def verdict_of(self, job: LogJob, outcome: Outcome) -> Verdict:
-        """The decided verdict on one log."""
-        return self._decision(job, outcome).verdict
+        """The decided verdict on one log, as it comes: its near misses count with those of the logs before it."""
+        self._came.append((job, outcome))
+        return self._decision(job, outcome, _nights(self._came)[job.robot]).verdict
 
     def decide(self, jobs: Sequence[LogJob], outcomes: Sequence[Outcome]) -> Decisions:
         """Decide on all logs.
@@ -71,7 +73,9 @@ class NightPolicy:
             outcomes: in their order.
         """
         self._waivers = self._fresh()
-        decisions = [self._decision(job, outcome) for job, outcome in zip(jobs, outcomes, strict=True)]
+        every = list(zip(jobs, outcomes, strict=True))
+        nights = _nights(every)
+        decisions = [self._decision(job, outcome, nights[job.robot]) for job, outcome in every]
         pairs = list(zip(outcomes, decisions, strict=True))
         findings = self._waivers.findings()
         verdicts = [decision.verdict for decision in decisions]
@@ -81,7 +85,7 @@ class NightPolicy:
         if "not-judged" in self._fail_on and "not_judged" in verdicts:
             verdicts.append("fail")
         return Decisions(
-            entries=tuple(replace(o.entry, verdict=d.verdict, reasons=d.reasons) for o, d in pairs),
+            entries=tuple(self._entry(o, d) for o, d in pairs),
             results=tuple(decided(o.result, d) for o, d in pairs if o.result is not None),
             verdicts=tuple(verdicts),
             file=PolicyFile(
@@ -94,11 +98,17 @@ class NightPolicy:
             ),
         )
 
+    def _entry(self, outcome: Outcome, decision: LogDecision) -> IndexEntry:
+        """The line of a log as decided; with a baseline, the rule on contacts has counted those that are new."""
+        new = [int(one.value or 0) for one in decision.rules if one.rule == "contacts" and self._baseline is not None]
+        entry, count = outcome.entry, new[0] if new else None
+        return replace(entry, verdict=decision.verdict, reasons=decision.reasons, new_contacts=count)
+
     def _fresh(self) -> WaiverBook:
         return WaiverBook(self._policy.waivers, self._as_of, matches)
 
-    def _decision(self, job: LogJob, outcome: Outcome) -> LogDecision:
-        entry, place = outcome.entry, job.url or (job.files[0].as_posix() if job.files else job.name)
+    def _decision(self, job: LogJob, outcome: Outcome, night: NightOfRobot) -> LogDecision:
+        entry, place = outcome.entry, job.url or job.files[0].as_posix()
         if outcome.result is None:
             return LogDecision(entry.name, job.robot, place, job.folder, "not_judged", entry.reasons, ())
         path = job.loaded.friction_path
@@ -111,8 +121,16 @@ class NightPolicy:
             None if path is None else _fitted_until(path),
             path is None,
             outcome.record,
+            night,
         )
-        return replace(decide_log(log, self._waivers, self._baseline, self._fail_on), log=entry.name)
+        return decide_log(log, self._waivers, self._baseline, self._fail_on)
+
+
+def _nights(came: Sequence[tuple[LogJob, Outcome]]) -> dict[str | None, NightOfRobot]:
+    results: dict[str | None, list[AuditResult]] = {job.robot: [] for job, _ in came}
+    for job, outcome in came:
+        results[job.robot] += [] if outcome.result is None else [outcome.result]
+    return {robot: NightOfRobot.of(found) for robot, found in results.items()}
 
 
 @cache

@@ -41,7 +41,8 @@ def find_arm_states(series: UniformSeries, rigid_nm: FloatArray | None, true_eve
     """
     mask = np.zeros(series.time_s.size, dtype=np.bool_)
     findings = _flagged(series, mask, true_events)
-    for found in drives_off(series, rigid_nm):
+    in_nm = series.effort_unit == "Nm"  # what does not bear a load in another unit may be any part of it
+    for found in drives_off(series, rigid_nm if in_nm else None):
         if not mask[found.span.slice].all():
             findings.append(_finding(series, found))
         mask[found.span.slice] = True

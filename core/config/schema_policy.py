@@ -85,7 +85,11 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
         about("The audit fails if there are more contacts than this; alarms of several joints are one contact."),
     ] = 0
     max_near_misses_per_hour: Annotated[
-        NonNegative | None, about("The audit fails if there are more near misses an hour than this.")
+        NonNegative | None,
+        about(
+            "The audit fails if there are more near misses an hour than this, beyond the uncertainty of their count: "
+            "the lower 95 % bound of the rate, over all logs of a robot, exceeds it."
+        ),
     ] = None
     max_disturbed_at_rest: Annotated[
         int,

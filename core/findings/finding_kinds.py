@@ -580,7 +580,7 @@ KINDS: dict[str, Kind] = {
         'gamma_nm = "auto", and the friction file has no threshold for a joint.',
         "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "
         "or state gamma_nm.",
-        _ABSENT,
+        {"warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
     ),
     "friction-asymmetric": Kind(

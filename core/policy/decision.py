@@ -41,7 +41,7 @@ def decide_log(
         place=log.place,
         folder=log.folder,
         verdict=verdict,
-        reasons=_reasons(log.result, verdict, broken, untold, notes),
+        reasons=_reasons(log, verdict, broken, untold, notes),
         rules=tuple(rules),
     )
 
@@ -57,13 +57,17 @@ def _untold_before(result: AuditResult) -> bool:
 
 
 def _reasons(
-    result: AuditResult, verdict: Verdict, broken: list[RuleOutcome], untold: list[RuleOutcome], notes: list[str]
+    log: LogInQuestion, verdict: Verdict, broken: list[RuleOutcome], untold: list[RuleOutcome], notes: list[str]
 ) -> tuple[str, ...]:
-    if not notes and not untold and verdict == result.verdict and all(_in_core(one) for one in broken):
+    result, near = log.result, log.near_misses_alone
+    same = verdict == result.verdict and near == [one.text for one in broken if one.rule == "near_misses"]
+    if same and not notes and not untold and all(_in_core(one) for one in broken):
         return result.reasons
     own = result.unjudged or (result.reasons if result.verdict == "not_judged" else ())
     if verdict == "pass":
         own = result.reasons if result.verdict == "pass" else ("Nothing else breaks the policy.",)
+        if near and not notes:
+            own = (f"Near misses of the night keep the policy, though not those of this log alone: {near[0]}",)
     return (*(_sentence(one) for one in broken), *(one.text for one in untold), *own, *notes)
 
 

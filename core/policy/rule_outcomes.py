@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
@@ -17,11 +17,26 @@ from collaudit.core.history.log_record import LogRecord
 from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts
 from collaudit.core.policy.friction_change import FrictionChange, friction_change
 from collaudit.core.policy.history_baseline import HistoryBaseline, change_over_nights
-from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach
+from collaudit.core.verdict.breaches import contact_breach, counted, near_miss_breach, near_miss_rate
 from collaudit.core.verdict.exclusions import seconds_text
 from collaudit.core.verdict.noticed_words import place_text
 
 _DAY_S = 86400.0
+
+
+@dataclass(frozen=True, slots=True)
+class NightOfRobot:
+    """What the logs of one robot have together: near misses, seconds recorded, and how many logs they are."""
+
+    near_misses: int
+    recorded_s: float
+    logs: int
+
+    @classmethod
+    def of(cls, results: Sequence[AuditResult]) -> NightOfRobot:
+        """The sums over audits."""
+        recorded_s = sum(result.coverage.recorded_s for result in results)
+        return cls(sum(len(result.near_misses) for result in results), recorded_s, len(results))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +52,7 @@ class LogInQuestion:
         fitted_until: start of the newest log that its friction was fitted on, ISO 8601 UTC; None where unknown.
         own_fit: friction was fitted on the log itself.
         record: of the log, where it is compared with the history in a store.
+        night: near misses, seconds recorded, and logs of its robot in the whole audit; None: the log stands alone.
     """
 
     result: AuditResult
@@ -47,6 +63,24 @@ class LogInQuestion:
     fitted_until: str | None
     own_fit: bool
     record: LogRecord | None = None
+    night: NightOfRobot | None = None
+
+    @property
+    def in_the_night(self) -> NightOfRobot:
+        """Of its robot, or where it stands alone of itself."""
+        return self.night or NightOfRobot.of([self.result])
+
+    @property
+    def near_misses_alone(self) -> list[str]:
+        """Why its own near misses, by themselves, break the policy."""
+        alone = NightOfRobot.of([self.result])
+        return near_miss_breach(alone.near_misses, alone.recorded_s, self.policy.max_near_misses_per_hour)
+
+    @property
+    def where(self) -> str:
+        """Words for the logs that near misses are counted in."""
+        robot = "" if self.robot is None else f" of robot {self.robot}"
+        return f", {self.night.logs} logs{robot}" if self.night is not None and self.night.logs > 1 else ""
 
 
 class RuleBook:
@@ -78,7 +112,8 @@ class RuleBook:
             texts += contact_breach(result.contacts, policy.max_collisions, result.findings)
         limit = policy.max_near_misses_per_hour
         if policy.levels.get("near_misses") == "off" and limit is not None:
-            texts += near_miss_breach(len(result.near_misses), result.coverage.recorded_s, limit)
+            night = self._log.in_the_night
+            texts += near_miss_breach(night.near_misses, night.recorded_s, limit, self._log.where)
         return [f"Switched off by the policy: {text}" for text in texts]
 
     def _level(self, rule: RuleName) -> Literal["warn", "error"] | None:
@@ -107,15 +142,16 @@ class RuleBook:
         level, limit = self._level("near_misses"), self._policy.max_near_misses_per_hour
         if level is None or limit is None:
             return
-        count, hours = len(self._result.near_misses), self._result.coverage.recorded_s / 3600.0
+        night = self._log.in_the_night
+        count, hours = night.near_misses, night.recorded_s / 3600.0
         joints = tuple(sorted({near.joint for near in self._result.near_misses}))
         if hours <= 0:
             yield RuleOutcome("near_misses", level, "not_judged", "Nothing was recorded to count near misses in.")
             return
-        text = near_miss_breach(count, hours * 3600.0, limit)
-        note = known_rate(count, hours, limit, self._before) if text else None
-        state: RuleState = "kept" if not text else "known" if note else "broken"
-        words = " ".join(text) or f"{count / hours:.4g} near misses an hour (policy: at most {limit:g})."
+        broken = bool(joints and near_miss_breach(count, night.recorded_s, limit))
+        note = known_rate(count, hours, limit, self._before) if broken else None
+        state: RuleState = "kept" if not broken else "known" if note else "broken"
+        words = near_miss_rate(count, night.recorded_s, limit, self._log.where)
         yield RuleOutcome("near_misses", level, state, words, joints, count / hours, limit, note)
 
     def _residual(self) -> Iterator[RuleOutcome]:

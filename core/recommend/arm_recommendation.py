@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from collaudit.core.data.audit_result import Audit, RecommendedRule
+from collaudit.core.data.distinct_names import distinct
 from collaudit.core.data.recommendation_result import (
     ArmRate,
     CleanPeak,
@@ -122,7 +123,7 @@ def recommend_arm(
     """
     known: list[Times | None] = [*contact, *[None] * (len(audits) - len(contact))]
     kept = _different(audits)
-    audits, known = [audits[k] for k in kept], [known[k] for k in kept]
+    audits, known = _distinct([audits[k] for k in kept]), [known[k] for k in kept]
     wanted = persistence_s or max(a.result.rule.persistence_s for a in audits)
     gathered = gather_evidence(audits, known)
     outliers = outlying_stretches(gathered, wanted)
@@ -171,6 +172,15 @@ def _different(audits: Sequence[Audit]) -> list[int]:
         if not any(_same(audit, audits[j]) for j in kept):
             kept.append(k)
     return kept
+
+
+def _distinct(audits: Sequence[Audit]) -> list[Audit]:
+    """The audits with names that tell them apart: the evidence names stretches by their log."""
+    names = distinct([audit.result.log.name for audit in audits])
+    return [
+        replace(one, result=replace(one.result, log=replace(one.result.log, name=name)))
+        for one, name in zip(audits, names, strict=True)
+    ]
 
 
 def _same(a: Audit, b: Audit) -> bool:

@@ -309,7 +309,7 @@ def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSer
         if balance.total_nm is not None:
             raise_to(~np.isfinite(torque[:, j]) & (column < State.NO_FRICTION), State.NOT_A_NUMBER)
         raise_to(saturated[:, j], State.SATURATED)
-        if idle is not None:
+        if idle is not None and balance.total_nm is not None:  # without a torque that is the reason all the time
             raise_to(idle, State.NOT_DRIVEN)
         column[lost] = State.GAP
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from scipy.special import gammaincinv as gamma_quantile
+
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.findings import Finding
 from collaudit.core.verdict.exclusions import seconds_text
@@ -38,23 +40,34 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
     return reasons
 
 
-def near_miss_breach(count: int, recorded_s: float, most_per_hour: float | None) -> list[str]:
-    """Why near misses break the policy; nothing where they do not.
+def near_miss_breach(count: int, recorded_s: float, most_per_hour: float | None, where: str = "") -> list[str]:
+    """Why near misses break the policy: the lower bound of their rate exceeds it. Nothing where they do not.
 
     Args:
         count: of near misses.
         recorded_s: seconds recorded.
         most_per_hour: so many an hour are allowed; None for any number.
+        where: words for the logs they are counted in, if not one alone.
     """
-    if most_per_hour is None or not count or recorded_s <= 0:
+    if most_per_hour is None or not count or least_per_hour(count, recorded_s) <= most_per_hour:
         return []
-    rate = count / (recorded_s / 3600.0)
-    if rate <= most_per_hour:
-        return []
-    return [
-        f"{counted(count, 'near miss', 'near misses')} in {seconds_text(recorded_s)} is "
-        f"{rate:.4g} an hour (policy: at most {most_per_hour:g})."
-    ]
+    return [near_miss_rate(count, recorded_s, most_per_hour, where)]
+
+
+def near_miss_rate(count: int, recorded_s: float, most_per_hour: float, where: str = "") -> str:
+    """The rate of near misses with its lower bound, beside the limit, in words; arguments as above."""
+    hourly = f"{count / (recorded_s / 3600.0):.3g} an hour"
+    return (
+        f"{counted(count, 'near miss', 'near misses')} in {seconds_text(recorded_s)}{where}: {hourly}, "
+        f"at least {least_per_hour(count, recorded_s):.3g} (95 %; policy: at most {most_per_hour:g})."
+    )
+
+
+def least_per_hour(count: int, recorded_s: float) -> float:
+    """The lower 95 % bound of a rate an hour, of a count of Poisson events (exact; Garwood 1936)."""
+    if not count or recorded_s <= 0:
+        return 0.0
+    return float(gamma_quantile(count, 0.05)) / (recorded_s / 3600.0)
 
 
 def counted(number: int, one: str, many: str | None = None) -> str:

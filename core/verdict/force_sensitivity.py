@@ -136,7 +136,7 @@ def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
     longest = np.linalg.norm(np.where(slides[:, None], 0.0, lever), axis=2).max(axis=1, initial=0.0)
     least = _LOADED * np.where(slides, 1.0, longest[:, None])  # a sliding joint takes up to a newton a newton
     loads = (arm > least[:, :, None]) & at.watched[:, felt, None]
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         force = np.where(loads, at.noticed_nm[:, felt, None] / arm, np.inf)
     any_joint: BoolArray = np.asarray(loads.any(axis=1))
     smallest = np.where(any_joint, force.min(axis=1), np.inf)

@@ -16,6 +16,7 @@ from collaudit.reports.files.json_writer import json_text
 
 MANIFEST_SCHEMA = "collaudit/manifest/1"
 MANIFEST_NAME = "manifest.json"
+SIGNATURE_NAME = f"{MANIFEST_NAME}.minisig"
 Role = Literal["output", "log", "configuration", "fleet", "friction", "robot"]
 
 
@@ -144,19 +145,18 @@ def read_manifest(out: Path) -> Manifest:
 
 
 def compare_outputs(out: Path, manifest: Manifest) -> list[Difference]:
-    """Outputs that are missing, changed, or were added to the folders of logs since.
+    """Outputs that are missing or changed, and every file of the folder that the manifest does not name.
 
     Args:
         out: folder of the audit.
         manifest: what stood in it.
     """
-    known = {item.path for item in manifest.outputs}
+    known = {item.path for item in manifest.outputs} | {MANIFEST_NAME, SIGNATURE_NAME}
     found = [difference for item in manifest.outputs if (difference := _compared(out / item.path, item)) is not None]
-    for folder in dict.fromkeys(log.folder for log in manifest.logs):
-        for file in sorted((out / folder).rglob("*")):
-            name = file.relative_to(out).as_posix()
-            if not file.is_dir() and name not in known:
-                found.append(Difference(name, "added", "was not written by this audit"))
+    for file in sorted(out.rglob("*")):
+        name = file.relative_to(out).as_posix()
+        if (file.is_symlink() or not file.is_dir()) and name not in known:
+            found.append(Difference(name, "added", "was not written by this audit"))
     return found
 
 

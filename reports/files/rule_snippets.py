@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 from collaudit.core.config.toml_text import key_item
+from collaudit.core.errors import ConfigError
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
+
+if TYPE_CHECKING:
+    from tomlkit.items import Table
 
 #: What :func:`snippet` makes.
 SNIPPETS = ("config", "franka", "ur")
@@ -51,10 +58,82 @@ def _config(found: ArmRecommendation, gammas: dict[str, float]) -> str:
     detect = tomlkit.table()
     detect.add(tomlkit.comment(claim(found)))
     detect.append("persistence_ms", round(1e3 * found.persistence_s, 6))
+    detect.append("gamma_nm", _table(gammas))
+    detect.append("evidence", _evidence(found))
+    made = tomlkit.document()
+    made.append("detect", detect)
+    return tomlkit.dumps(made)
+
+
+def written_into(text: str, found: ArmRecommendation, robot: str | None = None) -> str:
+    """A configuration with the recommended thresholds; everything else in it stays, comments included.
+
+    The persistence is written where it was asked for or chosen, and where the file has none. A joint without a
+    recommendation keeps its threshold.
+
+    Args:
+        text: of the file.
+        found: the recommendation; of one that is refused nothing is written.
+        robot: write the thresholds into this robot's table of the fleet instead of ``[detect]``.
+
+    Raises:
+        ConfigError: the file has no table for this robot.
+    """
+    import tomlkit
+
+    document: Any = tomlkit.parse(text)
+    gammas = {joint: rule.gamma_nm for joint, rule in found.joints.items() if rule.gamma_nm is not None}
+    if robot is not None:
+        robots = document.get("fleet", {}).get("robots", {})
+        if robot not in robots:
+            expected = f"a table [fleet.robots.{robot}]"
+            raise ConfigError(
+                "the file does not describe this robot", found=", ".join(robots) or None, expected=expected
+            )
+        _set(robots[robot], "gamma_nm", _kept(robots[robot], found) | gammas)
+        return tomlkit.dumps(document)
+    if "detect" not in document:
+        document.append("detect", tomlkit.table())
+    detect = document["detect"]
+    if found.chosen_by != "set" or not {"n", "persistence_ms"} & set(detect):
+        detect.pop("n", None)
+        detect["persistence_ms"] = round(1e3 * found.persistence_s, 6)
+    _set(detect, "gamma_nm", _kept(detect, found) | gammas)
+    detect.pop("evidence", None)
+    detect.append("evidence", _evidence(found))
+    return tomlkit.dumps(document)
+
+
+def _kept(table: Any, found: ArmRecommendation) -> dict[str, float]:
+    """Thresholds that the file has, of all joints or of each."""
+    stated = table.get("gamma_nm")
+    if isinstance(stated, int | float):
+        return dict.fromkeys(found.joints, float(stated))
+    return {str(joint): float(gamma) for joint, gamma in stated.items()} if isinstance(stated, dict) else {}
+
+
+def _set(table: Any, key: str, gammas: Mapping[str, float]) -> None:
+    """Change thresholds where they stand, so that comments beside them stay; else put a table in their place."""
+    if isinstance(table.get(key), dict):
+        for joint, gamma in gammas.items():
+            table[key][joint] = gamma
+        return
+    table.pop(key, None)
+    table.append(key, _table(gammas))
+
+
+def _table(gammas: Mapping[str, float]) -> Table:
+    import tomlkit
+
     thresholds = tomlkit.table()
     for joint, gamma in gammas.items():
         thresholds.append(key_item(joint, quoted=True), gamma)
-    detect.append("gamma_nm", thresholds)
+    return thresholds
+
+
+def _evidence(found: ArmRecommendation) -> Table:
+    import tomlkit
+
     ranges = tomlkit.table(is_super_table=True)
     for joint, known in found.ranges.items():
         table = tomlkit.table()
@@ -69,7 +148,4 @@ def _config(found: ArmRecommendation, gammas: dict[str, float]) -> str:
             table.append("reversals_per_h", float(f"{known.reversals_per_h:.3g}"))
         table.append("standing", known.standing > 0)
         ranges.append(key_item(joint, quoted=True), table)
-    detect.append("evidence", ranges)
-    made = tomlkit.document()
-    made.append("detect", detect)
-    return tomlkit.dumps(made)
+    return ranges

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any
 from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.small_files import check_regular, read_small
 from collaudit.reports.files.atomic import atomic_write
-from collaudit.reports.files.manifest_file import MANIFEST_NAME
+from collaudit.reports.files.manifest_file import MANIFEST_NAME, SIGNATURE_NAME
 
 if TYPE_CHECKING:
     from types import ModuleType
-
-SIGNATURE_NAME = f"{MANIFEST_NAME}.minisig"
 
 
 def signing_key(path: Path, password: str | None) -> Any:

@@ -30,8 +30,59 @@ _UNTIL_THEN = 'until then: gamma_nm = "auto" takes the thresholds of the frictio
 _WHY = {
     "stated": "as stated",
     "chosen": "chosen: notices the least force of those compared",
-    "set": "as set; collaudit detect --study compares others",
+    "set": "as set; --choose-n takes what notices the least force",
 }
+
+
+def brief_text(found: ArmRecommendation, as_set: str = "", width: int | None = None) -> str:
+    """Three lines: what to set, what that notices, and how many hours are missing for what rate.
+
+    Args:
+        found: the recommendation.
+        as_set: the force that was noticed with the thresholds as they were, in words; empty where none is known.
+        width: columns that lines fit; None: any.
+    """
+    rules = {joint: rule for joint, rule in found.joints.items() if rule.gamma_nm is not None}
+    if not rules:
+        missing = joint_lines(
+            ((j, t) for j, rule in found.joints.items() for t in rule.missing), len(found.joints), True
+        )
+        lines = ["Set      nothing: the evidence supports no threshold", *(f"Missing  {line}" for line in missing[:1])]
+        return "".join(wrapped(line, width, "         ") + "\n" for line in (*lines, f"Hours    {_hours(found.rate)}"))
+    gamma = _listed({joint: f"{rule.gamma_nm:g}" for joint, rule in rules.items()}, found.units)
+    torque = _listed({j: f"{r.noticed_nm:.3g}" for j, r in rules.items() if r.noticed_nm is not None}, found.units)
+    persistence = f"{1e3 * found.persistence_s:.4g} ms"
+    lines = [
+        f"Set      gamma {gamma}; persistence {persistence} ({_WHY[found.chosen_by]})",
+        f"Notices  torques of {torque} that last so long, at 95 % of the judged moments; {_forces(found, as_set)}",
+        f"Hours    {_hours(found.rate)}",
+    ]
+    return "".join(wrapped(line, width, "         ") + "\n" for line in lines)
+
+
+def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
+    return ", ".join(f"{joint} {with_force_unit(text, joint, units)}" for joint, text in shown.items()) + " N·m"
+
+
+def _forces(found: ArmRecommendation, as_set: str) -> str:
+    """Forces of contacts added to the logs, of which half are noticed, where a study of this persistence tells."""
+    ns = {rule.n for rule in found.joints.values()}
+    known = [
+        f"{shape} {n:.3g} N" for c in found.compared if c.n in ns for shape, n in c.force_n.items() if n is not None
+    ]
+    if known:
+        return f"half of the contacts added to the logs: {', '.join(known)}"
+    return f"with gamma as it was: {as_set}" if as_set else "in newtons not known (collaudit detect --study)"
+
+
+def _hours(arm: ArmRate) -> str:
+    asked, hours = rate_words(arm.target_per_hour), duration(3600.0 * arm.hours)
+    if arm.supported:
+        return f"enough: {hours} without contact support at most {asked} false alarms of the arm (95 %)"
+    so_far = "" if arm.supported_per_hour is None else f"; {hours} support {rate_words(arm.supported_per_hour)}"
+    return (
+        f"{duration(3600.0 * arm.more_hours)} without contact are missing for {asked} false alarms of the arm{so_far}"
+    )
 
 
 def recommendation_text(found: ArmRecommendation, width: int | None = None) -> str:

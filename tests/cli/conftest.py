@@ -121,6 +121,11 @@ class Arm:
     pushed: Path
     friction: Path
 
+    @staticmethod
+    def run(log: Path) -> str:
+        """The run folder of a log that is named itself."""
+        return f"{log.parent.name}_{log.stem}"
+
 
 @pytest.fixture(scope="session")
 def arm(once: Callable[..., Path]) -> Arm:

@@ -79,8 +79,8 @@ def test_joints_and_serials_tell_robots_apart(arm, collaudit, tmp_path: Path) ->
         log = tmp_path / "logs" / side / "night.csv"
         log.write_text(f"# controller: X1, serial: SN-{number}\n{log.read_text()}")
     collaudit("audit", tmp_path / "logs", "-c", config, "--friction", arm.friction, "-o", tmp_path / "out")
-    robots = {name.rpartition("logs/")[2]: entry["robot"] for name, entry in _logs(tmp_path / "out").items()}
-    assert robots == {"left/night.csv": "a", "right/night.csv": "b"}
+    robots = {name: entry["robot"] for name, entry in _logs(tmp_path / "out").items()}
+    assert robots == {"a/left/night.csv": "a", "b/right/night.csv": "b"}
 
 
 def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: Path) -> None:
@@ -148,7 +148,7 @@ def test_a_list_on_stdin(arm, collaudit, tmp_path: Path, monkeypatch: pytest.Mon
     settings = ("-c", arm.config, "--friction", arm.friction)
     monkeypatch.setattr("sys.stdin", io.StringIO(f"{arm.clean}\n\n{arm.pushed}\n"))
     assert collaudit("audit", "-", *settings, "-o", tmp_path / "out").code == 1
-    assert set(_logs(tmp_path / "out")) == {"clean.csv", "pushed.csv"}
+    assert {Path(name).name for name in _logs(tmp_path / "out")} == {"clean.csv", "pushed.csv"}
     monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
     run = collaudit("audit", "-", *settings, "-o", tmp_path / "none")
     assert run.code == 2 and "nothing would be judged" in run.err

@@ -187,14 +187,15 @@ def test_nothing_is_written_through_a_link(arm, collaudit, tmp_path: Path) -> No
     out = tmp_path / "out"
     arguments = ("audit", arm.clean, "-c", arm.config, "--friction", arm.friction, "-o", out)
     assert collaudit(*arguments).code == 0
-    for name in ("summary.json", "clean/audit.json"):
+    run = arm.run(arm.clean)
+    for name in ("summary.json", f"{run}/audit.json"):
         (out / name).unlink()
         (out / name).symlink_to(target)
         collaudit(*arguments, "--force")
         assert target.read_text() == "mine"
     (tmp_path / "elsewhere").mkdir()
-    shutil.rmtree(out / "clean")
-    (out / "clean").symlink_to(tmp_path / "elsewhere")
+    shutil.rmtree(out / run)
+    (out / run).symlink_to(tmp_path / "elsewhere")
     assert collaudit(*arguments).code == 3
     assert not list((tmp_path / "elsewhere").iterdir())
     link = tmp_path / "link.json"
@@ -245,7 +246,7 @@ def _contents(out: Path) -> dict[str, bytes]:
 
 def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
     from collaudit.cli.batch.finished_logs import finished_outcomes
-    from collaudit.cli.batch.log_jobs import log_jobs
+    from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.core.config import load_config
 
     log, friction, out = tmp_path / "log.csv", tmp_path / "friction.json", tmp_path / "out"
@@ -255,11 +256,11 @@ def test_what_changed_is_judged_again(arm, collaudit, tmp_path: Path) -> None:
 
     def kept(**settings: object) -> bool:
         loaded = load_config(arm.config, {"friction.file": str(friction), **settings})
-        return bool(finished_outcomes(log_jobs([(log,)], loaded), out))
+        return bool(finished_outcomes([LogJob((log,), "log.csv", arm.run(log), loaded)], out))
 
     assert kept()
     assert not kept(**{"detect.gamma_nm": 4.1})
-    run = out / "log"
+    run = out / arm.run(log)
     for file in (
         log,
         friction,

@@ -28,7 +28,7 @@ def night(arm, collaudit, tmp_path: Path):
         done = collaudit(*command, "--as-of", "2026-06-15")
         entries = json.loads((tmp_path / out / "summary.json").read_text())["logs"]
         policy = json.loads((tmp_path / out / "policy.json").read_text())
-        return done, {entry["name"]: entry for entry in entries}, policy
+        return done, {Path(entry["name"]).name: entry for entry in entries}, policy
 
     return run
 
@@ -49,7 +49,7 @@ def test_residual_limits_and_findings_by_code(arm, night, tmp_path: Path) -> Non
     done, _, policy = night([arm.clean], "[policy]\nmax_residual_rms_nm = { joint1 = 0.0001, joint2 = 50 }\n")
     states = {tuple(rule["joints"]): rule["state"] for rule in policy["logs"][0]["rules"] if rule["rule"] == "residual"}
     assert done.code == 1 and states == {("joint1",): "broken", ("joint2",): "kept"}
-    code = json.loads((tmp_path / "out" / "clean" / "audit.json").read_text())["findings"][0]["code"]
+    code = json.loads((tmp_path / "out" / arm.run(arm.clean) / "audit.json").read_text())["findings"][0]["code"]
     done, logs, _ = night([arm.clean], f'[policy]\nfindings = {{ {code} = "error" }}\n')
     assert done.code == 1 and f"Finding {code}:" in " ".join(logs["clean.csv"]["reasons"])
     assert night([arm.clean], f'[policy]\nfindings = {{ {code} = "warn" }}\n')[0].code == 0
@@ -93,7 +93,7 @@ def test_a_waived_contact_in_a_log_that_is_not_judged_is_no_pass(arm, night) -> 
 
 def test_the_log_keeps_its_own_verdict(arm, night, tmp_path: Path) -> None:
     night([arm.pushed], WAIVER.format(expires="2026-12-31", up_to=1))
-    assert json.loads((tmp_path / "out" / "pushed" / "audit.json").read_text())["verdict"] == "fail"
+    assert json.loads((tmp_path / "out" / arm.run(arm.pushed) / "audit.json").read_text())["verdict"] == "fail"
 
 
 def test_formats_show_the_decision(arm, night, tmp_path: Path) -> None:
@@ -119,7 +119,7 @@ def test_a_baseline_excuses_the_contacts_of_the_same_log_only(arm, night, tmp_pa
     lines = arm.pushed.read_text().splitlines()
     other.write_text("\n".join(lines[:-1]) + "\n")
     assert night([other], "", *baseline)[0].code == 1, "another log's contact is a new one"
-    assert night([arm.pushed], "", "--baseline", tmp_path / "before" / "pushed" / "audit.json")[0].code == 0
+    assert night([arm.pushed], "", "--baseline", tmp_path / "before" / arm.run(arm.pushed) / "audit.json")[0].code == 0
 
 
 def test_a_baseline_that_is_none_is_an_error(arm, collaudit, tmp_path: Path) -> None:

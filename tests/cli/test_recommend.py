@@ -14,7 +14,10 @@ import pytest
 from residual_audits import audit_of, coloured
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, PersistenceChoice, RuleStudy
+from collaudit.core.detection.rule import persistence_samples
+from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.run_folder import write_run
 
 
@@ -29,7 +32,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_one_screen_with_the_answer_first(collaudit, run: Path) -> None:
-    found = collaudit("recommend", run)
+    found = collaudit("recommend", run, "-v")
     lines = found.out.splitlines()
     assert found.code == 0 and len(lines) < 25
     assert lines[0].startswith("Asked: false alarms of the arm below 1 per 1,000 h, persistence 26 ms (as set; ")
@@ -91,12 +94,12 @@ def studied(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def test_one_persistence_is_recommended_over_all_studies(collaudit, studied: list[Path]) -> None:
-    one = json.loads(collaudit("recommend", studied[0], "--json").out)
+    one = json.loads(collaudit("recommend", studied[0], "--json", "--choose-n").out)
     assert one["persistence_by"] == "chosen" and one["joints"]["joint1"]["n"] == 50
-    found = collaudit("recommend", *studied)
+    found = collaudit("recommend", *studied, "--choose-n", "-v")
     assert "persistence 50 ms (chosen: notices the least force of those compared)" in found.out.splitlines()[0]
     assert found.out.count("recommended") == 1 and "from this log alone" not in found.out
-    both = json.loads(collaudit("recommend", *studied, "--json").out)
+    both = json.loads(collaudit("recommend", *studied, "--json", "--choose-n").out)
     assert both["joints"]["joint1"]["n"] == 25
     (known,) = [c for c in both["persistences"] if c["chosen"]]
     assert known["n"] == 25 and known["force_n"]["push"] == 10.0
@@ -106,7 +109,7 @@ def test_one_persistence_is_recommended_over_all_studies(collaudit, studied: lis
 
 
 def test_the_delay_holds_for_the_compared_persistences(collaudit, studied: list[Path]) -> None:
-    quick = json.loads(collaudit("recommend", *studied, "--max-delay-ms", "60", "--json").out)
+    quick = json.loads(collaudit("recommend", *studied, "--max-delay-ms", "60", "--choose-n", "--json").out)
     assert quick["joints"]["joint1"]["n"] == 13, "25 samples alarm after 75 ms with contacts added"
     stated = json.loads(collaudit("recommend", *studied, "--n", "20", "--json").out)
     assert stated["persistence_by"] == "stated" and stated["joints"]["joint1"]["n"] == 20
@@ -127,4 +130,109 @@ def test_too_little_is_refused(collaudit, tmp_path: Path) -> None:
     write_run(tmp_path / "short", audit_of(coloured(1, 100.0)), None)
     found = collaudit("recommend", tmp_path / "short")
     assert found.code == 3
-    assert "refused" in found.out and "at least 3 min are needed" in found.out
+    assert "supports no threshold" in found.out and "at least 3 min are needed" in found.out
+
+
+def test_three_lines_say_what_to_set(collaudit, run: Path, studied: list[Path]) -> None:
+    found = collaudit("recommend", run)
+    lines = found.out.splitlines()
+    assert [line.split()[0] for line in lines] == ["Set", "Notices", "Hours"] and len(found.out.split()) < 80
+    assert re.fullmatch(r"Set +gamma joint1 \S+, joint2 \S+ N·m; persistence 26 ms \(as set; .*", lines[0])
+    assert re.search(r"torques of joint1 \S+, joint2 \S+ N·m .*; in newtons not known \(", lines[1])
+    assert "199 h 50 min without contact are missing for 1 per 1,000 h" in lines[2]
+    assert "9 min 58 s support 1.2 per hour" in lines[2]
+    assert "1 stretch was left out as possible contact" in found.err
+    assert "half of the contacts added to the logs: push 30 N" in collaudit("recommend", *studied).out
+
+
+CONFIG = """\
+# who set this, and when
+[detect]
+gamma_nm = 4.0  # by hand
+persistence_ms = 25  # agreed with the lab
+[policy]
+max_collisions = 0  # none
+"""
+
+
+def test_written_into_the_configuration_with_its_comments(collaudit, run: Path, tmp_path: Path) -> None:
+    config = tmp_path / "collaudit.toml"
+    config.write_text(CONFIG, encoding="utf-8")
+    for _ in range(2):  # the second time tables are there to be changed
+        assert collaudit("recommend", run, "--write", config).code == 0
+        text = config.read_text(encoding="utf-8")
+        made = tomllib.loads(text)["detect"]
+        assert set(made["gamma_nm"]) == {"joint1", "joint2"} == set(made["evidence"]) and made["persistence_ms"] == 25
+        for comment in ("# who set this, and when", "# agreed with the lab", "# none"):
+            assert comment in text
+        assert collaudit("check", config).code == 0
+    config.write_text(config.read_text().replace('"joint1" = ', '"joint1" = 1', 1) + "# mine\n")
+    assert collaudit("recommend", run, "--write", config, "--n", "20").code == 0
+    assert tomllib.loads(config.read_text())["detect"]["persistence_ms"] == 40.0 and "# mine" in config.read_text()
+
+
+def test_a_round_of_recommending_and_judging_keeps_the_persistence(collaudit, tmp_path: Path) -> None:
+    """25 ms are 13 samples of 2 ms, and 26 ms; whoever took these for what was asked climbed from round to round."""
+    config = tmp_path / "collaudit.toml"
+    config.write_text("[detect]\n", encoding="utf-8")
+    asked = 25.0
+    for _ in range(3):
+        runs = []
+        for k, period_s in enumerate((0.002, 0.008)):
+            made = audit_of(coloured(k, 400.0), gamma_nm=100.0, name=f"{k}.mcap", period_s=period_s)
+            n = persistence_samples(asked / 1e3, period_s)
+            rule = replace(made.result.rule, n=n, persistence_s=n * period_s, persistence_requested_ms=asked)
+            runs.append(tmp_path / str(k))
+            shutil.rmtree(runs[-1], ignore_errors=True)
+            write_run(runs[-1], replace(made, result=replace(made.result, rule=rule)), None)
+        assert collaudit("recommend", *runs, "--write", config).code == 0
+        asked = tomllib.loads(config.read_text())["detect"]["persistence_ms"]
+        assert asked == 25.0
+
+
+def test_a_fleet_gets_one_answer_for_each_robot(collaudit, tmp_path: Path) -> None:
+    out, config = tmp_path / "out", tmp_path / "collaudit.toml"
+    decisions = []
+    for robot, level, joints in (("A", 1.0, 1), ("B", 3.0, 2)):
+        made = audit_of(level * coloured(1, 600.0, joints=joints), gamma_nm=100.0, name=f"{robot}/cell/run.mcap")
+        write_run(out / f"{robot}_run", made, None)
+        verdict = made.result.verdict
+        decisions.append(LogDecision(made.result.log.name, robot, "run.mcap", f"{robot}_run", verdict, (), ()))
+    (out / "policy.json").write_text(json_text(PolicyFile(POLICY_SCHEMA, "2026-01-01", None, (), tuple(decisions), ())))
+    (out / "summary.json").write_text("{}")
+    found = collaudit("recommend", out)
+    assert found.code == 0 and [line for line in found.out.splitlines() if "Robot" in line] == ["Robot A", "Robot B"]
+    several = collaudit("recommend", out, "--json")
+    assert several.code == 2 and "--robot" in several.err and "A, B" in several.err
+    gammas = [json.loads(collaudit("recommend", out, "--robot", r, "--json").out)["joints"] for r in "AB"]
+    assert set(gammas[0]) == {"joint1"} and set(gammas[1]) == {"joint1", "joint2"}
+    assert gammas[1]["joint1"]["gamma_nm"] > 2 * gammas[0]["joint1"]["gamma_nm"]
+    config.write_text(
+        "[fleet.robots.A]\npaths = ['A/*']  # hall 1\n[fleet.robots.B]\npaths = ['B/*']\ngamma_nm = 50.0\n"
+    )
+    assert collaudit("recommend", out, "--write", config).code == 0
+    robots = tomllib.loads(config.read_text())["fleet"]["robots"]
+    assert robots["A"]["gamma_nm"]["joint1"] == gammas[0]["joint1"]["gamma_nm"]
+    assert robots["B"]["gamma_nm"]["joint2"] == gammas[1]["joint2"]["gamma_nm"] and "# hall 1" in config.read_text()
+    before = config.read_text().replace("robots.B", "robots.C")
+    config.write_text(before)
+    refused = collaudit("recommend", out, "--write", config)
+    assert refused.code == 2 and "fleet.robots.B" in refused.err and config.read_text() == before
+
+
+def test_arms_without_a_name_are_told_apart_by_their_joints(collaudit, tmp_path: Path) -> None:
+    """Two logs of one name, of arms with other joints: no answer over both of them."""
+    for k, joints in ((1, 1), (2, 2)):
+        write_run(tmp_path / str(k), audit_of(coloured(k, 600.0, joints=joints), gamma_nm=100.0), None)
+    found = collaudit("recommend", tmp_path / "1", tmp_path / "2")
+    assert found.code == 0 and "Robot joint1, joint2\n" in found.out and "Robot joint1\n" in found.out
+
+
+def test_what_is_refused_is_not_written(collaudit, tmp_path: Path) -> None:
+    config = tmp_path / "collaudit.toml"
+    config.write_text(CONFIG, encoding="utf-8")
+    write_run(tmp_path / "short", audit_of(coloured(1, 100.0)), None)
+    found = collaudit("recommend", tmp_path / "short", "--write", config)
+    assert found.code == 3 and config.read_text(encoding="utf-8") == CONFIG and "nothing was written" in found.err
+    assert [line.split()[0] for line in found.out.splitlines()] == ["Set", "Missing", "Hours"]
+    assert "nothing: the evidence supports no threshold" in found.out and "at least 3 min are needed" in found.out

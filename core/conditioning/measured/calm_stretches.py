@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import log
+from math import exp, log, sqrt
 
 import numpy as np
 
@@ -38,10 +38,13 @@ _ROUNDED, _FINE = 2.0, 0.05
 #: Standard deviations of the second and fourth differences of white noise of 1, and the median of their sizes in them.
 _SECOND, _FOURTH, _MEDIAN = 6.0**0.5, 70.0**0.5, 0.6745
 #: Windows in which noise is measured, in times of the shortest; its fewest samples, in one channel and in all at once.
-_WINDOWS, WINDOW, WINDOW_OF_ALL = (1, 2, 4, 8), 8, 4
+_WINDOWS, WINDOW, _WINDOW_OF_ALL = (1, 2, 4, 8), 8, 4
 #: A window has less than the usual noise where it lies below the lower quarter by so many times what that lies below
 #: the median, in logarithms: 12 recordings of 8 arms and the simulated ones stay within 10.5.
 _BELOW, _QUARTER = 12.0, 0.25
+#: Of white noise the lower quarter lies below the median by so many standard deviations of the logarithm; these are
+#: sqrt(2 / freedom), with a degree of freedom for every 1.94 bends, which depend on each other.
+_TO_QUARTER, _FREEDOM = 0.6745, 2.0 * 1.94
 #: Windows from which the usual noise is told.
 _LEAST_WINDOWS = 40
 
@@ -176,13 +179,13 @@ def _bound(calm: BoolArray, others: int, coarse: bool, least: int) -> float:
     return bound
 
 
-def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, shortest: int) -> BoolArray | None:
+def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, channels: int = 1) -> BoolArray | None:
     """(n,) rows of runs with far less than the usual noise; None where there are none, or that cannot be told.
 
     Args:
         bend: (n,) of :func:`bend_of` of a channel that is measured, or of all, each in its noise.
         moving, least: as of :func:`straight_rows`.
-        shortest: samples of the shortest window in which noise is measured.
+        channels: how many it is of.
     """
     known = np.isfinite(bend)
     energy = np.concatenate(([0.0], np.cumsum(np.square(np.where(known, bend, 0.0)))))
@@ -190,7 +193,7 @@ def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, shortest: int) -
     out = np.zeros(bend.size, dtype=np.bool_)
     loud = 0.0
     for times in _WINDOWS:
-        width = times * max(least, shortest)
+        width = times * max(least, WINDOW if channels == 1 else _WINDOW_OF_ALL)
         if width >= bend.size:
             break
         power = energy[width:] - energy[:-width]
@@ -202,7 +205,8 @@ def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, shortest: int) -
         if quarter <= 0.0:
             continue
         loud = max(loud, half / width)
-        first = np.flatnonzero(power < quarter * (quarter / half) ** _BELOW)
+        spread = min(quarter / half, exp(-_TO_QUARTER * sqrt(_FREEDOM / (channels * width))))  # few windows tell it ill
+        first = np.flatnonzero(power < quarter * spread**_BELOW)
         first = first[whole(first, width)]
         if first.size:
             out |= marked(first, first + width, bend.size)

@@ -24,7 +24,9 @@ _Hashes = NDArray[np.uint64]
 
 
 def repeated_rows(x: FloatArray, noise: Noise, usual: BoolArray, least: int) -> BoolArray | None:
-    """(n,) rows of runs that occur more than once in the same order, the first time included; None without any.
+    """(n,) rows of runs that occurred before in the same order; None without any.
+
+    The first of them counts as measured. If it was the copy, the log holds a stretch without measurement all the same.
 
     Values that are held count once. How many have to agree follows from how often two values of the channel do.
 
@@ -83,7 +85,7 @@ def _alike(values: _Hashes) -> float:
 
 
 def _again(values: _Hashes, count: int, least: int) -> BoolArray | None:
-    """(m,) whether the ``count`` values from each place on stand elsewhere too; None where no ``least`` values do."""
+    """(m,) whether the ``count`` values from each place on stand earlier too; None where no ``least`` values do."""
     size = values.size - count + 1
     key = np.zeros(size, dtype=np.uint64)
     for k in range(count):
@@ -91,7 +93,10 @@ def _again(values: _Hashes, count: int, least: int) -> BoolArray | None:
     key *= _FACTOR
     if not _twice(_picked(key, least - count + 1)).size:
         return None
-    return np.isin(key, _twice(key))
+    order = np.argsort(key, kind="stable")
+    later = np.zeros(size, dtype=np.bool_)
+    later[order[1:]] = key[order[1:]] == key[order[:-1]]
+    return later
 
 
 def _picked(key: _Hashes, width: int) -> _Hashes:

@@ -13,9 +13,8 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.conditioning.effort_signal import saturation
 from collaudit.core.conditioning.measured.calm_stretches import (
-    WINDOW,
-    WINDOW_OF_ALL,
     bend_of,
     noise_of,
     quiet_rows,
@@ -33,7 +32,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
-from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
 
 #: Samples from which a period is told.
@@ -41,6 +40,8 @@ _FEWEST = 24
 #: Speed is told over this time, s.
 _SPEED_S = 0.05
 _LISTED = 3
+#: No effort is less than this share of what the drive exerts at most in so much of the time.
+_NO_EFFORT, _USUAL = 0.02, 0.95
 #: What a stretch is, said in this order.
 _CONSTANT, _STRAIGHT, _QUIET, _COPIED = 1, 2, 3, 4
 _WORDS = {
@@ -71,10 +72,13 @@ def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
                 position[start:stop, j] = np.nan
         findings += _frozen(recorded, found)
     if effort is not None and (kinds := _efforts(recorded, effort, shortest_stretch(detect, period))):
+        pinned = saturation(effort, period)  # a limit is a measurement, of at least so much: it is judged as that
         effort = copied(effort)
         for j, kind in kinds.items():
-            effort[kind > 0, j] = np.nan
-            findings.append(_unmeasured(recorded, j, kind))
+            kind[pinned[:, j]] = 0
+            if kind.any():
+                effort[kind > 0, j] = np.nan
+                findings.append(_unmeasured(recorded, j, kind))
     if not findings:
         return recorded
     parts = {"effort": None if effort is None else frozen(effort), "position_rad": frozen(position)}
@@ -96,7 +100,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
     holds or fills in the one does so with all.
     """
     moving = _moving(recorded.position_rad, _period(recorded.time_s) or 1.0)
-    moving &= (effort != 0.0).any(axis=1)[:, None]  # else drives are off
+    moving &= _driven(effort)[:, None]
     if not moving.any():
         return {}
 
@@ -110,7 +114,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
         noise = noise_of(x, bend, own)
         parts = (
             (_STRAIGHT, straight_rows(x, bend, noise, own, least)),
-            (_QUIET, quiet_rows(bend, own, least, WINDOW) if noise.tells else None),
+            (_QUIET, quiet_rows(bend, own, least) if noise.tells else None),
             (_COPIED, repeated_rows(x, noise, arm, least)),
         )
         return _Channel(np.square(bend / noise.sd) if noise.tells else None, noise.varied, _marked(x, parts))
@@ -127,7 +131,7 @@ def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, ND
         if one.kind is not None:
             found[j] = one.kind
     parts = [
-        (_QUIET, quiet_rows(np.sqrt(power), arm, least, WINDOW_OF_ALL) if channels > 1 else None),
+        (_QUIET, quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None),
         (_COPIED, repeated_rows_of_all(effort, arm, least) if varied > 1 else None),
     ]
     if any(rows is not None for _, rows in parts):
@@ -153,6 +157,15 @@ def _join(found: dict[int, NDArray[np.int8]], j: int, kind: NDArray[np.int8] | N
     """Add kinds to those of a column; where a row has one, it stays."""
     if kind is not None:
         found[j] = np.where(found[j] > 0, found[j], kind) if j in found else kind
+
+
+def _driven(effort: FloatArray) -> BoolArray:
+    """(n,) rows in which some joint has an effort: where none has, drives are off, which is another matter."""
+    out = np.zeros(effort.shape[0], dtype=np.bool_)
+    for x in effort.T:
+        known = x[np.isfinite(x)]
+        out |= np.abs(x) > (_NO_EFFORT * quantile_of(np.abs(known), _USUAL) if known.size else np.inf)
+    return out
 
 
 def _moving(position: FloatArray, period: float) -> BoolArray:

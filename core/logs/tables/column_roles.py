@@ -208,5 +208,6 @@ def _stated_unit(name: str) -> str:
     """The unit in a column's name: in brackets, or as a word of its own."""
     if (unit := unit_of(name)) is not None:
         return unit
-    words = re.split(r"[^a-zµ]+", bare(name).lower())
+    text = re.sub(r"(deg|rad)[^a-z]+(?:per[^a-z]+)?s(?:ec)?(?![a-z])", r"\1ps", bare(name).lower())
+    words = re.split(r"[^a-zµ]+", text)
     return next((_UNITS[word] for word in reversed(words[1:]) if word in _UNITS), "")

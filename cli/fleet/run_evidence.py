@@ -1,0 +1,84 @@
+"""What ``recommend`` rests on: runs and logs, with what is known of contact in each, by the arm that they are of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from collaudit.cli.contact_arguments import known_contact
+from collaudit.cli.fleet.baseline_files import robots_in
+from collaudit.cli.progress_bar import progress
+from collaudit.cli.settings import load_settings
+from collaudit.core.data.audit_result import Audit
+from collaudit.core.errors import ConfigError
+from collaudit.core.recommend.arm_evidence import Times
+
+#: An audit, what is known of contact in its log, and whose it is.
+Judged = tuple[Audit, Times | None, str | None]
+
+
+def by_arm(evidence: Sequence[Judged], robot: str | None) -> dict[str, list[Judged]]:
+    """The evidence by robot; where none is stated by the joints, since two arms are never judged as one.
+
+    Raises:
+        ConfigError: nothing is of the robot asked for.
+    """
+    arms: dict[str, list[Judged]] = {}
+    for one in evidence:
+        arms.setdefault(one[2] or ", ".join(one[0].signals.joint_names), []).append(one)
+    if robot is not None and robot not in arms:
+        raise ConfigError("nothing here is of this robot", where="--robot", found=robot, expected=", ".join(arms))
+    return arms if robot is None else {robot: arms[robot]}
+
+
+def run_evidence(
+    inputs: Sequence[str], truth: Sequence[Path], per_hour: float, max_delay_ms: float | None
+) -> list[Judged]:
+    """Runs are read, everything else is judged as a log and studied; with what is known of contact, and whose it is."""
+    from collaudit.cli.log_arguments import audit_files
+    from collaudit.cli.study_output import with_study
+    from collaudit.core.api import find_logs, open_log
+    from collaudit.core.scoring.known_events import contact_times, label_times
+    from collaudit.reports.files.run_files import read_run
+
+    runs, logs = _runs_and_logs(inputs)
+    audits = []
+    with progress("reading runs") as report:
+        for k, run in enumerate(runs, 1):
+            audits.append(read_run(run))
+            report(k, len(runs))
+    loaded = load_settings()
+    found = find_logs(logs, loaded) if logs else []
+    files_known = known_contact(truth, len(runs) + len(found))
+    labelled: list[Times | None] = [None] * len(audits)
+    studied = with_study(loaded, per_hour, max_delay_ms)
+    for k, files in enumerate(found):
+        with progress(f"judging {files[0].name}") as report:
+            audits.append(audit_files(files, studied, report, truth[len(runs) + k] if files_known else None)[0])
+        wanted = loaded.config.detect.true_events
+        labelled.append(label_times(open_log(files, loaded).annotations, wanted) if wanted else None)
+    if loaded.config.fit.contact == "none":
+        labelled = [() for _ in audits]
+    elif files_known:
+        every = zip(files_known, audits, strict=True)
+        labelled = [None if file is None else contact_times(file, a.signals.joint_names) for file, a in every]
+    told = {folder: robots_in(folder) for folder in {run.parent for run in runs}}
+    robots = [told[run.parent].get(run.name) for run in runs] + [None] * len(found)
+    return list(zip(audits, labelled, robots, strict=True))
+
+
+def _runs_and_logs(inputs: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """Runs, those inside the folders of audits included, and whatever else is to be judged as a log."""
+    from collaudit.reports.files.run_files import AUDIT_NAME
+
+    runs, logs = [], []
+    for text in inputs:
+        folder = Path(text)
+        inside = sorted(path.parent for path in folder.glob(f"*/{AUDIT_NAME}"))
+        if (folder / AUDIT_NAME).is_file():
+            runs.append(folder)
+        elif inside and (folder / "summary.json").is_file():
+            runs += inside
+        else:
+            logs.append(text)
+    return runs, logs

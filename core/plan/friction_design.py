@@ -24,7 +24,7 @@ from collaudit.core.numeric.arrays import FloatArray
 
 #: Rates, s/rad, at which extra friction near standstill fades; gears lie between.
 _RATES = (8.0, 20.0, 50.0)
-#: Of the friction near standstill, what fades, where nobody knows.
+#: Of the friction near standstill, what fades, where it is not known.
 _FADING = 0.2
 #: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point then.
 _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001

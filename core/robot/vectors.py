@@ -42,12 +42,12 @@ def cross(x: Vector, y: Vector) -> Vector:
     return x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]
 
 
-def matrix_times(matrix: Sequence[Sequence[Scalar]], x: Sequence[Scalar]) -> Vector:
+def matrix_times(matrix: Sequence[Sequence[Scalar]], x: Sequence[Scalar] | FloatArray) -> Vector:
     """Matrix (3, 3) times x; most entries of a rotation between two joints are 0, and cost nothing."""
     a, b, c = (_row_times(row, x) for row in matrix)
     return a, b, c
 
 
-def _row_times(row: Sequence[Scalar], x: Sequence[Scalar]) -> Scalar:
+def _row_times(row: Sequence[Scalar], x: Sequence[Scalar] | FloatArray) -> Scalar:
     terms = [a * b for a, b in zip(row, x, strict=True) if not (isinstance(a, float) and a == 0.0)]
     return sum(terms[1:], terms[0]) if terms else 0.0

@@ -12,7 +12,6 @@ import numpy as np
 from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
@@ -134,12 +133,9 @@ def _quiet(v: FloatArray, least: int, config: SectionsConfig) -> BoolArray:
     Once for a joint: stretch by stretch, calls would take longer than what they do.
     """
     bottom, top = centred_extremes(v, least)
-    out = np.empty(v.size, dtype=np.bool_)
-    for block in blocks(v.size):
-        middle = 0.5 * (top[block] + bottom[block])
-        allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
-        np.less_equal(top[block] - bottom[block], 2.0 * allowed, out=out[block])
-    return out
+    middle = 0.5 * (top + bottom)
+    allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
+    return np.asarray(top - bottom <= 2.0 * allowed)
 
 
 def _split(

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
+from collaudit.core.numeric.tables import blocks
 
 #: Standard errors in half of a 95 % interval, rounded as usual: intervals in results are this wide.
 STANDARD_ERRORS_95 = 1.96

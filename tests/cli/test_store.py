@@ -145,7 +145,7 @@ def test_what_is_no_store_is_refused(collaudit, arm, tmp_path: Path) -> None:
     (tmp_path / "new").mkdir()
     (tmp_path / "new" / "store.json").write_text('{"schema": "collaudit/store/99"}')
     later = collaudit("query", tmp_path / "new", "SELECT 1")
-    assert later.code == 2 and "later version" in later.err
+    assert later.code == 2 and "another version" in later.err
 
 
 def test_query_reads_no_other_file_and_says_what_is_wrong(collaudit, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Vectors of three numbers, each a constant or a recorded value, which NumPy arrays do not hold as numbers."""
+"""Vectors of three numbers, each a constant or an array (m,) of one number a sample."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.recorded_program import Scalar
 
+Scalar: TypeAlias = FloatArray | float
 Vector: TypeAlias = tuple[Scalar, Scalar, Scalar]
 ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -42,7 +42,12 @@ def cross(x: Vector, y: Vector) -> Vector:
     return x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]
 
 
-def matrix_times(matrix: Sequence[Sequence[Scalar]], x: Sequence[Scalar]) -> Vector:
-    """Matrix (3, 3) times x."""
-    a, b, c = (row[0] * x[0] + row[1] * x[1] + row[2] * x[2] for row in matrix)
+def matrix_times(matrix: Sequence[Sequence[Scalar]], x: Sequence[Scalar] | FloatArray) -> Vector:
+    """Matrix (3, 3) times x; most entries of a rotation between two joints are 0, and cost nothing."""
+    a, b, c = (_row_times(row, x) for row in matrix)
     return a, b, c
+
+
+def _row_times(row: Sequence[Scalar], x: Sequence[Scalar] | FloatArray) -> Scalar:
+    terms = [a * b for a, b in zip(row, x, strict=True) if not (isinstance(a, float) and a == 0.0)]
+    return sum(terms[1:], terms[0]) if terms else 0.0

@@ -1,4 +1,4 @@
-"""The ten tasks of a newcomer, every line as docs/ten-tasks.md has it; completion and manual pages as docs/shell.md."""
+"""The tutorial, every line as docs/tutorial.md has it; completion and manual pages as docs/shell.md."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from collaudit.cli.man_pages import man_pages
 from collaudit.core.findings.finding_kinds import KINDS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-PAGE = (DOCS / "ten-tasks.md").read_text(encoding="utf-8")
-TASKS = re.findall(r"^## (\d+)\. (.+?)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
+PAGE = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+STEPS = re.findall(r"^## (\d+)\. (.+?)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
 WRITTEN = (
     "collaudit.toml",
     "friction.json",
@@ -33,9 +33,9 @@ WRITTEN = (
 )
 
 
-def test_there_are_ten() -> None:
-    assert [int(number) for number, _, _ in TASKS] == list(range(1, 11))
-    assert all("```sh\n" in text for _, _, text in TASKS)
+def test_there_are_ten_steps() -> None:
+    assert [int(number) for number, _, _ in STEPS] == list(range(1, 11))
+    assert all("```sh\n" in text for _, _, text in STEPS)
 
 
 def _run(line: str, folder: Path) -> int:
@@ -50,9 +50,9 @@ def _run(line: str, folder: Path) -> int:
 
 
 @pytest.mark.slow
-def test_every_line_of_the_ten_tasks_runs(tmp_path: Path, monkeypatch) -> None:
+def test_every_line_of_the_tutorial_runs(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for number, title, text in TASKS:
+    for number, title, text in STEPS:
         for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL):
             expected = 0
             for line in block.splitlines():
@@ -60,7 +60,7 @@ def test_every_line_of_the_ten_tasks_runs(tmp_path: Path, monkeypatch) -> None:
                 if stated:
                     expected = int(stated[1])
                     continue
-                assert _run(line, tmp_path) == expected, f"task {number} ({title}): {line}"
+                assert _run(line, tmp_path) == expected, f"step {number} ({title}): {line}"
                 expected = 0
     for name in WRITTEN:
         assert (tmp_path / name).stat().st_size > 0, name

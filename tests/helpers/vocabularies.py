@@ -36,9 +36,9 @@ VOCABULARIES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "controller state": ("__time", ("/c/actual/positions[#]", "/c/actual/velocities[#]", "/c/actual/effort[#]"),
                          ("/c/desired/positions[#]", "/c/error/positions[#]", "/c/desired/effort[#]")),
     "theta and dots": ("time", ("theta#", "theta_dot#", "torque#"), ("theta_ddot#", "torque_cmd#", "tau_ext#")),
-    "lerobot": ("timestamp", ("observation.state#", "observation.velocity#", "observation.effort#"), ("action#",)),
     "flobaroid": ("times", ("positions_raw#", "velocities_raw#", "torques_raw#"), ("positions#", "velocities#",
                   "torques#", "accelerations#", "target_positions#")),
+    "lerobot": ("timestamp", ("observation.state#", "observation.velocity#", "observation.effort#"), ("action#",)),
 }  # fmt: skip
 
 

@@ -199,8 +199,7 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
     def sum_squares(x: float) -> float:
         return sum_squares_of(points.design(law, float(np.exp(x))), target)
 
-    options = {"xatol": 1e-9}
-    found = scipy.optimize.minimize_scalar(sum_squares, bounds=(low, high), method="bounded", options=options)
+    found = scipy.optimize.minimize_scalar(sum_squares, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
     return float(np.exp(found.x))
 
 

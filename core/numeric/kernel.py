@@ -163,7 +163,8 @@ def _held(
     numerator: tuple[float, ...], denominator: tuple[float, ...], period_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Coefficients in z: a millisecond each time, and a log asks for the same ones a hundred times."""
-    rows, a, _ = scipy.signal.cont2discrete((numerator, denominator), period_s, method="foh")
+    system = (np.array(numerator), np.array(denominator))
+    rows, a, _ = scipy.signal.cont2discrete(system, period_s, method="foh")
     b = rows[0]
     b.flags.writeable = a.flags.writeable = False
     return b, a

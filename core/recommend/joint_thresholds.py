@@ -181,15 +181,18 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
         per_hour: false alarms of the arm that are asked for.
         joints: that share them.
     """
-    if tail is None:
-        return None
+    return None if tail is None else threshold_with_hours(tail, per_hour, joints, tail.hours)
+
+
+def threshold_with_hours(tail: JointTail, per_hour: float, joints: int, at_hand_h: float) -> float:
+    """:func:`threshold` if so many hours had shown the same tail; fewer than there are tell no more."""
     share, enough = per_hour / joints, 1.0 / (REACH * per_hour)
     later = 10.0 ** (np.arange(int(_STEPS * np.log10(enough)) - 5 * _STEPS, _STEPS * np.log10(enough)) / _STEPS)
-    hours = [tail.hours, *(h for h in (*later, enough) if h > tail.hours)]
+    hours = [at_hand_h, *(h for h in (*later, enough) if h > at_hand_h)]
     level = max(tail.level_bound(max(share, 1.0 / (REACH * h) / joints), h / tail.hours) for h in hours)
     if tail.logs < _FEW_LOGS:
-        level = max(level, tail.level_bound(share))
-    return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
+        level = max(level, tail.level_bound(share, at_hand_h / tail.hours))
+    return round_up(max(level, tail.largest_nm) if share * at_hand_h < 1.0 else level)
 
 
 def looseness(tail: JointTail, gamma_nm: float) -> float:

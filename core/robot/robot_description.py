@@ -31,6 +31,7 @@ class JointFacts:
         link: the link it moves.
         lower, upper: position limits, rad or m; NaN where there are none.
         effort_limit: N·m or N; NaN where there is none.
+        speed_limit: rad/s or m/s; NaN where there is none.
         leader: the joint it mimics, or None.
         multiplier, offset: position = multiplier · leader + offset.
     """
@@ -44,6 +45,7 @@ class JointFacts:
     leader: str | None = None
     multiplier: float = 1.0
     offset: float = 0.0
+    speed_limit: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +120,7 @@ def _described(data: bytes, where: str) -> Description:
             leader=joint.leader,
             multiplier=joint.multiplier,
             offset=joint.offset,
+            speed_limit=joint.speed,
         )
         for joint in urdf.joints
         if joint.kind != "fixed"

@@ -32,6 +32,7 @@ def test_a_name_is_robot_folders_and_file(tmp_path: Path, monkeypatch: pytest.Mo
     logs = ["n/2026-01-01/cell1/run1.mcap", "n/2026-01-01/cell2/run1.mcap"]
     below = ["cell1/run1.mcap", "cell2/run1.mcap"]
     assert _names("n/2026-01-01", logs=logs) == below
+    assert _names("run1.mcap", logs=["run1.mcap"]) == ["run1.mcap"], "the working folder is named by nobody"
     assert _names("n/2026-01-01/*/*.mcap", logs=logs) == below
     assert _names(*logs, logs=logs) == below
     assert _names("n/2026-01-01/cell1", "n/2026-01-01/cell2", logs=logs) == below

@@ -38,7 +38,6 @@ VOCABULARIES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "theta and dots": ("time", ("theta#", "theta_dot#", "torque#"), ("theta_ddot#", "torque_cmd#", "tau_ext#")),
     "flobaroid": ("times", ("positions_raw#", "velocities_raw#", "torques_raw#"), ("positions#", "velocities#",
                   "torques#", "accelerations#", "target_positions#")),
-    "lerobot": ("timestamp", ("observation.state#", "observation.velocity#", "observation.effort#"), ("action#",)),
 }  # fmt: skip
 
 

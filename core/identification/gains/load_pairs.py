@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, STANDARD_ERRORS_95, robust_sd
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.nuisance import drift_columns
+from collaudit.core.identification.problem.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.prepare.channel_shift import prompt_motion, steady
@@ -17,7 +17,7 @@ from collaudit.core.prepare.prepared import Prepared
 
 _CLUSTER_S = 1.0
 #: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
-_SETTLED_S = 0.05
+_SETTLED_S, _SETTLED_PERIODS = 0.05, 0.5
 _MIN_SAMPLES = 200
 _STRETCH_S = 10.0  # of time held out in one piece, at least
 
@@ -71,8 +71,9 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
     names = {p.series.joint_names for p in prepared}
     if len(names) > 1:
         raise ConfigError("logs of different joints cannot be identified together", found=str(sorted(names)))
-    moved = [prompt_motion(p.series) for p in prepared]
-    found = [_valid(p, *motion) for p, motion in zip(prepared, moved, strict=True)]
+    bandwidth = min(p.bandwidth_hz for p in prepared)
+    moved = [_motion(p.series, bandwidth) for p in prepared]
+    found = [_valid(p, bandwidth, *motion) for p, motion in zip(prepared, moved, strict=True)]
     total = sum(rows.size for rows, _ in found)
     if total < _MIN_SAMPLES:
         raise NotJudgedError(
@@ -81,10 +82,9 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
             expected=f"at least {_MIN_SAMPLES}",
         )
     period = prepared[0].series.period_s
-    bandwidth = prepared[0].series.bandwidth_hz
     step = max(1, -(-total // max_samples))
     parts = [
-        _part(p, rows[::step], effort, *motion)
+        _part(p, rows[::step], effort, bandwidth, *motion)
         for p, (rows, effort), motion in zip(prepared, found, moved, strict=True)
     ]
     sizes = [part[0].shape[0] for part in parts]
@@ -115,12 +115,21 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
     )
 
 
-def _valid(prepared: Prepared, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:
+def _motion(series: UniformSeries, bandwidth_hz: float) -> tuple[FloatArray, FloatArray]:
+    """(n, j) velocity and acceleration up to a bandwidth: noise of the acceleration biases what is multiplied by it."""
+    v, a = prompt_motion(series)
+    if bandwidth_hz >= series.bandwidth_hz:
+        return v, a
+    v, a = (low_pass(x, series.segments, series.period_s, bandwidth_hz) for x in (v, a))
+    return v, a
+
+
+def _valid(prepared: Prepared, bandwidth_hz: float, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:
     """Rows at which the whole motion is known and settled, and the low-passed effort (n, j)."""
     series = prepared.series
     if series.effort is None:
         raise ConfigError("nothing can be identified without effort", where=series.source.name)
-    effort = low_pass(series.effort, series.segments, series.period_s, series.bandwidth_hz)
+    effort = low_pass(series.effort, series.segments, series.period_s, bandwidth_hz)
     known = np.isfinite(series.position_rad + v + a).all(axis=1)
     if prepared.contact_nm is not None:
         known &= np.isfinite(prepared.contact_nm).all(axis=1)
@@ -129,13 +138,18 @@ def _valid(prepared: Prepared, v: FloatArray, a: FloatArray) -> tuple[IntArray, 
 
 
 def _part(
-    prepared: Prepared, rows: IntArray, effort: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    prepared: Prepared,
+    rows: IntArray,
+    effort: FloatArray,
+    bandwidth_hz: float,
+    velocity: FloatArray,
+    acceleration: FloatArray,
 ) -> tuple[FloatArray, ...]:
     series = prepared.series
     q, v, a = (x[rows] for x in (series.position_rad, velocity, acceleration))
     contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
     use = np.isfinite(effort[rows]) & ~series.saturated[rows]
-    margin = round(_SETTLED_S / series.period_s)
+    margin = round(max(_SETTLED_S, _SETTLED_PERIODS / bandwidth_hz) / series.period_s)
     for j in range(v.shape[1]):
         use[:, j] &= steady(velocity[:, j], MOVING_RAD_S, margin)[rows]
     for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding

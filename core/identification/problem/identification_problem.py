@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.nuisance import projector
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.nuisance import projector
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.identification.identification_problem import (
+from collaudit.core.identification.problem.identification_problem import (
     Solution,
     Unknowns,
     jacobian,
@@ -23,8 +23,8 @@ from collaudit.core.identification.identification_problem import (
     unexplained_torque,
     weighted_joints,
 )
-from collaudit.core.identification.nuisance import OFFSET
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.identification.problem.nuisance import OFFSET
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.nuisance import nuisance_columns
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.nuisance import nuisance_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 

@@ -38,7 +38,12 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     """
     from collaudit.cli.drafts.choice_evidence import add_choice_evidence
     from collaudit.cli.drafts.draft import Draft
-    from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements, add_rest_threshold
+    from collaudit.cli.drafts.draft_evidence import (
+        add_channel_facts,
+        add_effort_kind,
+        add_measurements,
+        add_rest_threshold,
+    )
     from collaudit.cli.drafts.draft_json import draft_json
     from collaudit.cli.drafts.earlier_guesses import guesses_of
     from collaudit.cli.drafts.trial import try_again, try_log
@@ -78,6 +83,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         draft.sections["log.csv"].remarks.append("MISSING: " + " ".join(trial.obstacle.render().split()))
     if draft.problems and robot is not None:
         add_choice_evidence(draft.sections, draft.text(), files, place)
+    if trial.prepared is not None and add_effort_kind(draft.sections, trial.prepared):
+        trial = try_again(trial, parse_config(draft.text(), place))
     add_measurements(draft.sections, trial)
     if trial.prepared is not None:
         delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)

@@ -433,9 +433,16 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-source": Kind(
         "Where the effort is measured was inferred from the arm's name: by torque sensors behind the gears.",
-        'Check it; [log] effort_source = "motor" or "joint" states it.',
+        'Check it; [log] effort_kind = "motor-torque" or "joint-torque" states it.',
         _INFO,
-        setting="log.effort_source",
+        setting="log.effort_kind",
+    ),
+    "effort-compensated": Kind(
+        "The effort holds no gravity: the controller took it out, or it is an estimate of external torque.",
+        'State [log] effort_kind = "gravity-compensated", and the model leaves gravity out. An estimate of external '
+        "torque cannot be judged.",
+        _LOG,
+        setting="log.effort_kind",
     ),
     "judged-for-changes": Kind(
         "An arm that never moves, without a friction file, was judged for changes of its torque only.",

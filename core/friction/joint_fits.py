@@ -27,6 +27,9 @@ from collaudit.core.prepare.prepared import Prepared
 
 #: A friction file may hold a joint without a law and without a reason.
 _UNSTATED = "the friction file has no law for it and does not say why"
+#: Sections that give no point of friction.
+_ALONE = "without the other direction at that speed and place, and without a model"
+_UNKNOWN = "torque or model unknown in a part of it"
 
 
 def fit_joints(
@@ -56,8 +59,12 @@ def fit_joints(
     for log, found in zip(prepared, sections or sections_of(prepared, config), strict=True):
         for joint in log.judged:
             seen, both = _of_sections(joint, log, found, config)
-            counts[joint] += len(found.of(joint))
+            sections = len(found.of(joint))
+            counts[joint] += sections
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
+            alone = sections - sum(2 if point.source == "pair" else 1 for point in seen)
+            if alone:
+                rejected[joint][_ALONE if log.rigid_nm is None else _UNKNOWN] += alone
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
     # Threads for the passes over all samples only: sections and fits are many small steps, in which they wait for each

@@ -37,7 +37,7 @@ from collaudit.core.prepare.effort_gain import (
     raw_effort_findings,
     scale_findings,
 )
-from collaudit.core.prepare.effort_source import EffortSource, effort_source
+from collaudit.core.prepare.effort_kind import EffortKind, EffortSource, effort_kind
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
 from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model
@@ -52,11 +52,11 @@ class ConditionedLog:
 
     Attributes:
         series: all joints that the log and the model share, in model order; the effort as logged.
-        robot: the model as described.
+        robot: the model as described; without gravity where the effort holds none.
         judged: names of the joints to judge.
         phases: (n,) phase labels (``core/prepare/phases.py``).
         findings: of the log, the description, positions and phases.
-        effort_source: on which side of the gears the effort is measured.
+        effort_kind: on which side of the gears the effort is measured, and whether gravity is in it.
         load_nm: (n, j) torque of a known load that this log's arm carries beyond the model; None for none.
     """
 
@@ -65,7 +65,7 @@ class ConditionedLog:
     judged: tuple[str, ...]
     phases: NDArray[np.int8]
     findings: tuple[Finding, ...]
-    effort_source: EffortSource = "motor"
+    effort_kind: EffortKind = field(default_factory=EffortKind)
     load_nm: FloatArray | None = None
 
 
@@ -116,7 +116,7 @@ class Prepared:
     @property
     def effort_source(self) -> EffortSource:
         """On which side of the gears the effort is measured."""
-        return self.start.effort_source
+        return self.start.effort_kind.source
 
     @property
     def bandwidth_hz(self) -> float:
@@ -187,8 +187,10 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     units = config.log.units
     findings += position_findings(series, robot, units.position, "position" in units.given)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
-    source, about_source = effort_source(config.log, robot.joint_names)
-    return ConditionedLog(series, robot, judged, labels, (*findings, *about_source), source)
+    kind, about_effort = effort_kind(config.log, series, robot)
+    if kind.compensated == "stated":
+        robot = robot.without_gravity()
+    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind)
 
 
 def modelled(start: ConditionedLog, config: Config, calibration: Calibration | None = None) -> Prepared:
@@ -247,7 +249,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         if robot.has_inertials:
             same = robot is start.robot and known.robot is start.robot
             rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
-    elif robot.has_inertials and calibration.sensor is None:
+    elif robot.has_inertials and calibration.sensor is None and start.effort_kind.compensated != "stated":
         rigid, commanded = model_torques(series, robot, start.phases, config)
         rigid = _carried(rigid, start)
     else:
@@ -281,7 +283,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         if delay is None:  # of a late effort no scale is known
             described = gains if robot is start.robot else described_gains(series, start.robot, contact, start.load_nm)
             findings += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
-        if delay is None and start.effort_source != "joint":  # a sensor behind the gear sees no friction
+        if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(
                 friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
             )

@@ -53,6 +53,12 @@ class RigidBodies:
         model.set_armature(np.asarray(armature, dtype=float))
         return RigidBodies(model)
 
+    def without_gravity(self) -> RigidBodies:
+        """The arm under no gravity."""
+        model = self._model.copy()
+        model.set_gravity(np.zeros(3))
+        return RigidBodies(model)
+
     def frame_joint(self, frame: str) -> str | None:
         """The joint that moves a frame; None for the base."""
         return self._model.frame_joint(frame)

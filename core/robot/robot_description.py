@@ -17,6 +17,7 @@ from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
+from collaudit.core.robot.xacro_file import expanded
 from collaudit.core.small_files import read_small
 
 
@@ -102,7 +103,7 @@ def _describe_urdf(path: Path, where: str) -> Description:
             expected="a URDF file",
             hint="check robot.urdf in the configuration; relative paths start at the configuration's folder",
         ) from error
-    return _described(data, where)
+    return _described(expanded(data, path, where), where)
 
 
 @lru_cache(maxsize=8)  # the logs of a night share their robots

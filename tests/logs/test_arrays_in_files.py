@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from scipy.io import savemat
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.errors import LogError
 from collaudit.core.logs import describe, guess_csv_columns, read_log
-from collaudit.core.logs.inputs import group_inputs
+from collaudit.core.logs.inputs import expand_inputs, group_inputs
 
 TIME_S = 0.01 * np.arange(300)
 Q = np.stack([np.sin(TIME_S), np.cos(2 * TIME_S), 0.3 * np.sin(3 * TIME_S)], axis=1)
@@ -74,6 +76,24 @@ def test_they_are_read_as_one_log_and_as_init_writes_it(shape: str, tmp_path: Pa
         np.testing.assert_allclose(log.position_rad, Q)
         np.testing.assert_allclose(log.velocity_rad_s, DQ)
         np.testing.assert_allclose(log.effort, TAU)
+
+
+def test_each_episode_of_a_lerobot_folder_is_a_log(tmp_path: Path) -> None:
+    for part in ("data/chunk-000", "meta/episodes"):
+        (tmp_path / part).mkdir(parents=True)
+    (tmp_path / "meta" / "info.json").write_text('{"codebase_version": "v2.1", "fps": 100}')
+    for episode, shift in enumerate((0.0, 1.0)):
+        lists = {f"observation.{name}": (values + shift).tolist() for name, values in
+                 (("state", Q), ("velocity", DQ), ("effort", TAU))}  # fmt: skip
+        columns = {**lists, "action": (Q + 9).tolist(), "timestamp": TIME_S, "episode_index": [episode] * TIME_S.size}
+        pq.write_table(pa.table(columns), tmp_path / "data" / "chunk-000" / f"episode_{episode:06d}.parquet")
+    pq.write_table(pa.table({"length": [300, 300]}), tmp_path / "meta" / "episodes" / "file-000.parquet")
+    logs = group_inputs(expand_inputs([tmp_path]), LogConfig())
+    assert [path.name for (path,) in logs] == ["episode_000000.parquet", "episode_000001.parquet"]
+    for paths, shift in zip(logs, (0.0, 1.0), strict=True):
+        log = read_log(paths, LogConfig(), robot_joints=["a", "b", "c"])
+        np.testing.assert_allclose(log.position_rad, Q + shift)
+        np.testing.assert_allclose(log.effort, TAU + shift)
 
 
 def test_rows_without_a_time_must_be_as_many(tmp_path: Path) -> None:

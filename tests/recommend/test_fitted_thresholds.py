@@ -18,6 +18,8 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS
+from collaudit.core.recommend.fitted_thresholds import _too_little
 from collaudit.core.recommend.held_out_residual import fold_of_sample
 from collaudit.core.scoring.truth_events import read_truth
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -144,3 +146,10 @@ def test_folds_are_dealt_out_in_turn(hits: Path) -> None:
     changes = np.flatnonzero(np.diff(fold))
     assert changes.size >= 11, "each fold comes back at least three times"
     assert np.bincount(fold).min() > 0.15 * fold.size
+
+
+def test_too_little_motion_and_motion_in_pieces_are_different_reasons() -> None:
+    least = FEWEST_BLOCKS * BLOCK_S
+    assert f"at least {least:g} s are needed" in _too_little(0.9 * least)
+    assert "at least" not in _too_little(1.2 * least), "what is enough is not called too little"
+    assert "pieces that are too short" in _too_little(1.2 * least)

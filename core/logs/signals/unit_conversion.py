@@ -52,7 +52,7 @@ def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
         return settings
     if not settings.torque_constant_nm_per_a:
         raise ConfigError(
-            "the efforts are currents by their names, and their unit is not stated",
+            "the efforts are currents, and their torque constants are not stated",
             where=where,
             expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
             hint='effort = "raw" fits friction in the log\'s own unit',

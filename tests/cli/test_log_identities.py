@@ -92,6 +92,7 @@ def test_every_log_is_one_case_to_jenkins_gitlab_and_github(night: tuple[Path, i
     prints = [one["partialFingerprints"]["primaryLocationLineHash"] for one in results]
     assert len(set(prints)) == len(prints)
     named = [one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] for one in results]
+    assert {name.partition("/")[2] for name in named} == {"cell1/run2.csv", "cell2/run2.csv"}
     assert len(set(named)) == failed and {one["ruleId"] for one in results} == {"policy-broken", "contact"}
     assert len([line for line in (out / "summary.txt").read_text().splitlines() if "title=PASS" in line]) == 4
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 
 if TYPE_CHECKING:

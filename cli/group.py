@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from textwrap import wrap
 
 import click
 
 from collaudit.cli.outputs import refuse_input_as_output
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.allocator import room_for_linear_algebra
 
 #: In a context: all options are explained.

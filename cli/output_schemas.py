@@ -5,6 +5,7 @@ Commands do without this module: what they print is compared with these schemas 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from collaudit.cli.commands.check import CHECK_SCHEMA
@@ -27,7 +28,6 @@ from collaudit.core.data.recommendation_result import (
     StretchToConfirm,
 )
 from collaudit.core.data.rule_study_result import PersistenceChoice, RuleStudy
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.history.robot_trend import RateOfNights
 from collaudit.core.history.series_changes import Change

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.core.config import LoadedConfig, load_config
-from collaudit.core.errors import ConfigError
+from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.numeric.stage_progress import Progress, stage
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ __all__ = [
     "Progress",
     "alarms",
     "audit",
+    "audits",
     "contacts",
     "describe",
     "disturbances",
@@ -44,6 +45,7 @@ __all__ = [
     "log_name",
     "near_misses",
     "open_log",
+    "overview",
     "prepare",
     "recommend",
     "recommend_arm",
@@ -262,6 +264,37 @@ def audit(
     return audit_log(prepared, settings.config, friction, provenance, truth, judging, on_signals)
 
 
+def audits(
+    logs: Sequence[Files],
+    settings: LoadedConfig,
+    friction: FrictionFile | None = None,
+    progress: Progress | None = None,
+) -> list[Audit | CollauditError]:
+    """Judge many logs, one after the other; one that cannot be judged does not end the others.
+
+    Args:
+        logs: one entry a log: its files.
+        settings, friction: as of :func:`audit`.
+        progress: over all logs.
+
+    Returns:
+        For each log its audit, or the error why there is none; :func:`overview` makes a table of them.
+
+    Raises:
+        ConfigError: the settings fit no log.
+    """
+    made: list[Audit | CollauditError] = []
+    for k, log in enumerate(logs):
+        try:
+            part = stage(progress, k / len(logs), (k + 1) / len(logs))
+            made.append(audit(log, settings, friction, progress=part))
+        except ConfigError:
+            raise
+        except CollauditError as error:
+            made.append(error)
+    return made
+
+
 def recommend(
     audits: Sequence[Audit],
     persistence_s: float | None = None,
@@ -323,6 +356,25 @@ def residuals(audit: Audit) -> pd.DataFrame:
     return table
 
 
+def overview(audits: Sequence[Audit | CollauditError]) -> pd.DataFrame:
+    """One row a log, as :func:`audits` gives them.
+
+    Returns:
+        log, verdict, start (UTC), duration_s, how many contacts and near misses, and why. A log that could not be
+        judged is ``not_judged``, with its error.
+    """
+    rows: list[Mapping[str, object]] = []
+    for one in audits:
+        if isinstance(one, CollauditError):
+            rows.append({"log": one.where or "", "verdict": "not_judged", "why": one.message})
+            continue
+        result = one.result
+        row = {"log": result.log.name, "verdict": result.verdict, "start": result.log.start}
+        counts = {"contacts": len(result.contacts), "near_misses": len(result.near_misses)}
+        rows.append(row | counts | {"duration_s": result.log.duration_s, "why": "; ".join(result.reasons)})
+    return _table(rows, _OVERVIEW)
+
+
 def alarms(audit: Audit) -> pd.DataFrame:
     """Alarms of single joints, one a row, with the columns of audit.json's ``collisions``."""
     return _rows(audit.result.collisions, _COLLISION)
@@ -334,40 +386,25 @@ def near_misses(audit: Audit) -> pd.DataFrame:
 
 
 def contacts(audit: Audit) -> pd.DataFrame:
-    """Contacts, one a row: when, which joints, link, kind, and its force: 95 % interval and least size, N."""
+    """Contacts, one a row: when, which joints, link, kind, and the force: 95 % interval, N, or its lower end alone."""
     detection = audit.result.detection
-    rows = [
-        {
-            "onset_s": c.onset_s,
-            "detected_s": c.detected_s,
-            "end_s": c.end_s,
-            "joints": c.joints,
-            "link": c.link,
-            "kind": c.kind,
-            "force_n": None if c.force is None else c.force.size_n,
-            "force_low_n": None if c.force is None else c.force.size_ci95_n[0],
-            "force_high_n": None if c.force is None else c.force.size_ci95_n[1],
-            "force_least_n": None if c.least_force is None else c.least_force.force_n,
-        }
-        for c in (detection.incidents if detection else ())
-    ]
-    return _table(rows, ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE))
+    rows = []
+    for c in audit.result.contacts or (detection.incidents if detection else ()):
+        force = {} if c.least_force is None else {"force_low_n": c.least_force.force_n}
+        if c.force is not None:
+            force = dict(zip(_FORCE, (c.force.size_n, *c.force.size_ci95_n), strict=True))
+        rows.append({name: getattr(c, name) for name in _CONTACT if name not in _FORCE} | force)
+    return _table(rows, _CONTACT)
 
 
 def disturbances(audit: Audit) -> pd.DataFrame:
     """Disturbances of standing joints, one row a joint: when, by how much torque (N·m) and deflection (rad) stepped."""
     rows = [
-        {
-            "onset_s": one.onset_s,
-            "end_s": one.end_s,
-            "joint": joint.joint,
-            "torque_step_nm": joint.torque_step_nm,
-            "deflection_rad": joint.deflection_rad,
-        }
+        {"onset_s": one.onset_s, "end_s": one.end_s} | {name: getattr(joint, name) for name in _DISTURBED[2:]}
         for one in audit.result.disturbances
         for joint in one.joints
     ]
-    return _table(rows, ("onset_s", "end_s", "joint", "torque_step_nm", "deflection_rad"))
+    return _table(rows, _DISTURBED)
 
 
 def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
@@ -380,7 +417,12 @@ def findings(of: Audit | FrictionFile | Prepared | JointLog) -> pd.DataFrame:
 
 _COLLISION = ("joint", "onset_s", "detected_s", "duration_s", "peak_nm", "gamma_nm", "phase")
 _NEAR_MISS = ("joint", "onset_s", "duration_s", "peak_nm", "gamma_nm", "ratio", "kind", "phase")
-_FORCE = ("force_n", "force_low_n", "force_high_n", "force_least_n")
+_FORCE = ("force_n", "force_low_n", "force_high_n")
+_CONTACT = ("onset_s", "detected_s", "end_s", "joints", "link", "kind", *_FORCE)
+_DISTURBED = ("onset_s", "end_s", "joint", "torque_step_nm", "deflection_rad")
+_OVERVIEW = ("log", "verdict", "start", "duration_s", "contacts", "near_misses", "why")
+#: Columns that are no text and, by their names, no quantity.
+_DTYPES = {"joints": "object", "ratio": "float64", "contacts": "Int64", "near_misses": "Int64"}
 
 
 def _rows(items: Sequence[object], columns: Sequence[str]) -> pd.DataFrame:
@@ -388,9 +430,12 @@ def _rows(items: Sequence[object], columns: Sequence[str]) -> pd.DataFrame:
 
 
 def _table(rows: Sequence[Mapping[str, object]], columns: Sequence[str]) -> pd.DataFrame:
+    """A table whose columns have the same types without rows as with many: a unit in its name makes one a number."""
     import pandas as pd
 
-    return pd.DataFrame(list(rows), columns=list(columns))
+    units = ("_s", "_n", "_nm", "_rad")
+    types = {name: _DTYPES.get(name, "float64" if name.endswith(units) else "str") for name in columns}
+    return pd.DataFrame(list(rows), columns=list(columns)).astype(types)
 
 
 def _paths(files: Files) -> LogFiles:

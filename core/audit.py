@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contacts import find_contacts
@@ -25,7 +25,6 @@ from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.log_facts import log_facts
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FollowedMotion
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.clean_samples import clean_samples, residual_stats
 from collaudit.core.detection.detection_findings import detection_findings, residual_level_findings, scatter_findings
 from collaudit.core.detection.detector_run import (
@@ -60,7 +59,7 @@ from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.clean_evidence import recommended_of_log
 from collaudit.core.recommend.range_findings import range_findings, ranges_behind
 from collaudit.core.recommend.recommendation import little_data_findings
-from collaudit.core.scoring.known_events import score_detection
+from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
 from collaudit.core.verdict.coverage import joints_in_motion, measure_coverage
@@ -144,6 +143,7 @@ def audit_log(
     short = shortfalls(config.policy, coverage, sensitivity, judged.inputs, sliding)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
+    findings += missing_labels(series, config) if truth is None else []
     findings = list(in_joint_units(findings, sliding))
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)
     verdict, reasons = decide(config.policy, evidence)

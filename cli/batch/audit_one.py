@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import shlex
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.run_note import FINISHED, note_finished, note_origin
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, NotJudgedError
 
 if TYPE_CHECKING:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from collaudit.core.dataclass import dataclass
+from collaudit.core.api import LogFiles
 
 if TYPE_CHECKING:
     from collaudit.cli.batch.night_records import RecordWanted

@@ -12,12 +12,11 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, Literal
-
-from collaudit.core.dataclass import dataclass
 
 _CONTEXT = get_context("spawn")  # a forked copy of a process that has run numerical threads may hang
 #: So many processes in a row may die before they are ready.

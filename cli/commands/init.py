@@ -8,7 +8,7 @@ import click
 
 from collaudit.cli.console import note, print_findings, say, say_json
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, given_paths, load_settings, robot_options
+from collaudit.cli.settings import config_option, given_paths, load_settings, overrides, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 
@@ -40,6 +40,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     from collaudit.cli.drafts.draft import Draft
     from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements, add_rest_threshold
     from collaudit.cli.drafts.draft_json import draft_json
+    from collaudit.cli.drafts.earlier_guesses import guesses_of
     from collaudit.cli.drafts.trial import try_again, try_log
     from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
@@ -67,6 +68,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         csv,
         [joint.name for joint in robot.joints if joint.kind == "prismatic"] if robot else (),
         given_paths(),
+        guesses_of(loaded.path, overrides()),
     )
     place = output or Path("collaudit.toml")
     trial = try_log(files, parse_config(draft.text(), place))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -11,7 +11,6 @@ from collaudit.cli.console import note, print_findings, say, say_json, terminal_
 from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
 
 if TYPE_CHECKING:

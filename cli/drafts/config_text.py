@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from collaudit.core.config.toml_text import key_item, to_toml, toml_item, toml_key
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.visible_text import visible
 
 if TYPE_CHECKING:
@@ -79,9 +78,9 @@ class Section:
         """Append a line."""
         self.lines.append(Line(key, value, why, active and not choice, guess, choice))
 
-    def give(self, key: str, value: object) -> None:
-        """Put what the user stated in place of a guess or an example."""
-        self._put(Line(key, value, "as given"))
+    def give(self, key: str, value: object, *, guess: bool) -> None:
+        """Put what a file or flag says in place of a guess or an example; a guess of the file stays one."""
+        self._put(Line(key, value, "as in the configuration, stated by nobody" if guess else "as given", guess=guess))
 
     def replace(self, key: str, value: object, why: str) -> None:
         """Put a better example in place of an example; what counts already is left alone."""

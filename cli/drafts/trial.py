@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from collaudit.cli.progress_bar import progress
 from collaudit.core.data.joint_log import Annotation, JointLog
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stage_progress import Progress, stage

@@ -44,7 +44,8 @@ def came_of_it(trial: Trial) -> str:
     more = [f"… and {len(excluded) - _SHOWN} more"] if len(excluded) > _SHOWN else []
     listed = "".join(f"\n- excluded: {each}" for each in excluded[:_SHOWN]) + "".join(f"\n- {each}" for each in more)
     word = verdict_word(result.verdict, result.exclusions)
-    return f"trial on {part}this log: {word}, {len(judged)} of {len(cover)} joints judged{silent}{found}{listed}"
+    what = "have a residual" if result.verdict == "not_judged" else "judged"  # the log was not, for the reasons below
+    return f"trial on {part}this log: {word}, {len(judged)} of {len(cover)} joints {what}{silent}{found}{listed}"
 
 
 def missing(trial: Trial, questions: Sequence[str], *, robot: bool) -> list[str]:

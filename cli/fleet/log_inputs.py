@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,6 @@ from collaudit.cli.fleet.log_settings import LogSettings
 from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
 from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_of
 from collaudit.core.api import find_logs
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
 
 if TYPE_CHECKING:

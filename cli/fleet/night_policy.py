@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import date
 from functools import cache
 from pathlib import Path
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from collaudit.cli.fleet.name_patterns import matches
 from collaudit.core.data.policy_result import POLICY_SCHEMA, LogDecision, PolicyFile
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import findings_with_level
 from collaudit.core.policy.decision import decide_log, decided
 from collaudit.core.policy.rule_outcomes import LogInQuestion, NightOfRobot

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.arm_states.drives_off import DrivesOff, drives_off
 from collaudit.core.arm_states.state_names import WORDS, state_of
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
@@ -42,7 +41,8 @@ def find_arm_states(series: UniformSeries, rigid_nm: FloatArray | None, true_eve
     """
     mask = np.zeros(series.time_s.size, dtype=np.bool_)
     findings = _flagged(series, mask, true_events)
-    for found in drives_off(series, rigid_nm):
+    in_nm = series.effort_unit == "Nm"  # what does not bear a load in another unit may be any part of it
+    for found in drives_off(series, rigid_nm if in_nm else None):
         if not mask[found.span.slice].all():
             findings.append(_finding(series, found))
         mask[found.span.slice] = True

@@ -7,13 +7,13 @@ anything touches the arm. The ramp to standstill that ends there is the braking,
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import ceil, log
 
 import numpy as np
 
 from collaudit.core.arm_states.noisy_drives import noisy_zero
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import quantile_of

@@ -14,6 +14,7 @@ only late (a slow low-pass), is no sign of a hand.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,7 +22,6 @@ from collaudit.core.arm_states.block_numbers import counted_in_time, without_gap
 from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds

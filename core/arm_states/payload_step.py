@@ -2,18 +2,18 @@
 
 Torque beside the model's is taken as friction, an offset and m(t) times the torque of a kilogram at the tool, with
 m one number before a moment and another after it. Second by second m has a spread of its own: errors of the model and
-of friction make it. A step counts that stands out of it and stays.
+of friction make it. A step counts that stands out of it, stays, and is the same on all joints that tell it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of, robust_sd
@@ -22,6 +22,8 @@ from collaudit.core.robot.robot_model import RobotModel
 _BLOCK_S, _MOST_BLOCKS, _PER_BLOCK = 1.0, 400, 50
 #: Blocks on either side of the step; share of them that lie on its side; spreads that it exceeds; least step, kg.
 _LEAST_BLOCKS, _ON_SIDE, _SPREADS, _LEAST_KG = 4, 0.9, 4.0, 0.3
+#: A joint tells a weight that has this share of what the best one tells; changes are alike within this factor.
+_TELLS, _ALIKE = 0.1, 2.0
 #: Speed at which Coulomb friction is at its full size, rad/s.
 _SLIDING_RAD_S = 0.01
 #: A joint that moves for less than this share of a log counts at rest, too.
@@ -222,4 +224,21 @@ def _stands_out(
     sides = (np.mean((before < middle) == (change > 0)), np.mean((behind > middle) == (change > 0)))
     if abs(change) < max(_LEAST_KG, _SPREADS * spread) or min(sides) < _ON_SIDE:
         return None
+    if not _joints_agree(beside, per_kg, velocity, after, joints, change):
+        return None
     return PayloadStep(float(time_s[int(np.argmax(block >= cut))]), change, spread)
+
+
+def _joints_agree(
+    beside: FloatArray, per_kg: FloatArray, velocity: FloatArray, after: FloatArray, joints: list[int], change: float
+) -> bool:
+    """Whether each joint that tells a weight on both sides tells this change: an error of its model is its own."""
+    changes, tells = [], []
+    for j in joints:
+        sides = np.stack([per_kg[:, j] * (1.0 - after), per_kg[:, j] * after], axis=1)
+        columns = np.concatenate([_nuisance(velocity[:, j]), sides], axis=1)
+        low, high = np.linalg.lstsq(columns, beside[:, j], rcond=None)[0][-2:]
+        changes.append(high - low)
+        tells.append(float(np.min(np.sum(sides * sides, axis=0))) / float(np.var(beside[:, j])))
+    ratio = np.array(changes)[np.array(tells) >= _TELLS * max(tells)] / change
+    return bool(ratio.size >= min(2, len(joints)) and ((ratio > 1.0 / _ALIKE) & (ratio < _ALIKE)).all())

@@ -6,6 +6,7 @@ Friction is fitted beside the gain, each part with its own: it turns, and grows,
 from __future__ import annotations
 
 from collections.abc import Collection
+from math import ceil
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.stats import median_of
 
 #: Samples that are enough to see it.
 _MOST_SAMPLES = 4000
@@ -32,6 +34,14 @@ _HELD = 2.0
 #: Sizes that differ by more than this factor are no change of friction or load; joints are
 #: alike within the next one; gains with a turned sign within the last one.
 _FACTOR, _LIKE, _ALIKE = 15.0, 3.0, 2.0
+#: The effort turns within so long of the best cut, s, in the means of so many samples, that are opposite but for this
+#: share of their difference, which is so many standard deviations of noise.
+_NEAR_S, _MEAN, _OPPOSITE, _SURE = 1.0, 4, 0.5, 8.0
+#: Slower than this for so long before and after, a joint stands, rad/s and s; a longer step, in usual ones, is a gap,
+#: in which anything may have turned.
+_STANDING_RAD_S, _SETTLED_S, _GAP = 1e-3, 0.1, 3.0
+#: Standard deviation of white noise in medians of the size of its second differences.
+_NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: Samples in motion, of those looked at, that tell a joint's size.
 _LEAST_MOVING = 50
 
@@ -134,7 +144,30 @@ def _turn(
     step = max(1, inside.size // _COARSE)
     fine = np.arange(max(int(inside[0]), best[0] - step), min(int(inside[-1]), best[0] + step) + 1)
     at, before, after = _best_cut(sums, fine) or best
-    return float(t[at]), before, after
+    return (float(t[at]), before, after) if _turns_at_once(time_s, effort, velocity, float(t[at])) else None
+
+
+def _turns_at_once(time_s: FloatArray, effort: FloatArray, velocity: FloatArray, at_s: float) -> bool:
+    """Whether the effort turns from one sample to the next near a time, while its joint does not; or a gap hides it.
+
+    Two gains also fit where the model lacks a load: then the effort passes through zero, or turns with the motion.
+    """
+    near = np.flatnonzero(np.abs(time_s - at_s) <= _NEAR_S)
+    x, v, steps = effort[near], velocity[near], np.diff(time_s[near])
+    if near.size < 4 * _MEAN or steps.max() > _GAP * median_of(steps) or not np.isfinite(x.sum()):
+        return True
+    total = np.concatenate(([0.0], np.cumsum(x)))
+    mean = (total[_MEAN:] - total[:-_MEAN]) / _MEAN
+    before, after = mean[:-_MEAN], mean[_MEAN:]
+    noise = median_of(np.abs(np.diff(x, 2))) * _NOISE_OF_BENDS * np.sqrt(2.0 / _MEAN)
+    turns = np.abs(before + after) < _OPPOSITE * np.abs(after - before)
+    turns &= np.abs(after - before) > _SURE * noise
+    first, last = v[: turns.size], v[2 * _MEAN - 1 :]
+    goes_on = (first * last > 0.0) & (2.0 * np.fmin(np.abs(first), np.abs(last)) > np.fmax(np.abs(first), np.abs(last)))
+    moves = np.concatenate(([0], np.cumsum(np.abs(v) >= _STANDING_RAD_S)))
+    row, margin = np.arange(turns.size), ceil(_SETTLED_S / (time_s[near[1]] - time_s[near[0]]))
+    around = moves[np.minimum(row + 2 * _MEAN + margin, v.size)] - moves[np.maximum(row - margin, 0)]
+    return bool((turns & (goes_on | (around == 0))).any())
 
 
 def _best_cut(sums: FloatArray, cuts: IntArray) -> tuple[int, float, float] | None:

@@ -11,13 +11,15 @@ import numpy as np
 from collaudit.core.conditioning.effort_signal import effort_signal_findings, nowhere, saturation
 from collaudit.core.conditioning.interpolation import interpolated
 from collaudit.core.conditioning.lost_samples import filled, picked_rows
-from collaudit.core.conditioning.stalled_logger import without_stalls
-from collaudit.core.conditioning.stuck_signals import without_stuck
+from collaudit.core.conditioning.measured.doubled_stamps import duplicate_findings, without_contradictions
+from collaudit.core.conditioning.measured.missing_rows import missing_rows
+from collaudit.core.conditioning.measured.stalled_logger import without_stalls
+from collaudit.core.conditioning.measured.unmeasured import without_unmeasured
 from collaudit.core.conditioning.timebase import Timebase, make_timebase
 from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.conditioning.wrench_grid import wrench_on_grid
-from collaudit.core.config.schema import ConditioningConfig
+from collaudit.core.config.schema import ConditioningConfig, DetectConfig
 from collaudit.core.data.columns import Slope
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
@@ -27,11 +29,14 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
 from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz
 from collaudit.core.numeric.tables import table
 
+_RULE = DetectConfig()
 #: A wrench with this share of its stamps from the joint states was stamped with them.
 _SHARED = 0.9
 
 
-def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[str] = ()) -> UniformSeries:
+def condition(
+    log: JointLog, config: ConditioningConfig, prismatic: Collection[str] = (), detect: DetectConfig = _RULE
+) -> UniformSeries:
     """Put a log onto a uniform time base and differentiate it without delay.
 
     Position and effort are not filtered here: the detectors' kernels do that. Velocity is low-passed and acceleration
@@ -41,18 +46,20 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
         log: as recorded.
         config: filters, gaps and the source of the velocity.
         prismatic: joints whose positions are no angles.
+        detect: the rule; what is shorter than its persistence hides no contact.
 
     Raises:
         NotJudgedError: no stretch without a gap is long enough.
     """
-    recorded = without_stalls(log)
-    log = without_stuck(recorded)
+    recorded = without_contradictions(without_stalls(log))
+    log = without_unmeasured(recorded, detect)
     angles = continued_angles(log, prismatic)
+    cut = missing_rows(log, angles.position_rad, angles.breaks, detect)
     base = make_timebase(
         log.time_s,
         angles.position_rad,
         config.gap_factor,
-        angles.breaks,
+        cut.rows,
         log.velocity_rad_s,
         (lambda period: _bandwidth_hz(config, period)) if config.bridge_lost else None,
     )
@@ -66,7 +73,8 @@ def condition(log: JointLog, config: ConditioningConfig, prismatic: Collection[s
     motion = choose_velocity(position, logged, segments, period, bandwidth, log.joint_names, config.velocity)
     saturated = nowhere(position.shape) if effort is None else saturation(effort, period)
     conflicts = contradictions(recorded.time_s, recorded.joint_names, recorded.position_rad, recorded.effort)
-    findings = [*log.findings, *conflicts, *angles.findings, *base.findings, *motion.findings]
+    findings = [*log.findings, *conflicts, *angles.findings, *cut.findings, *base.findings, *motion.findings]
+    findings += duplicate_findings(recorded, base.order)
     findings += _missing_findings(recorded, base)
     findings += effort_signal_findings(log, effort, motion.velocity_rad_s, saturated, base.time_s)
     wrench = None

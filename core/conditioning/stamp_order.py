@@ -18,15 +18,14 @@ def clocked(
     if isinstance(clock, MotionClock):
         fresh = np.concatenate(([True], np.diff(clock.stamps_s) > 0.5 * clock.period_s))
         return order[fresh], clock.stamps_s[fresh], "", [*findings, *clock_findings(clock, fresh)]
-    order, more = _distinct(order, time_s)
-    return order, time_s[order], "" if clock is None else clock.why, findings + more
+    order = _distinct(order, time_s)
+    return order, time_s[order], "" if clock is None else clock.why, findings
 
 
 def usable_order(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
     """Indices of samples with finite, distinct stamps, in time order."""
     order, findings = _sorted(time_s)
-    order, more = _distinct(order, time_s)
-    return order, findings + more
+    return _distinct(order, time_s), findings
 
 
 def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
@@ -56,12 +55,8 @@ def _sorted(time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
     return order.astype(np.int64, copy=False), findings
 
 
-def _distinct(order: IntArray, time_s: FloatArray) -> tuple[IntArray, list[Finding]]:
+def _distinct(order: IntArray, time_s: FloatArray) -> IntArray:
     """Those of the samples, in time order, whose stamp is not that of the one before."""
     stamps = time_s[order]
     fresh: BoolArray = np.concatenate(([True], np.diff(stamps) > 0)) if stamps.size else np.zeros(0, bool)
-    repeated = int(stamps.size - np.count_nonzero(fresh))
-    if not repeated:
-        return order, []
-    text = f"{repeated} samples have the stamp of the sample before and were left out (the first was kept)."
-    return order[fresh], [Finding("time-duplicate", "warning", text)]
+    return order if fresh.all() else order[fresh]

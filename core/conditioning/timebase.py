@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from collaudit.core.conditioning.lost_samples import bridged_findings, bridged_steps
 from collaudit.core.conditioning.stamp_jitter import comb_error, jitter_finding, snaps
 from collaudit.core.conditioning.stamp_order import clocked
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span

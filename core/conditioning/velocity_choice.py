@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from collaudit.core.conditioning.velocity_lag import Lag, ahead, lag_rows, pooled_s, velocity_lag
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 
 #: Fewer samples than this are nothing; a lag of 2.7 ms left alone doubles the residual of fast joints.

@@ -1,18 +1,17 @@
-"""Angles that start again after a turn, and positions that jump: the first are continued, the second are breaks."""
+"""Angles that start again after a turn are continued; positions that jump otherwise are told from them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import distinct
 from collaudit.core.numeric.tables import copied
 
 _TURN_RAD = 2.0 * np.pi
@@ -35,12 +34,12 @@ class Continued:
 
     Attributes:
         position_rad: (n, j) in the order of the log; the log's own array where nothing was changed.
-        breaks: rows of the log that are the first after a break.
-        findings: one for each joint with wraps or breaks.
+        breaks: by column, rows of the log that are the first after a jump which is no wrap.
+        findings: one for each joint with wraps, or with jumps all the time.
     """
 
     position_rad: FloatArray
-    breaks: IntArray
+    breaks: Mapping[int, IntArray]
     findings: tuple[Finding, ...]
 
 
@@ -66,12 +65,11 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
     columns = [
         j for j in ordered_map(lambda j: j if _steps_far(position[:, j]) else None, _range(log)) if j is not None
     ]
-    nothing = np.zeros(0, dtype=np.int64)
     if not columns:
-        return Continued(position, nothing, ())
+        return Continued(position, {}, ())
     order, _ = usable_order(log.time_s)
     findings: list[Finding] = []
-    breaks = [nothing]
+    breaks: dict[int, IntArray] = {}
     out = position
     for j in columns:
         joint = log.joint_names[j]
@@ -86,9 +84,8 @@ def continued_angles(log: JointLog, prismatic: Collection[str] = ()) -> Continue
         if cuts.size > max(3.0, _MOST * order.size):
             findings.append(_restless(joint, cuts.size, order.size))
         elif cuts.size:
-            breaks.append(cuts)
-            findings.append(_broken(joint, position, log.time_s, cuts, j))
-    return Continued(out, distinct(np.concatenate(breaks)), tuple(findings))
+            breaks[j] = cuts
+    return Continued(out, breaks, tuple(findings))
 
 
 def _range(log: JointLog) -> range:
@@ -142,17 +139,6 @@ def _wrapped(joint: str, times: FloatArray) -> Finding:
         f"{times[0]:.4g} s; it was continued."
     )
     return Finding("log-position-wrapped", "info", text, joint=joint, start_s=float(times[0]))
-
-
-def _broken(joint: str, position: FloatArray, time_s: FloatArray, rows: IntArray, j: int) -> Finding:
-    row = int(rows[0])
-    before = position[:row, j][np.isfinite(position[:row, j])]
-    size = f" by {position[row, j] - before[-1]:+.4g} rad" if before.size else ""
-    text = (
-        f"The position of joint '{joint}' jumps {rows.size} times, first{size} at {time_s[row]:.4g} s, "
-        "which is no whole turn. Nothing is judged or filtered across it."
-    )
-    return Finding("log-position-break", "warning", text, joint=joint, start_s=float(time_s[row]))
 
 
 def _restless(joint: str, jumps: int, steps: int) -> Finding:

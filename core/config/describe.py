@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Iterator
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -15,7 +16,6 @@ from msgspec import NODEFAULT, Meta
 from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import to_toml
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.law_registry import NameOfLaw
 
 _PLAIN = {

@@ -8,6 +8,9 @@ from msgspec.structs import force_setattr
 from collaudit.core.config.config_table import ConfigTable, Interval, KeyedError, NonNegative, Positive, about
 from collaudit.core.config.detector_names import DetectorName
 
+#: Persistence where neither time nor samples are stated, ms (paper, section 5).
+DEFAULT_PERSISTENCE_MS = 25.0
+
 
 class DynamicConfig(ConfigTable, frozen=True, kw_only=True):
     """gamma(t) = base_nm + speed·|v| + acceleration·|a| of one joint."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import msgspec
@@ -13,7 +13,6 @@ from collaudit.core.config.describe import find_key
 from collaudit.core.config.misfit_place import at_place, misfit_place
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_lines import KeyPath
-from collaudit.core.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,17 +11,18 @@ from collaudit.core.config.schema import Config
 from collaudit.core.contacts.contact_kind import classify
 from collaudit.core.contacts.contact_scene import scene_at
 from collaudit.core.contacts.external_force import Unsmoothed, estimate_force
-from collaudit.core.contacts.least_force import least_force
+from collaudit.core.contacts.least_force import least_force, with_least
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.audit_result import Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.prepare.prepared import Prepared
 
 #: Alarms of different joints closer than this are one contact.
 _TOGETHER_S = 0.1
+#: A force is told where the residuals are at least this share of their largest.
+_NEARLY = 0.9
 
 
 def find_contacts(prepared: Prepared, run: DetectorRun, config: Config) -> tuple[Contact, ...]:
@@ -108,14 +110,15 @@ def _locate(
     columns = [series.column(joint) for joint in names]
     sd = np.hypot(known.noise_nm[columns], 0.5 * run.residual.uncertainty_nm[peak, columns])
     least = least_force(at, names, known.torque_nm(peak)[columns], sd, peak)
-    return _Place(link, _note(beyond, blind), estimate_force(at, run, known, names, peak), least)
+    force = with_least(estimate_force(at, run, known, names, peak), least)
+    return _Place(link, _note(beyond, blind), force, least)
 
 
 def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision]) -> int:
     """Sample at which the joints' residuals, each over its threshold, are largest together.
 
-    Of the samples at which most joints are evidence: a joint within its friction interval shows only a part of its
-    torque, and when it did not alarm nothing at all.
+    Of those at which they are nearly as large, one at which most joints are evidence: a joint within its friction
+    interval shows only a part of its torque, and when it did not alarm nothing at all.
     """
     series = prepared.judged_series
     onset, end = min(c.onset_s for c in group), max(c.onset_s + c.duration_s for c in group)
@@ -124,8 +127,10 @@ def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision
     columns = [series.column(c.joint) for c in group]
     level = np.stack([run.threshold.of(j, part) for j in columns], axis=1)
     ratio = np.abs(run.residual.torque_nm[part][:, columns]) / level
-    judged = np.count_nonzero(run.detected.state[part] == State.JUDGED, axis=1)
-    return a + int(np.argmax(np.where(judged == judged.max(), np.nan_to_num(ratio).sum(axis=1), -1.0)))
+    together = np.nan_to_num(ratio).sum(axis=1)
+    near = together >= _NEARLY * together.max()
+    judged = np.where(near, np.count_nonzero(run.detected.state[part] == State.JUDGED, axis=1), -1)
+    return a + int(np.argmax(np.where(judged == judged.max(), together, -1.0)))
 
 
 def _note(beyond: Sequence[str], blind: Sequence[str]) -> str:

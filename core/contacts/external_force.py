@@ -8,7 +8,7 @@ unknowns (:mod:`force_fit`). Directions that no joint sees are named instead of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from collaudit.core.contacts.force_fit import Directions, ForceFit
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.blocks import blocks

@@ -5,10 +5,11 @@ Directions whose singular value is small are not seen by any joint: they are lef
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.detection_result import ContactForce
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 

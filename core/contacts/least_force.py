@@ -8,11 +8,12 @@ distance. That holds where too few joints react to tell a direction, and needs n
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.contacts.looked_at import LookedAt
-from collaudit.core.data.detection_result import LeastForce
+from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.core.numeric.arrays import FloatArray
 
 #: Links are thicker than their frames and reach beyond them: the surface is taken to end this far from them, m.
@@ -49,6 +50,17 @@ def least_force(
         if lever >= _SHORTEST_M and sure > 0.0:
             bounds.append(LeastForce(float(sure / lever), joint, float(lever)))
     return max(bounds, key=lambda bound: bound.force_n, default=None)
+
+
+def with_least(force: ContactForce | None, least: LeastForce | None) -> ContactForce | None:
+    """The force with an interval that begins no lower than the least force; None where it would end below it.
+
+    Then the force does not act as it is taken to, a pure one near a frame, and only its lower bound holds.
+    """
+    if force is None or least is None or least.force_n <= force.size_ci95_n[0]:
+        return force
+    high = force.size_ci95_n[1]
+    return replace(force, size_ci95_n=(least.force_n, high)) if least.force_n <= high else None
 
 
 def longest_levers(at: LookedAt, sample: int) -> FloatArray:

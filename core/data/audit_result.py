@@ -5,9 +5,10 @@ Every class here mirrors one object of ``friction.json`` or ``audit.json`` key b
 Plain Python numbers only; None stands for "not known", never for zero.
 """
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+from collaudit.core.data import shown
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
 from collaudit.core.data.friction_correction import FrictionCorrection
@@ -24,7 +25,6 @@ from collaudit.core.data.recommendation_result import TailFacts
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals
 from collaudit.core.data.threshold_result import FittedThresholds, MotionScale
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 
 if TYPE_CHECKING:
@@ -88,6 +88,19 @@ class FrictionFile:
         """Joints with a law that opposes the motion, and of which no finding says that they cannot be judged."""
         refused = {finding.joint for finding in self.findings if finding.effect == "not-judged-joint"}
         return tuple(name for name, fit in self.joints.items() if fit.model and fit.dissipates and name not in refused)
+
+    def outline(self) -> shown.Shown:
+        """Each joint's law and parameters."""
+        rows = [
+            (name, f"{fit.model}: {', '.join(f'{p} {v:.3g}' for p, v in fit.parameters.items())}")
+            if fit.model
+            else (name, f"not fitted: {fit.reason}")
+            for name, fit in self.joints.items()
+        ]
+        return f"Friction of {len(self.joints)} joints, from {', '.join(self.provenance.logs) or 'no log'}", rows
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,6 +335,27 @@ class AuditResult:
     disturbances: tuple[RestDisturbance, ...] = ()
     unjudged: tuple[str, ...] = ()
 
+    def outline(self) -> shown.Shown:
+        """Verdict, reasons, what it does not cover, counts of events, the rule, what was judged."""
+        log, rule, verdict = self.log, self.rule, self.verdict.replace("_", " ").upper()
+        joints = [f"{name} {cover.judged_s:.3g} s" for name, cover in self.coverage.joints.items() if cover.watched]
+        gammas = [f"{name} {gamma:.3g}" for name, gamma in rule.gamma_nm.items()]
+        rows = [
+            ("why", shown.first(self.reasons)),
+            ("not part of it", shown.first(self.exclusions)),
+            ("contacts", shown.first([f"{c.onset_s:.3f} s: {', '.join(c.joints)}" for c in self.contacts], 5)),
+            ("near misses", shown.first([f"{m.onset_s:.3f} s: {m.joint}" for m in self.near_misses], 5)),
+            ("rule", f"{rule.detector}, n = {rule.n} ({1e3 * rule.persistence_s:.3g} ms)"),
+            ("γ, N·m or N", shown.first(gammas, 8)),
+            ("judged", shown.first(joints, 8) or "no joint"),
+            ("findings", shown.first(dict.fromkeys(f.code for f in self.findings if f.severity != "info"), 8)),
+        ]
+        title = f"{verdict}: {log.name}, {log.duration_s:.4g} s, recorded {log.start or 'at an unknown time'}"
+        return title, [(term, value) for term, value in rows if value]
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Audit:
@@ -330,3 +364,10 @@ class Audit:
     result: AuditResult
     signals: Signals
     study: "RuleStudy | None" = None
+
+    def outline(self) -> shown.Shown:
+        """As its result."""
+        return self.result.outline()
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.filters import slope_between
 

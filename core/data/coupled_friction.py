@@ -1,6 +1,6 @@
 """Axes that turn with several joints, as the motors of a wrist do, and what was fitted of their friction."""
 
-from collaudit.core.dataclass import dataclass
+from dataclasses import dataclass
 
 Bounds = tuple[float | None, float | None]
 

@@ -1,9 +1,7 @@
 """Result types of detection beyond the rule itself: delays, detectors side by side, contacts, scores."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 Mode = Literal["position", "force", "standing"]
 ContactKind = Literal["meant", "accidental", "undecided"]
@@ -111,7 +109,7 @@ class ContactForce:
         ci95_n: half width of its 95 % interval by axis; None where the joints cannot see that axis.
         size_n: its magnitude over the directions seen.
         size_ci95_n: interval of the magnitude, over this frame and those of ``may_be_at``: the nearer to an axis a
-            force acts, the larger it must be.
+            force acts, the larger it must be. No lower than the contact's least force.
         blind: directions (unit vectors in base axes) in which a force would not have been seen.
         misfit_nm: RMS of what the force does not explain.
         may_be_at: frames of links further out at which a force explains the joints as well.
@@ -173,7 +171,8 @@ class Contact:
         force: the external force, None where it cannot be computed.
         kind: meant (commanded), accidental or undecided contact.
         evidence: why.
-        least_force: what it is at least, also where ``force`` is not known; None where nothing stands out.
+        least_force: what it is at least, also where ``force`` is not known, and from what; None where nothing stands
+            out.
         scene: pose and speeds at the peak; None without a kinematic model, and in files of earlier versions.
     """
 

@@ -1,6 +1,6 @@
 """Result types of what friction goes with besides speed, as it is used in the residual and stands in friction.json."""
 
-from collaudit.core.dataclass import dataclass
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,8 @@
 """Result types of one joint's friction: points, law, intervals, what the data cannot determine."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.law_registry import LAWS, LawName
 
 OpenSide = Literal["low", "high", "both"]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
+from collaudit.core.data import shown
 from collaudit.core.data.coupled_friction import Coupling
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 
@@ -130,3 +130,19 @@ class JointLog:
             array = getattr(self, name)
             if array is not None and array.shape != (n, j):
                 raise ValueError(f"{name} has shape {array.shape}, expected {(n, j)}")
+
+    def outline(self) -> shown.Shown:
+        """Joints, length, rate, what was recorded, findings."""
+        n, span_s = len(self.time_s), float(self.time_s[-1] - self.time_s[0]) if len(self.time_s) else 0.0
+        missing = [name for name in ("velocity_rad_s", "effort", "wrench") if getattr(self, name) is None]
+        rows = [
+            ("joints", ", ".join(self.joint_names)),
+            ("samples", f"{n}, about {(n - 1) / span_s:.4g} Hz" if span_s > 0 else str(n)),
+            ("effort", self.effort_unit),
+            ("not in it", ", ".join(missing)),
+            ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
+        ]
+        return f"{self.source.name} ({self.source.format}), {span_s:.4g} s", [row for row in rows if row[1]]
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html

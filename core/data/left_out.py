@@ -1,8 +1,7 @@
 """What a fit left out of a log, and why."""
 
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 #: ``found`` in the residual, by the ``labels`` of the log or a truth file, or none because the log was ``stated`` free.
 LeftOutBy = Literal["found", "labels", "stated"]

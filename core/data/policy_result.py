@@ -1,9 +1,9 @@
 """Result types of the decision over finished audits: what each rule says of each log, and what follows."""
 
+from dataclasses import dataclass
 from typing import Literal
 
 from collaudit.core.data.audit_result import Verdict
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 
 POLICY_SCHEMA = "collaudit/policy/1"

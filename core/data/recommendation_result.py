@@ -1,8 +1,7 @@
 """Result types of recommended thresholds: each joint's tail, the arm's rate, opinions on the rule that is set."""
 
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 Opinion = Literal["too tight", "too loose", "supported", "not judged"]
 PersistenceReason = Literal["stated", "chosen", "set"]

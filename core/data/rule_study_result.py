@@ -1,10 +1,9 @@
 """Result types of a rule study: what threshold and persistence cost and notice, as they stand in study.json."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
 from collaudit.core.data.recommendation_result import SetRule
-from collaudit.core.dataclass import dataclass
 
 STUDY_SCHEMA = "collaudit/study/1"
 Motion = Literal["moving", "standing"]

@@ -1,8 +1,7 @@
 """Result types of sensitivity over time: how small a torque or force would have alarmed, for how much of the time."""
 
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 #: Names of the places that a force is asked for at by default; other places go by the link that ends there.
 TOOL, FOREARM = "tool", "forearm"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from collaudit.core.data import shown
 from collaudit.core.data.columns import Columns
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 
 
@@ -97,3 +98,12 @@ class Signals:
     least_nm: Columns | None = None
     most_nm: Columns | None = None
     wrench: FloatArray | None = None
+
+    def outline(self) -> shown.Shown:
+        """Each joint's judged share."""
+        shares = np.mean(self.state == State.JUDGED, axis=0)
+        rows = [(name, f"judged {100 * s:.3g} %") for name, s in zip(self.joint_names, shares, strict=True)]
+        return f"Signals of {len(self.joint_names)} joints, {len(self.time_s)} samples", rows
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html

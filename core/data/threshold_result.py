@@ -1,9 +1,8 @@
 """Result types of thresholds that a fit derives from its own held-out residual, as they stand in friction.json."""
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from collaudit.core.data.recommendation_result import RangeOfEvidence
-from collaudit.core.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 

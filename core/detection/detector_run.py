@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from collaudit.core.data.columns import KnownAtFew
 from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.events import DetectedEvents, detect_events
 from collaudit.core.detection.shortest_push import shortest_pushes
 from collaudit.core.detection.threshold import Threshold

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Collision, NearMiss, NearMissKind, Phase, RuleFacts
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.knocks import knock_width, knocks
 from collaudit.core.detection.rule import Event, apart, rule_events
 from collaudit.core.detection.watch import Watch

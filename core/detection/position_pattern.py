@@ -8,12 +8,12 @@ direction of motion is left aside, so that friction off its law is no pattern.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -7,20 +7,20 @@ sliding extremes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks, samples_at_once
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.sliding_extremes import centred_range_at, range_exceeds
-from collaudit.core.numeric.stats import distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: Steps are looked for in means over this time, s.
@@ -166,7 +166,7 @@ class Window:
 def _count(position: FloatArray) -> float:
     """The smallest step that a joint's positions are written in; 0 where they are no grid."""
     some = position[:: max(1, position.size // 20_000)]
-    gaps = np.diff(distinct(some[np.isfinite(some)]))
+    gaps = np.diff(np.unique(some[np.isfinite(some)]))
     gaps = gaps[gaps > 1e-9]
     return quantile_of(gaps, 0.05) if gaps.size else 0.0
 

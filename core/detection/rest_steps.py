@@ -9,11 +9,11 @@ position, must stand out of what the joint does by itself at rest, and oppose ea
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.detection_result import DisturbedJoint
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.detection.rest_blocks import SCALES, STAYS_S, STILL, RestBlocks, RunningSums, Window, travel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

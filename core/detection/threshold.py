@@ -8,20 +8,19 @@ while moving fast is blind while moving slowly.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.motion_scale import relative_scale
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import blocks
-from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.residual.residual import Residual
@@ -177,7 +176,7 @@ def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:
     gram = columns.T @ columns
     root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
     right: FloatArray = np.asarray(np.linalg.solve(root, columns.T @ size_nm), dtype=np.float64)
-    shape = nonnegative_fit(root.T, right)
+    shape = scipy.optimize.nnls(root.T, right)[0]
     shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size_nm)))
     return np.asarray(shape)
 

@@ -8,10 +8,9 @@ type, not a finding to search for.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings.finding_kinds import KINDS, Effect, Kind, Severity
 
 #: Finding code to its meaning.

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 Severity = Literal["info", "warning", "error"]
 #: What a finding does to coverage and verdict. With any ``not-judged-*`` the log does not pass.
@@ -132,8 +131,9 @@ KINDS: dict[str, Kind] = {
     ),
     "log-publishers-conflict": Kind(
         "Two publishers, or two recordings in one, give different values of the same joints.",
-        "Record each publisher on a topic (or in a table) of its own, and name one in [log] joint_states.",
-        _LOG,
+        "Record each publisher on a topic (or in a table) of its own, and name one in [log] joint_states. Where only "
+        "some samples of one stamp differ (warning), these alone are not judged.",
+        {"warning": "not-judged-part", "error": "not-judged-log"},
     ),
     "log-joints-numbered": Kind(
         "Messages number the joints and do not name them; the robot's order was taken.",
@@ -186,9 +186,11 @@ KINDS: dict[str, Kind] = {
         "Look at the drive's limit. Saturated time counts as not judged: a contact may hide there.",
         _SPAN,
     ),
-    "sensor-stuck": Kind(
-        "The effort repeats one value while the arm moves, for far longer than the drive's own updates.",
-        "Look at the sensor, the drive's bus or the logger. The stretch is not judged: a contact may hide there.",
+    "effort-unmeasured": Kind(
+        "The effort is no measurement for a while: it is constant or a straight line, has less than its usual noise "
+        "while the joint moves, or is the exact copy of another stretch.",
+        "Look at the sensor, the drive's bus or the logger; log gaps as gaps, and fill in nothing. The stretch is not "
+        "judged: a contact may hide there.",
         _SPAN,
     ),
     "position-frozen": Kind(
@@ -307,15 +309,17 @@ KINDS: dict[str, Kind] = {
     ),
     "log-position-wrapped": Kind("A joint's angle wraps around after a turn; it was unwrapped.", "Nothing.", _INFO),
     "log-position-break": Kind(
-        "A joint's position jumps further than a joint can move; the log is cut there.",
-        "Look for a lost stretch, or an encoder that was zeroed anew. Nothing is judged or filtered across the jump; a "
-        "joint that jumps in more than 2 % of its steps is not judged at all.",
-        _JOINT,
+        "A position goes on further than a joint can move in a step: rows are missing there whatever the stamps say, "
+        "or an encoder was zeroed anew. The log is cut there.",
+        "Look for a lost stretch: a contact may hide in it. Nothing is judged or filtered across the jump; a joint "
+        "that jumps in more than 2 % of its steps is not judged at all.",
+        {"warning": "not-judged-part", "error": "not-judged-joint"},
     ),
     "log-stalled": Kind(
         "The logger repeated one sample while the arm moved; the repeats were left out.",
-        "Look at the logger: it fell behind. The repeats count as a gap.",
-        _WARNING,
+        "Look at the logger: it fell behind. The repeats are no measurement: they count as a gap, in which a contact "
+        "may hide.",
+        _SPAN,
     ),
     "log-wrench-missing": Kind(
         "A wrench was configured and is not in the log.",
@@ -333,9 +337,10 @@ KINDS: dict[str, Kind] = {
         _WARNING,
     ),
     "time-duplicate": Kind(
-        "Samples with the same stamp as another were left out.",
-        "Look for a publisher or logger that writes samples twice.",
-        _WARNING,
+        "Samples with the same stamp as another were left out: the same values again (note), or others, within noise "
+        "and motion (warning).",
+        "Look for a publisher or logger that writes samples twice, or for stamps that are coarser than the samples.",
+        _EXCLUDES,
     ),
     "time-jump-back": Kind(
         "The clock was set back while recording; time goes on after a break.",
@@ -575,7 +580,7 @@ KINDS: dict[str, Kind] = {
         'gamma_nm = "auto", and the friction file has no threshold for a joint.',
         "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "
         "or state gamma_nm.",
-        _ABSENT,
+        {"warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
     ),
     "friction-asymmetric": Kind(

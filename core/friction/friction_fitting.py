@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from collaudit.core.data.friction_result import (
     KnownCombination,
     ModelComparison,
 )
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import point_arrays, robust_weights, with_scatter
 from collaudit.core.friction.identifiability import identifiability

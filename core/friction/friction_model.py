@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_correction import LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import LARGEST, FloatArray
 from collaudit.core.numeric.blocks import blocks, samples_at_once
-from collaudit.core.numeric.special_functions import student_quantile
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5

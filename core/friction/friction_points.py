@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import FrictionConfig
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.gear.direction_difference import PairSum
 from collaudit.core.friction.gear.section_ripple import SectionRipple, section_ripple, without_ripple
 from collaudit.core.friction.sections import Section

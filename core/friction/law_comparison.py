@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.friction_result import ModelComparison
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.law_candidates import Candidate
 from collaudit.core.friction.ridge_fit import fit_ridge_law

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from collaudit.core.data.joint_log import EffortUnit, JointType
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.friction_law import FrictionLaw
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 
 from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import low_pass
@@ -33,9 +33,6 @@ class Section:
         joint: joint name.
         span: samples on the uniform time base, settling margins already taken off.
         velocity_rad_s: mean, signed.
-        velocity_sd_rad_s: spread of the velocity.
-        effort: mean effort in the log's unit.
-        effort_sd: its spread.
         position_rad: lowest and highest position.
         others_moving: joints that moved meanwhile.
     """
@@ -43,9 +40,6 @@ class Section:
     joint: str
     span: Span
     velocity_rad_s: float
-    velocity_sd_rad_s: float
-    effort: float
-    effort_sd: float
     position_rad: tuple[float, float]
     others_moving: tuple[str, ...]
 
@@ -73,6 +67,16 @@ class SectionSet:
     def rejection_counts(self, joint: str) -> dict[str, int]:
         """Reason to number of rejected stretches of one joint, most frequent first."""
         return dict(Counter(r.reason for r in self.rejected if r.joint == joint).most_common())
+
+    def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
+        """What is left of the sections in the same log with less effort known: whole ones, and long enough pieces."""
+        found: list[Section] = []
+        for section in self.sections:
+            j = series.column(section.joint)
+            pieces = _known_pieces(section.span, series, j, _least(series, config))
+            whole = pieces == [section.span]
+            found += [section] if whole else [_measure(series, section.joint, j, piece, config) for piece in pieces]
+        return replace(self, sections=tuple(found))
 
 
 def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progress | None = None) -> SectionSet:
@@ -222,9 +226,8 @@ def _grow(part: FloatArray, seed: slice, config: SectionsConfig) -> tuple[int, i
 
 
 def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: SectionsConfig) -> Section:
-    assert series.effort is not None  # sections without effort were rejected
     s = span.slice
-    velocity, effort, position = series.velocity_rad_s[s, j], series.effort[s, j], series.position_rad[s, j]
+    velocity, position = series.velocity_rad_s[s, j], series.position_rad[s, j]
     motion = series.velocity_rad_s[s]
     if not np.isfinite(motion.sum()):
         motion = np.nan_to_num(motion)
@@ -236,9 +239,6 @@ def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: Sect
         joint=joint,
         span=span,
         velocity_rad_s=float(np.mean(velocity)),
-        velocity_sd_rad_s=float(np.std(velocity)),
-        effort=float(np.mean(effort)),
-        effort_sd=float(np.std(effort)),
         position_rad=(float(np.min(position)), float(np.max(position))),
         others_moving=others,
     )

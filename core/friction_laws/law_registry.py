@@ -7,9 +7,9 @@ parameters. No other room compares or lists names of laws.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 from collaudit.core.friction_laws.directional_stribeck import ASYMMETRIC_LUGRE, ASYMMETRIC_STRIBECK_GAUSS
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Role, SeparableLaw

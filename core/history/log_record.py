@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
-
-from collaudit.core.dataclass import dataclass
 
 STORE_SCHEMA = 2
 NightFrom = Literal["stated", "log", "audit"]

@@ -7,9 +7,10 @@ blocks of time taken together (Liang and Zeger, Biometrika 73, 1986), with block
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.log_record import Share
 from collaudit.core.numeric.arrays import FloatArray
 

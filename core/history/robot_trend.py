@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.special import gammaincinv as gamma_quantile
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.change_point import FEWEST
 from collaudit.core.history.joint_series import TESTED, NightSeries, Quantity, joint_series
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.series_changes import Change, series_changes
-from collaudit.core.numeric.special_functions import gamma_quantile
 
 Cause = Literal[
     "wear-like growth", "friction step", "friction fell", "payload or tool", "temperature", "common cause", "residual"

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.change_point import FEWEST, SeriesChange, find_change
 from collaudit.core.history.joint_series import NightSeries, Quantity
 from collaudit.core.numeric.arrays import FloatArray

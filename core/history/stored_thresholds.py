@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.recommendation_result import ArmRate
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.history.log_record import JointRecord, LogRecord
 from collaudit.core.recommend.arm_evidence import ArmEvidence

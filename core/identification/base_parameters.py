@@ -5,9 +5,10 @@ Gautier, "Numerical calculation of the base inertial parameters of robots", J. R
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.robot_model import RobotModel
 

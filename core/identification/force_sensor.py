@@ -6,11 +6,12 @@ the configured sign: linear in m, m c and the six offsets.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, SensorFacts
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.runs import run_bounds

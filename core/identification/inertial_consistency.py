@@ -6,12 +6,12 @@ definite (Wensing, Kim and Slotine, IEEE Robot. Autom. Lett. 3, 2018), a convex 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 _MARGIN = 1e-6

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.left_out import LeftOut, LeftOutSpan
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_mask import find_contact, labelled_contact

@@ -20,7 +20,7 @@ _Number = TypeVar("_Number", bound=np.generic)
 _COARSE = 12
 
 
-def window_minima(x: FloatArray, n: int, out: FloatArray | None = None) -> FloatArray:
+def window_minima(x: NDArray[_Number], n: int, out: NDArray[_Number] | None = None) -> NDArray[_Number]:
     """(m - n + 1,) smallest of each ``n`` values in a row of ``x`` (m,), by their first; empty for m < n.
 
     ``out``: memory for them, fresh memory without.
@@ -28,7 +28,7 @@ def window_minima(x: FloatArray, n: int, out: FloatArray | None = None) -> Float
     return _windows(x, n, np.minimum, out)
 
 
-def window_maxima(x: FloatArray, n: int, out: FloatArray | None = None) -> FloatArray:
+def window_maxima(x: NDArray[_Number], n: int, out: NDArray[_Number] | None = None) -> NDArray[_Number]:
     """(m - n + 1,) largest of each ``n`` values in a row of ``x`` (m,), as of :func:`window_minima`."""
     return _windows(x, n, np.maximum, out)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975

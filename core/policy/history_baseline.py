@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.joint_series import FrictionLevel, friction_level
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
@@ -11,7 +12,6 @@ from collaudit.core.config.schema_policy import RuleName
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.policy_result import RuleOutcome, RuleState
 from collaudit.core.data.sensitivity_result import Sensitivity
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import findings_with_level
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.policy.baseline import Baseline, BaselineLog, known_level, known_rate, new_contacts

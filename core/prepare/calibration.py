@@ -8,7 +8,7 @@ gains and findings are computed once, as the log is judged.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import ChannelFacts, Identified, SensorFacts
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.coupled_torque import coupled_torque

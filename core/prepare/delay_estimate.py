@@ -9,12 +9,12 @@ and other resampling plans", 1982), with Student's t for as many blocks as carry
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import parabola_minimum
 
 _REACH_S = (-0.2, 0.7)

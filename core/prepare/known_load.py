@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.prepare.prepared import Prepared, with_known_load

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,10 @@ from collaudit.core.arm_states.switched_effort import switched_efforts
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
+from collaudit.core.data import shown
 from collaudit.core.data.columns import OfTwo
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
@@ -40,7 +40,7 @@ from collaudit.core.prepare.effort_gain import (
 from collaudit.core.prepare.effort_source import EffortSource, effort_source
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
-from collaudit.core.prepare.model_bandwidth import quiet_model
+from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -85,7 +85,7 @@ class Prepared:
         findings: of the log, the model and the checks.
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
-        quiet: of the findings, those on noise that was kept out of the model torque.
+        quiet: joints whose model torque is used without the bands that are noise.
         effort_lag_s: time constant of a low-pass that efforts have passed; None where none shows.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
@@ -101,7 +101,7 @@ class Prepared:
     findings: tuple[Finding, ...]
     calibration: Calibration
     start: ConditionedLog
-    quiet: tuple[Finding, ...] = ()
+    quiet: tuple[ModelBandwidth, ...] = ()
     effort_lag_s: float | None = None
     judged_series: UniformSeries = field(init=False)
 
@@ -119,6 +119,11 @@ class Prepared:
         return self.start.effort_source
 
     @property
+    def bandwidth_hz(self) -> float:
+        """Up to where acceleration is no noise to any joint's model torque, Hz; at most that of the filters."""
+        return min((one.bandwidth_hz for one in self.quiet), default=self.series.bandwidth_hz)
+
+    @property
     def sliding(self) -> tuple[str, ...]:
         """Prismatic joints: forces in N, ways in m."""
         kinds = zip(self.robot.joint_names, self.robot.joint_types, strict=True)
@@ -132,6 +137,18 @@ class Prepared:
     def columns(self) -> list[int]:
         """Columns of the judged joints."""
         return [self.series.column(joint) for joint in self.judged]
+
+    def outline(self) -> shown.Shown:
+        """Judged joints, length, findings."""
+        time_s = self.series.time_s
+        rows = [
+            ("judged", ", ".join(self.judged)),
+            ("findings", shown.first(dict.fromkeys(finding.code for finding in self.findings), 8)),
+        ]
+        return f"Prepared log, {len(time_s)} samples from {time_s[0]:.4g} to {time_s[-1]:.4g} s", rows
+
+    __repr__ = shown.text
+    _repr_html_ = shown.html
 
 
 def prepare(
@@ -163,7 +180,7 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
         NotJudgedError, LogError: as :func:`prepare`.
     """
     linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
-    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear), config.log)
+    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear, config.detect), config.log)
     judged = judged_joints(config, series.joint_names, log.source.name)
     labels, more = _phases(series, robot, config)
     findings = [*series.findings, *robot.findings, *more]
@@ -236,12 +253,12 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     else:
         commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
         rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None
-    quiet: tuple[Finding, ...] = ()
+    quiet: tuple[ModelBandwidth, ...] = ()
     if known is not None and rigid is known.rigid_nm:
         quiet = known.quiet
     elif rigid is not None and config.conditioning.bandwidth_hz is None:
         rigid, quiet = quiet_model(series, rigid, commanded.torque_nm)
-    findings = [*start.findings, *commanded.findings, *quiet]
+    findings = [*start.findings, *commanded.findings, *bandwidth_findings(quiet, series.bandwidth_hz)]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from collaudit.core.data.audit_result import Audit, Collision, LogFacts, NearMiss, PhaseSpan, RuleFacts
 from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.recommend.recommendation import CleanResidual

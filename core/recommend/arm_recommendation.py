@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,6 @@ from collaudit.core.data.recommendation_result import (
     StretchToConfirm,
 )
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
 from collaudit.core.recommend.evidence_range import ranges_of_evidence

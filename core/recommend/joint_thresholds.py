@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import ArmRate, TailFacts
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
@@ -182,15 +181,18 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
         per_hour: false alarms of the arm that are asked for.
         joints: that share them.
     """
-    if tail is None:
-        return None
+    return None if tail is None else threshold_with_hours(tail, per_hour, joints, tail.hours)
+
+
+def threshold_with_hours(tail: JointTail, per_hour: float, joints: int, at_hand_h: float) -> float:
+    """:func:`threshold` if so many hours had shown the same tail; fewer than there are tell no more."""
     share, enough = per_hour / joints, 1.0 / (REACH * per_hour)
     later = 10.0 ** (np.arange(int(_STEPS * np.log10(enough)) - 5 * _STEPS, _STEPS * np.log10(enough)) / _STEPS)
-    hours = [tail.hours, *(h for h in (*later, enough) if h > tail.hours)]
+    hours = [at_hand_h, *(h for h in (*later, enough) if h > at_hand_h)]
     level = max(tail.level_bound(max(share, 1.0 / (REACH * h) / joints), h / tail.hours) for h in hours)
     if tail.logs < _FEW_LOGS:
-        level = max(level, tail.level_bound(share))
-    return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
+        level = max(level, tail.level_bound(share, at_hand_h / tail.hours))
+    return round_up(max(level, tail.largest_nm) if share * at_hand_h < 1.0 else level)
 
 
 def looseness(tail: JointTail, gamma_nm: float) -> float:
@@ -266,7 +268,7 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
 
 def _logs_apart(peaks: SustainedPeaks) -> float:
     """The highest median level of a log over the lowest; 1 with one log."""
-    medians = [median_of(own) for k in distinct(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
+    medians = [median_of(own) for k in np.unique(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
     least = min(medians, default=0.0)
     return max(medians) / least if least > 0 else 1.0
 

@@ -6,11 +6,11 @@ All three look at the same samples, which take 100 MB a joint of an hour: made o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.position_pattern import settled_pattern_findings
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import FrictionModel

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.sliding_extremes import window_minima
 from collaudit.core.recommend.recommendation import CleanResidual

@@ -13,9 +13,10 @@ clustered data by an adjusted independence log-likelihood). What is believed of 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 
 #: What is believed of the shape before data. Minutes of data leave +-0.2 open, which for rare alarms is a factor of

@@ -7,11 +7,11 @@ which is the file's, in ``core/config/detector_names.py``.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 
 from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import DetectConfig
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance

@@ -7,10 +7,11 @@ stiff joint's (steady at once) and a soft one's (eq. (7) integrated over the tra
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

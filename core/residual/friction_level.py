@@ -8,9 +8,10 @@ move it. What is left is a standard error, which the threshold carries.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import parabola_minimum
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.columns import Columns, OfTwo
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_doubt
@@ -315,7 +314,7 @@ def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSer
         if balance.total_nm is not None:
             raise_to(~np.isfinite(torque[:, j]) & (column < State.NO_FRICTION), State.NOT_A_NUMBER)
         raise_to(saturated[:, j], State.SATURATED)
-        if idle is not None:
+        if idle is not None and balance.total_nm is not None:  # without a torque that is the reason all the time
             raise_to(idle, State.NOT_DRIVEN)
         column[lost] = State.GAP
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collaudit.core.dataclass import dataclass
+from dataclasses import dataclass
+
 from collaudit.core.numeric.arrays import FloatArray
 
 

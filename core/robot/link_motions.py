@@ -6,11 +6,11 @@ Each link's quantities are vectors in its joint's axes, about its joint's origin
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.robot.link_constants import Link
 from collaudit.core.robot.recorded_program import Recorder, Scalar, Value
 from collaudit.core.robot.recorded_vectors import ZERO, Vector, add_z, matrix_times, plus, vector_of

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -141,6 +142,10 @@ class RigidBodies:
         for k in range(q.shape[0]):
             out[k] = work.torque_regressor(q[k], v[k], a[k])
         return out
+
+    def library_model(self) -> Any:
+        """A copy of the library's own model; see :mod:`collaudit.core.robot.arm_shapes`."""
+        return self._model.library_model()
 
     def forward(self) -> ForwardModel:
         """Forward dynamics of this model, for simulation."""

@@ -7,13 +7,13 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from collaudit.core.config.relative_paths import located
 from collaudit.core.config.schema import DhRow, RobotConfig
 from collaudit.core.data.joint_log import JointType
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
@@ -30,6 +30,7 @@ class JointFacts:
         link: the link it moves.
         lower, upper: position limits, rad or m; NaN where there are none.
         effort_limit: N·m or N; NaN where there is none.
+        speed_limit: rad/s or m/s; NaN where there is none.
         leader: the joint it mimics, or None.
         multiplier, offset: position = multiplier · leader + offset.
     """
@@ -43,6 +44,7 @@ class JointFacts:
     leader: str | None = None
     multiplier: float = 1.0
     offset: float = 0.0
+    speed_limit: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +119,7 @@ def _described(data: bytes, where: str) -> Description:
             leader=joint.leader,
             multiplier=joint.multiplier,
             offset=joint.offset,
+            speed_limit=joint.speed,
         )
         for joint in urdf.joints
         if joint.kind != "fixed"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.joint_log import JointType
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray

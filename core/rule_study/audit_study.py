@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from collaudit.core.config.schema import Config
-from collaudit.core.contacts.controller_alarms import is_named
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
@@ -66,7 +65,4 @@ def known_contact(prepared: Prepared, config: Config, truth: TruthFile | None) -
         return ()
     if truth is not None:
         return contact_times(truth, prepared.judged)
-    wanted, labels = config.detect.true_events, prepared.series.annotations
-    if any(is_named(label, wanted) for label in labels):
-        return label_times(labels, wanted)
-    return None
+    return label_times(prepared.series.annotations, config.detect.true_events)

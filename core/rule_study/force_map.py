@@ -58,7 +58,8 @@ def _felt(prepared: Prepared, place: Place, samples: IntArray, level: FloatArray
     origin = np.concatenate([robot.frame_positions(pose, [place.frame]) for pose in q])
     in_base = arms @ turns.transpose(0, 2, 1)
     torque = np.abs(in_base @ directions())
-    return (torque / level[:, : place.joints, None]).max(axis=1), origin
+    with np.errstate(divide="ignore"):  # of a threshold of 0, infinitely many
+        return (torque / level[:, : place.joints, None]).max(axis=1), origin
 
 
 def _cells(origin: FloatArray, shares: FloatArray) -> tuple[float, tuple[ForceCell, ...]]:

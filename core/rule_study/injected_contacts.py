@@ -7,12 +7,11 @@ It keeps its direction in the link, and the motion is taken as it was recorded.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.rule_study.contact_shapes import ContactShape

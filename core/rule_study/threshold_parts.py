@@ -7,10 +7,11 @@ of the other, by turns of five seconds: what is fitted to chance then takes noth
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.rule_study_result import ThresholdPart, ThresholdParts
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.rule_study.alarm_grid import excess

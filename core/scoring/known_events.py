@@ -11,6 +11,8 @@ from collaudit.core.data.joint_log import Annotation
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.errors import ConfigError
+from collaudit.core.findings import Finding
+from collaudit.core.logs.signals.annotation_spans import absent_labels
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.scoring.detection_score import Alarm, JudgedResidual, TrueEvent, score
 from collaudit.core.scoring.truth_events import TruthFile, true_events
@@ -19,7 +21,7 @@ from collaudit.core.scoring.truth_events import TruthFile, true_events
 def score_detection(
     series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, config: DetectConfig, truth: TruthFile | None
 ) -> tuple[Score, ...]:
-    """Score a detector against the known events; empty when none are known.
+    """Score a detector against the known events; empty when none are known, as in a log without such a label.
 
     Args:
         series: the judged joints.
@@ -30,12 +32,13 @@ def score_detection(
 
     Raises:
         LogError: the file cannot be understood.
-        ConfigError: the log has no such label.
     """
-    if truth is None and not config.true_events:
+    labels = [label for label in series.annotations if is_named(label, config.true_events)]
+    if truth is None and not labels:
         return ()
     watched = inputs.rule.watch
-    events = true_events(truth, watched) if truth is not None else labelled_events(series, watched, config.true_events)
+    joints = watched or series.joint_names  # of no watched joint: they happened, and none could be observed
+    events = true_events(truth, joints) if truth is not None else _labelled_events(labels, joints)
     alarms = [Alarm(c.joint, c.onset_s, c.detected_s) for c in run.detected.collisions]
     ratio = run.residual.torque_nm / run.threshold.all_joints()
     judged = JudgedResidual(series.time_s, ratio, run.detected.state, series.joint_names, inputs.rule.n)
@@ -53,7 +56,8 @@ def known_contact_times(
         truth: for each log a truth file or table of labels, which wins over the log's own labels.
 
     Raises:
-        LogError, ConfigError: as :func:`score_detection` does.
+        LogError: a file cannot be understood.
+        ConfigError: contacts are stated to be labelled, and a log has no such label.
     """
     wanted, how = config.detect.true_events, config.fit.contact
     if how == "labelled" and not wanted and not any(truth):
@@ -65,14 +69,13 @@ def known_contact_times(
         )
     out: list[list[tuple[float, float]] | None] = []
     for log, file in zip(prepared, [*truth, *[None] * (len(prepared) - len(truth))], strict=True):
-        has = any(is_named(label, wanted) for label in log.series.annotations)
         if file is not None:
             out.append(contact_times(file, log.judged))
-        elif how == "labelled" or (how == "find" and wanted and has):
-            labelled_events(log.judged_series, log.judged, wanted)  # refuses a label that the log has not
-            out.append(label_times(log.series.annotations, wanted))
-        else:
-            out.append(None)
+            continue
+        times = label_times(log.series.annotations, wanted) if how != "none" else None
+        if times is None and how == "labelled":
+            raise _no_label(log.series.annotations, wanted)
+        out.append(times)
     return out
 
 
@@ -85,31 +88,35 @@ def contact_times(truth: TruthFile, joints: Sequence[str]) -> list[tuple[float, 
     return [(event.onset_s, event.end_s) for event in true_events(truth, joints)]
 
 
-def label_times(labels: Sequence[Annotation], wanted: Sequence[str]) -> list[tuple[float, float]]:
-    """Start and end of the stretches that a log's labels of these names or sources mark, s."""
-    return sorted(interval for label in labels if is_named(label, wanted) for interval in label.intervals_s)
+def label_times(labels: Sequence[Annotation], wanted: Sequence[str]) -> list[tuple[float, float]] | None:
+    """Start and end of what a log's labels of these names or sources mark, s; None without such a label."""
+    marks = [label for label in labels if is_named(label, wanted)]
+    return sorted(interval for label in marks for interval in label.intervals_s) if marks else None
 
 
-def labelled_events(series: UniformSeries, watched: Sequence[str], wanted: Sequence[str]) -> list[TrueEvent]:
-    """The stretches of the log's labels of these names or sources, in time order.
+def missing_labels(series: UniformSeries, config: Config) -> list[Finding]:
+    """That the log lacks labels which mark true events; of columns and topics of labels its reader says so."""
+    read = {*config.log.csv.labels, *config.log.label_topics}
+    names = [name for name in config.detect.true_events if name not in read]
+    absent = [name for name in names if not any(is_named(one, [name]) for one in series.annotations)]
+    return absent_labels(absent, "[detect] true_events", series.source.name)
 
-    Raises:
-        ConfigError: the log has no such label.
-    """
-    missing = [name for name in wanted if not any(is_named(label, [name]) for label in series.annotations)]
-    if missing:
-        raise ConfigError(
-            "the log has no such label",
-            where="[detect] true_events",
-            found=", ".join(missing),
-            expected="some of "
-            + (", ".join(dict.fromkeys(label.name for label in series.annotations)) or "none at all"),
-            hint="collaudit inspect LOG lists topics; [log] names those that hold labels",
-        )
+
+def _no_label(labels: Sequence[Annotation], wanted: Sequence[str]) -> ConfigError:
+    return ConfigError(
+        "the log has no such label",
+        where='[fit] contact = "labelled"',
+        found=", ".join(wanted),
+        expected="some of " + (", ".join(dict.fromkeys(label.name for label in labels)) or "none at all"),
+        hint="collaudit inspect LOG lists topics; [log] names those that hold labels",
+    )
+
+
+def _labelled_events(labels: Sequence[Annotation], joints: Sequence[str]) -> list[TrueEvent]:
+    """The stretches of labels, in time order."""
     events = [
-        TrueEvent(start, end, dict.fromkeys([label.joint] if label.joint else watched, None), label.joint is None)
-        for label in series.annotations
-        if is_named(label, wanted)
+        TrueEvent(start, end, dict.fromkeys([label.joint] if label.joint else joints, None), label.joint is None)
+        for label in labels
         for start, end in label.intervals_s
     ]
     return sorted(events, key=lambda e: e.onset_s)

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, AskedBy
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError, did_you_mean
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import median_of

@@ -15,6 +15,7 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import range_exceeds
+from collaudit.core.prepare.quiet_level import STILL_TRAVEL
 
 _LISTED_SPAN_S = 0.5
 _LISTED_SPANS = 200
@@ -82,6 +83,8 @@ def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
     """(n,) velocity of a joint, 0 where it only dithers about its place, as by a step of its encoder."""
     position = series.position_rad[:, j]
     width = max(3, round(_DITHER_S / series.period_s))
+    if np.nanmax(position, initial=-np.inf) - np.nanmin(position, initial=np.inf) < STILL_TRAVEL:
+        return np.zeros(position.size)  # as everywhere: it never moves
     known = position if np.isfinite(position.sum()) else np.where(np.isfinite(position), position, 0.0)
     travels = range_exceeds(known, width, _STANDING_RAD_S * _DITHER_S)
     return np.where(travels, series.velocity_rad_s[:, j], 0.0)

@@ -7,11 +7,11 @@ would have noticed: from direction d at f = min_j s_j / |J_v,j · d|. Whatever i
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.data.sensitivity_result import AskedForce, ForceLevel, NoticedForce
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.core.verdict.arm_places import Place, directions, torque_per_newton
@@ -136,7 +136,7 @@ def _forces(robot: RobotModel, place: Place, at: Moments) -> _Forces:
     longest = np.linalg.norm(np.where(slides[:, None], 0.0, lever), axis=2).max(axis=1, initial=0.0)
     least = _LOADED * np.where(slides, 1.0, longest[:, None])  # a sliding joint takes up to a newton a newton
     loads = (arm > least[:, :, None]) & at.watched[:, felt, None]
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         force = np.where(loads, at.noticed_nm[:, felt, None] / arm, np.inf)
     any_joint: BoolArray = np.asarray(loads.any(axis=1))
     smallest = np.where(any_joint, force.min(axis=1), np.inf)

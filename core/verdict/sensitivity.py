@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from collaudit.core.data.sensitivity_result import (
     TorqueLevel,
 )
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.detection.rule_reach import largest_efforts
 from collaudit.core.errors import ConfigError

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
 from collaudit.core.data.sensitivity_result import AskedForce, JointSensitivity, NoticedForce, Sensitivity
-from collaudit.core.dataclass import dataclass
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import text_in_joint_units, torque_unit_of

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import IO
 
 import numpy as np
@@ -17,7 +18,6 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from numpy.typing import NDArray
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.stage_progress import Progress
 
 _MAGIC = b"\x89MCAP0\r\n"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 from collaudit.core.small_files import check_regular
 from collaudit.reports.files.atomic import atomic_write

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import zlib
 from base64 import b64encode
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache
 from hashlib import sha256
 from importlib.util import find_spec
@@ -17,7 +17,6 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 
 _ASSETS = Path(__file__).resolve().parent / "assets"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import RuleStudy
-from collaudit.core.dataclass import dataclass
 from collaudit.core.rule_study.pooled_planes import pooled_planes
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.values.study_rows import PlaneRow, plane_rows

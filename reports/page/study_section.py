@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import RuleStudy
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.values.set_rule_rows import SET_RULE_HEAD, set_rule_rows

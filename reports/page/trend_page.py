@@ -6,12 +6,12 @@ All drawings are inline SVG without a script: a page of 10,000 joints carries no
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.joint_series import NightSeries, Quantity
 from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.core.history.series_changes import Change

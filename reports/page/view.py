@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.reports.page.sections.contact_cards import ContactCards, contact_cards, drawn_contacts
 from collaudit.reports.page.sections.disturbance_rows import DisturbanceRow, disturbance_rows

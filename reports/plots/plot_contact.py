@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.reports.plots.downsample import thin
 from collaudit.reports.plots.joint_trace import JointTrace

@@ -10,11 +10,11 @@ from __future__ import annotations
 import io
 import secrets
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, LogError
 from collaudit.core.history.log_record import STORE_SCHEMA, LogRecord
 from collaudit.core.small_files import check_regular

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError, ConfigError
 
 if TYPE_CHECKING:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.terminal.text_table import table
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
 
 #: What stands beside every such table.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,6 @@ from collaudit.core.data.audit_result import Audit, AuditResult, Verdict
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.verdict.noticed_words import place_text
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.sensitivity_rows import noticed_brief

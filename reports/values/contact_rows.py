@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Collision
 from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values import rows
 from collaudit.reports.values.numbers import against, duration, fixed, time_decimals
 from collaudit.reports.values.words import torque_unit

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import CollauditError
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.sensitivity_rows import noticed_brief, noticed_n

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import Verdict
-from collaudit.core.dataclass import dataclass
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.robot_trend import RobotTrend
 from collaudit.reports.values.entries import IndexEntry, verdict_counts

@@ -24,17 +24,28 @@ def significant(value: float | None, digits: int = 3) -> str:
         return UNKNOWN
     if value == 0:
         return "0"
-    magnitude = math.floor(math.log10(abs(value)))
+    magnitude = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))  # 0.9999 reads 1.00
     if not -4 <= magnitude < 9:
         return f"{value:.{digits - 1}e}"
     return fixed(value, max(0, digits - 1 - magnitude))
 
 
 def stated(value: float | None) -> str:
-    """A number somebody chose, such as a threshold: in full, without added zeros."""
+    """A number somebody chose, such as a threshold: in full, without added zeros.
+
+    One with more than four digits was computed, and reads as any other.
+    """
     if value is None or not math.isfinite(value):
         return UNKNOWN
-    return f"{value:.12g}"
+    text = f"{value:.12g}"
+    return text if float(f"{value:.4g}") == float(text) else significant(value)
+
+
+def speed(value: float | None, unit: str) -> str:
+    """A speed; an arm that stands has none that could be told."""
+    if value is not None and abs(value) < 5e-4:
+        return f"under 0.001 {unit}"
+    return f"{significant(value)} {unit}"
 
 
 def fixed(value: float, decimals: int) -> str:
@@ -43,18 +54,19 @@ def fixed(value: float, decimals: int) -> str:
     return text[1:] if text.startswith("-") and not text.strip("-0.") else text
 
 
-def apart(values: Sequence[float | None], decimals: int = 2) -> tuple[str, ...]:
+def apart(values: Sequence[float | None], decimals: int | None = None) -> tuple[str, ...]:
     """Numbers that are read side by side: as texts they compare exactly as the numbers themselves do.
 
-    A peak of 4.004 beside a threshold of 4 becomes 4.004 beside 4.000, not "4.00" twice. All get the same
-    count of decimals, ``decimals`` or as many more as it takes.
+    A peak of 4.004 beside a threshold of 4 becomes 4.004 beside 4.000, not "4.00" twice.
 
     Args:
         values: the numbers; None and what is not finite become "not known".
-        decimals: the least count of decimals.
+        decimals: the least count of decimals, of all alike. None: three significant digits each, where they suffice.
     """
     known = [value for value in values if value is not None and math.isfinite(value)]
-    chosen = _decimals_apart(known, decimals)
+    if decimals is None and _compare_alike(known, [significant(value) for value in known]):
+        return tuple(significant(value) for value in values)
+    chosen = _decimals_apart(known, 2 if decimals is None else decimals)
     return tuple(
         UNKNOWN
         if value is None or not math.isfinite(value)
@@ -63,11 +75,11 @@ def apart(values: Sequence[float | None], decimals: int = 2) -> tuple[str, ...]:
     )
 
 
-def against(value: float | None, limit: float | None, decimals: int = 2) -> tuple[str, str]:
+def against(value: float | None, limit: float | None) -> tuple[str, str]:
     """A signed value and a limit on its magnitude: their texts keep which of |value| and limit is larger."""
     if value is None or not math.isfinite(value):
-        return UNKNOWN, apart([limit], decimals)[0]
-    magnitude, limit_text = apart([abs(value), limit], decimals)
+        return UNKNOWN, apart([limit])[0]
+    magnitude, limit_text = apart([abs(value), limit])
     nothing = not any(digit in magnitude for digit in "123456789")
     return (magnitude if value >= 0 or nothing else f"-{magnitude}"), limit_text
 
@@ -113,8 +125,8 @@ def duration(seconds: float | None) -> str:
         return "0 s"
     if abs(seconds) < 0.9995:
         return f"{significant(seconds * 1e3)} ms"
-    if abs(seconds) < 119.95:
-        return f"{significant(seconds, 4)} s"
+    if abs(seconds) < 119.5:
+        return f"{significant(seconds)} s"
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 120:
         return f"{minutes} min {rest:02d} s"
@@ -155,7 +167,12 @@ def _decimals_apart(values: Sequence[float], least: int) -> int | None:
     """The fewest decimals that keep every comparison between the values; None when none of them do."""
     ordered = sorted(set(values))
     for decimals in range(least, _MOST_DECIMALS + 1):
-        texts = [Decimal(fixed(value, decimals)) for value in ordered]
-        if all(low < high for low, high in pairwise(texts)):
+        if _compare_alike(ordered, [fixed(value, decimals) for value in ordered]):
             return decimals
     return None
+
+
+def _compare_alike(values: Sequence[float], texts: Sequence[str]) -> bool:
+    """Whether texts of numbers are in the order of the numbers, and equal only where these are."""
+    known = sorted(zip(values, map(Decimal, texts), strict=True))
+    return all((a < b) == (low < high) for (a, low), (b, high) in pairwise(known))

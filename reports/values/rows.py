@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.findings import Finding
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.reports.values.numbers import (
@@ -149,7 +149,7 @@ def near_miss_row(event: NearMiss, result: AuditResult) -> NearMissRow:
     peak, gamma = against(event.peak_nm, event.gamma_nm)
     if event.kind == "amplitude":
         shares = [100 * event.ratio, 100 * result.rule.near_miss_amplitude, 100.0]
-        closeness = f"{apart(shares, 1)[0]} % of γ"
+        closeness = f"{apart(shares)[0]} % of γ"
     else:
         closeness = f"{round(event.ratio * result.rule.n)} of {result.rule.n} samples above γ"
     return NearMissRow(
@@ -173,7 +173,9 @@ def residual_row(joint: str, result: AuditResult) -> ResidualRow:
     peaks += [abs(event.peak_nm) for event in result.near_misses if event.joint == joint]
     largest_nm = max((x for x in (stats.max_abs_nm, *peaks) if x is not None), default=None)
     values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, largest_nm, gamma, stats.clean_mean_abs_nm)
-    shown = zip(values, apart(values, 3), strict=True)
+    beside = [apart([value, gamma]) for value in values]
+    limits = sorted((limit for _, limit in beside), key=len)  # the longest holds for every value
+    shown = zip(values, (*(text for text, _ in beside[:4]), limits[-1], beside[5][0]), strict=True)
     mean, rms, p99, largest, limit, clean = (NONE if value is None else f"{text} {unit}" for value, text in shown)
     judged, clean_time = duration(stats.judged_s), duration(stats.clean_s)
     return ResidualRow(joint, mean, rms, p99, largest, limit, judged, clean, clean_time)
@@ -204,7 +206,7 @@ def rule_row(joint: str, rule: RecommendedRule, result: AuditResult) -> RuleRow:
     used = result.rule.gamma_nm.get(joint)
     gamma_text, used_text, clean_text = apart([rule.gamma_nm, used, rule.largest_clean_nm])
     expected, upper = rule.false_alarms_per_hour, rule.false_alarms_per_hour_upper95
-    others = [f"{fixed(gamma, 2)} (n = {n})" for n, gamma in falling(rule)]
+    others = [f"{significant(gamma)} (n = {n})" for n, gamma in falling(rule)]
     return RuleRow(
         joint=joint,
         gamma=NONE if rule.gamma_nm is None else f"{gamma_text} {unit}",
@@ -267,4 +269,4 @@ def _times(result: AuditResult, *seconds: float) -> tuple[str, ...]:
 def _beside_persistence(seconds: float, persistence_s: float) -> str:
     if seconds >= 1:
         return duration(seconds)
-    return f"{apart([1e3 * seconds, 1e3 * persistence_s], 1)[0]} ms"
+    return f"{apart([1e3 * seconds, 1e3 * persistence_s])[0]} ms"

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce
-from collaudit.core.dataclass import dataclass
 from collaudit.core.verdict.noticed_words import (
     force_text,
     headline_forces,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from collaudit.core.data.rule_study_result import (
     ContactSensitivity,
@@ -14,7 +15,6 @@ from collaudit.core.data.rule_study_result import (
     RuleSensitivity,
     RuleStudy,
 )
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.numbers import percent, significant
 from collaudit.reports.values.words import with_force_unit
 

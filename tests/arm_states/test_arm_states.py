@@ -13,9 +13,11 @@ from arms import LEVEL, dh_robot, dh_row
 from origins import NOBODY
 from synthetic import PERIOD, lugre, make_log, strokes
 
+from collaudit.core.arm_states.arm_states import find_arm_states
 from collaudit.core.arm_states.drives_off import _zero
 from collaudit.core.audit import audit_log
-from collaudit.core.config.schema import Config
+from collaudit.core.conditioning.conditioning import condition
+from collaudit.core.config.schema import ConditioningConfig, Config
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.data.signals import State
@@ -159,3 +161,16 @@ def test_zero_is_told_against_the_usual_size_of_known_efforts() -> None:
     found = _zero(effort, np.zeros(1000, dtype=bool), load)
     known = np.isfinite(effort[:, 0])
     np.testing.assert_array_equal(found, known & (effort[:, 0] < 1.0))
+
+
+def test_efforts_in_an_unknown_unit_do_not_tell_that_drives_are_off() -> None:
+    """In amperes behind a worm gear nothing is what holds the arm; what is zero there may be as it should."""
+    t = 0.002 * np.arange(4000)
+    q = 0.5 * np.sin(t)[:, None] * np.ones(3)
+    effort = np.random.default_rng(0).normal(0, 1.0, q.shape) + 5.0
+    effort[2000:3000] *= 1e-3
+    rigid = np.full(q.shape, 20.0)
+    log = make_log(t, q, np.gradient(q, 0.002, axis=0), effort, ["a", "b", "c"])
+    assert find_arm_states(condition(log, ConditioningConfig()), rigid).not_driven.any()
+    raw = condition(replace(log, effort_unit="raw"), ConditioningConfig())
+    assert not find_arm_states(raw, rigid).not_driven.any()

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from collaudit.core import api
+from collaudit.core.arm_states.payload_step import _joints_agree
+from collaudit.core.arm_states.switched_effort import _turns_at_once
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
@@ -101,3 +103,45 @@ def with_effort(prepared: Prepared, effort: np.ndarray, config: Config) -> Prepa
 
 def test_a_wrong_model_is_no_payload(made: Maker, robot: str) -> None:
     assert found(made("free-clean", robot, duration_s=20.0, mismatch_percent=10.0)) == []
+
+
+def _turning(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stamps, effort and velocity about a moment, at 3 s, from which on two gains of opposite signs fit best."""
+    t = 0.002 * np.arange(3000)
+    noise = np.random.default_rng(0).normal(0, 0.1, t.size)
+    velocity = 0.3 * np.cos(0.4 * t)
+    if kind == "turned":
+        return t, 4.0 * np.sign(3.0 - t + 1e-9) + noise, velocity
+    if kind == "turned at rest":
+        return t, 4.0 * np.sign(3.0 - t + 1e-9) + noise, np.zeros_like(t)
+    if kind == "lost":
+        gap = np.delete(np.arange(t.size), np.arange(1450, 1550))
+        return t[gap], 0.4 * (3.0 - t[gap]) + noise[gap], velocity[gap]
+    if kind == "passes through zero":
+        return t, 4.0 * (3.0 - t) + noise, velocity
+    if kind == "reverses":
+        velocity = 0.5 * (3.0 - t)
+        return t, 2.0 * np.tanh(velocity / 0.002) + noise, velocity
+    velocity = -np.clip(t - 3.0, 0.0, 0.5)  # starts, against the friction that held it
+    return t, 2.0 * np.where(velocity < -0.005, -1.0, 1.0) + noise, velocity
+
+
+@pytest.mark.parametrize(
+    ("kind", "turns"),
+    [
+        ("turned", True), ("turned at rest", True), ("lost", True),
+        ("passes through zero", False), ("reverses", False), ("starts", False),
+    ],
+)  # fmt: skip
+def test_a_sign_turns_at_once_and_not_with_the_motion(kind: str, turns: bool) -> None:
+    assert _turns_at_once(*_turning(kind), 3.0) is turns
+
+
+@pytest.mark.parametrize(("per_joint", "agree"), [((2.0, 2.2, 1.8), True), ((2.0, 0.1, -0.2), False), ((2.0,), True)])
+def test_a_weight_is_the_same_on_all_joints_that_tell_it(per_joint: tuple[float, ...], agree: bool) -> None:
+    rng, count = np.random.default_rng(1), 800
+    velocity = np.sin(np.arange(count)[:, None] * (0.05 + 0.01 * np.arange(len(per_joint))))
+    per_kg = 3.0 * np.cos(np.arange(count)[:, None] * (0.03 + 0.004 * np.arange(len(per_joint))))
+    after = (np.arange(count) >= 400).astype(float)
+    beside = per_kg * after[:, None] * np.array(per_joint) + np.tanh(velocity / 0.01) + rng.normal(0, 0.2, per_kg.shape)
+    assert _joints_agree(beside, per_kg, velocity, after, list(range(len(per_joint))), 2.0) is agree

@@ -52,7 +52,7 @@ def test_duplicates_and_disorder_are_found_and_mended() -> None:
     stamps = np.insert(stamps, 300, stamps[299])
     rows = smooth_motion(stamps)
     base = make_timebase(stamps, rows, 1.8)
-    assert set(codes(base)) == {"time-duplicate", "time-out-of-order"}
+    assert codes(base) == ["time-out-of-order"]  # what is left out is said with its size, where that is known
     assert np.allclose(base.stamps_s, t)
     assert np.allclose(rows[base.order], smooth_motion(t))
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
-from collaudit.core.contacts.least_force import SURFACE_M, longest_levers
+from collaudit.core.contacts.least_force import SURFACE_M, longest_levers, with_least
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.fixtures.robots.robot_registry import robot_named
@@ -42,3 +43,15 @@ def test_where_no_interval_is_known_the_least_force_is_said() -> None:
     assert force_text(None, least) == "at least 23 N"
     assert force_text(one, least) == "at least 23 N (up to 1150 N in visible directions)"
     assert force_text(None, LeastForce(0.4, "joint1", 0.5)) == "unknown"
+
+
+def test_a_force_has_one_lower_bound() -> None:
+    """25 N whose 12 N·m need 18 N at least: 5 to 14 N is no interval of it, and 5 to 40 N is 18 to 40 N."""
+    least = LeastForce(18.0, "joint1", 0.64)
+    force = ContactForce("link", (9.0, 0.0, 0.0), (2.0, 2.0, 2.0), 9.0, (5.0, 40.0), (), 0.1)
+    assert with_least(force, None) is force and with_least(None, least) is None
+    wide = with_least(force, least)
+    assert wide is not None and wide.size_ci95_n == (18.0, 40.0)
+    assert with_least(replace(force, size_ci95_n=(5.0, 14.0)), least) is None
+    high = replace(force, size_ci95_n=(20.0, 40.0))
+    assert with_least(high, least) is high

@@ -35,6 +35,9 @@ VOCABULARIES: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "plotjuggler": ("__time", tuple(f"/joint_states/{q}[#]" for q in ("position", "velocity", "effort")), ()),
     "controller state": ("__time", ("/c/actual/positions[#]", "/c/actual/velocities[#]", "/c/actual/effort[#]"),
                          ("/c/desired/positions[#]", "/c/error/positions[#]", "/c/desired/effort[#]")),
+    "theta and dots": ("time", ("theta#", "theta_dot#", "torque#"), ("theta_ddot#", "torque_cmd#", "tau_ext#")),
+    "flobaroid": ("times", ("positions_raw#", "velocities_raw#", "torques_raw#"), ("positions#", "velocities#",
+                  "torques#", "accelerations#", "target_positions#")),
 }  # fmt: skip
 
 

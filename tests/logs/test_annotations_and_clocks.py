@@ -67,7 +67,6 @@ def test_labels_of_a_topic(marked: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"label_topics": ["/bumper", "/nothing"]}, r"label_topics: the log has no topic /nothing"),
         ({"label_topics": ["/step:speed"]}, "hold no number at speed|cannot be read as a label"),
         ({"phase_topic": "/nothing"}, r"phase_topic: the log has no topic /nothing"),
         ({"wrench": "/nothing"}, r"wrench: the log has no topic /nothing"),
@@ -84,7 +83,7 @@ def test_a_topic_that_is_named_and_absent_is_refused(marked: Path, settings: dic
     "settings",
     [
         *({key: "nothing{i}"} for key in ("position", "velocity", "effort", "temperature")),
-        *({"labels": ["hit", "nothing"]}, {"phase": "nothing"}, {"time": "nothing"}),
+        *({"phase": "nothing"}, {"time": "nothing"}),
         {"wrench": ["nothing", "b", "c", "d", "e", "f"]},
     ],
     ids=str,
@@ -96,6 +95,28 @@ def test_a_column_that_is_named_and_absent_is_refused(settings: dict[str, Any], 
     stated = {"time": "t", "position": "q{i}", "effort": "tau{i}", **settings}
     with pytest.raises(LogError):
         read(path, csv=stated)
+
+
+def test_absent_labels_are_no_labels(marked: Path, tmp_path: Path) -> None:
+    """A folder holds logs with and without them."""
+    path = tmp_path / "log.csv"
+    path.write_text("t,q1,hit\n" + "".join(f"{0.01 * k},{0.1 * k},0\n" for k in range(50)))
+    of_table = read(path, csv={"labels": ["hit", "nothing"]})
+    of_topics = read(marked, label_topics=["/bumper", "/nothing"])
+    for log, names in ((of_table, ["hit"]), (of_topics, ["bumper"])):
+        assert [label.name for label in log.annotations] == names
+        assert [found.code for found in log.findings].count("log-label-missing") == 1
+
+
+@pytest.mark.parametrize(
+    ("no", "yes"), [("0.000000000000000000e+00", "1.000000000000000000e+00"), ("-0.0", "2"), ("NaN", "True"), ("", "x")]
+)
+def test_labels_are_compared_as_numbers(no: str, yes: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = [f"{k / 100},{k / 50},{yes if 20 <= k < 30 or k >= 80 else no}" for k in range(90)]
+    path.write_text("t,q1,hit\n" + "\n".join(rows) + "\n")
+    (hit,) = read(path, csv={"labels": ["hit"]}).annotations
+    assert hit.intervals_s == ((0.2, 0.29), (0.8, 0.89))
 
 
 @pytest.mark.parametrize("topic", ["/phase", "/step:data"])

@@ -11,6 +11,7 @@ import pytest
 
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.logs import LogSummary, describe, read_log
+from collaudit.core.logs.tables.column_roles import _stated_unit
 from collaudit.reports.terminal.log_text import log_text
 
 ROWS = 400
@@ -75,6 +76,14 @@ def test_columns_that_differ_in_a_number_are_one_line(tmp_path: Path) -> None:
     assert "position (6)" in text
     assert len([line for line in text.splitlines() if "tau" in line and "by its name" in line]) == 1
     assert [column.joint for column in summary.columns][1:3] == ["joint1", "joint2"]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("dq_deg_per_s_1", "deg/s"), ("qd_rad_s_1", "rad/s"), ("speed_deg/sec", "deg/s"), ("q_deg", "deg"), ("t_s", "s")],
+)
+def test_units_of_names(name: str, unit: str) -> None:
+    assert _stated_unit(name) == unit
 
 
 def test_text_and_damaged_columns_do_not_hinder(tmp_path: Path) -> None:

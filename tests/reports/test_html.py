@@ -89,7 +89,7 @@ def test_it_says_what_a_reader_needs(page: Page, failed: Audit) -> None:
         "Near misses (3)",
         "2024-03-12 22:04:39.196 UTC",
         "× 2.30",
-        "108 of 26 ms",
+        "108 ms",
         "Sign-off",
         "9.22 N·m",
         "−7.42 N·m",
@@ -269,3 +269,21 @@ def test_a_disturbed_standing_joint_is_shown_and_is_no_contact(failed: Audit) ->
     assert "3.000 s 3.250 s elbow 1.75 N·m" in page.text
     assert "Contacts (2)" in page.text
     assert "log1-disturbance-1" in page.values("id")
+
+
+def test_a_log_that_was_not_judged_draws_nothing_empty() -> None:
+    text = html_text([samples.not_judged()])
+    drawn = text[text.index('<div class="verdict') : text.index("</main>")]
+    assert "timeline" not in drawn and "figure" not in drawn and 'class="plot' not in drawn and "histogram" not in drawn
+    assert "No residual could be computed for any joint" in drawn
+    assert drawn.count("effort is not in N·m") >= len(samples.JOINTS), "each joint has its reason"
+
+
+def test_numbers_have_three_digits_whoever_computed_them() -> None:
+    audit = samples.busy(3)
+    gamma = dict.fromkeys(audit.result.rule.gamma_nm, 3.8653767322)
+    contacts = [replace(c, scene=replace(c.scene, tool_speed_m_s=1.6e-5)) for c in audit.result.contacts if c.scene]
+    result = replace(audit.result, rule=replace(audit.result.rule, gamma_nm=gamma), contacts=tuple(contacts))
+    text = html_text([replace(audit, result=result)])
+    assert "3.87 N·m" in text and "3.8653" not in re.sub(r"<script type=.*?</script>", "", text, flags=re.DOTALL)
+    assert "under 0.001 m/s" in text and "e-05 m/s" not in text

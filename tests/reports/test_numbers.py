@@ -26,6 +26,7 @@ from collaudit.reports.values.numbers import (
     percent,
     rate,
     significant,
+    speed,
     stated,
     time_decimals,
 )
@@ -141,7 +142,8 @@ def test_single_numbers(value: float | None, text: str) -> None:
     [
         (0.0, "0 s"),
         (0.026, "26.0 ms"),
-        (0.9999, "0.9999 s"),
+        (0.9999, "1.00 s"),
+        (38.82, "38.8 s"),
         (119.96, "2 min 00 s"),
         (7260.0, "2 h 01 min"),
         (None, UNKNOWN),
@@ -158,6 +160,27 @@ def test_times_show_every_sample(period: float, decimals: int) -> None:
 
 def test_stated_numbers_keep_what_was_written() -> None:
     assert [stated(v) for v in (4.0, 2.5, 0.1, 25.0, None)] == ["4", "2.5", "0.1", "25", UNKNOWN]
+    assert [stated(v) for v in (4.125, 38.653767322, 0.333333333)] == ["4.125", "38.7", "0.333"]
+
+
+def test_an_arm_that_stands_has_no_speed_of_sixteen_millionths() -> None:
+    assert [speed(v, "m/s") for v in (1.6e-5, -0.0, 0.0124, -0.2791, None)] == [
+        "under 0.001 m/s", "under 0.001 m/s", "0.0124 m/s", "-0.279 m/s", f"{UNKNOWN} m/s"
+    ]  # fmt: skip
+
+
+def test_side_by_side_three_digits_where_they_suffice() -> None:
+    assert apart([40.790123, 4.0]) == ("40.8", "4.00")
+    assert apart([138.7, 80.0, 100.0]) == ("139", "80.0", "100")
+    assert apart([99.99, 80.0, 100.0]) == ("99.99", "80.00", "100.00")
+
+
+@given(st.lists(FINITE, min_size=2, max_size=6))
+def test_three_digits_compare_as_the_numbers_do(values: list[float]) -> None:
+    texts = apart(values)
+    for value, text in zip(values, texts, strict=True):
+        for other, other_text in zip(values, texts, strict=True):
+            assert sign(Decimal(text), Decimal(other_text)) == sign(value, other)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from collaudit.core.data.joint_log import Annotation
 from collaudit.core.errors import ConfigError
 from collaudit.core.prepare.phases import PHASES, logged_phases, phase_findings
 from collaudit.core.prepare.prepared import Prepared
+from collaudit.core.scoring.known_events import known_contact_times
 
 TRUE, FLAGS = "/operator/contact", "/controller/collision"
 
@@ -78,9 +79,38 @@ def test_other_labels_are_the_controllers_alarms(hits: Path, prepared: Prepared,
     assert found.scores == ()
 
 
-def test_an_absent_label_is_a_mistake_with_its_place(hits: Path, prepared: Prepared, friction: FrictionFile) -> None:
-    with pytest.raises(ConfigError, match="true_events"):
-        facts(hits, prepared, friction, [Annotation("collision", FLAGS, ())], "contact")
+def test_an_absent_label_is_no_label_and_is_said_once(hits: Path, prepared: Prepared, friction: FrictionFile) -> None:
+    config = load_config(hits.with_suffix(".toml"), {"detect.true_events": ["contact"]}).config
+    result = audit_log(prepared, config, friction, NOBODY).result
+    said = [found.text for found in result.findings if found.code == "log-label-missing"]
+    assert len(said) == 1
+    assert "contact" in said[0]
+    assert result.detection is not None
+    assert result.detection.scores == ()
+    strict = load_config(hits.with_suffix(".toml"), {"detect.true_events": ["contact"], "fit.contact": "labelled"})
+    with pytest.raises(ConfigError, match="labelled"):
+        known_contact_times([prepared], strict.config, [])
+    assert known_contact_times([prepared], config, []) == [None]  # to be looked for, not "free of contact"
+
+
+def test_a_label_that_is_never_raised_says_that_nothing_happened(
+    hits: Path, prepared: Prepared, friction: FrictionFile
+) -> None:
+    scores = facts(hits, prepared, friction, [Annotation("contact", TRUE, ())], "contact").scores
+    assert scores[0].events == 0
+    assert scores[0].false_alarms == scores[0].alarms > 0
+
+
+def test_events_of_joints_that_nobody_watches_could_not_be_observed(
+    hits: Path, prepared: Prepared, friction: FrictionFile
+) -> None:
+    mark = Annotation("contact", TRUE, tuple(pushes(hits)))
+    labelled = replace(prepared, series=replace(prepared.series, annotations=(mark,)))
+    config = load_config(hits.with_suffix(".toml"), {"detect.true_events": [TRUE], "detect.watch": []}).config
+    found = audit_log(labelled, config, friction, NOBODY).result.detection
+    assert found is not None
+    (score,) = found.scores
+    assert (score.events, score.found, score.not_observable, score.recall) == (len(pushes(hits)), 0, score.events, None)
 
 
 def test_phases_from_the_log() -> None:

@@ -26,3 +26,9 @@ def test_dither_is_rest_and_creeping_is_not() -> None:
     assert (velocity(0.3 + STEP * steps) == 0.0).all()
     creeping = 0.3 + STEP * np.round(0.003 * PERIOD * np.arange(2000) / STEP)
     assert np.mean(velocity(creeping) != 0.0) > 0.9
+
+
+def test_what_never_leaves_its_place_does_not_move_however_it_sways() -> None:
+    """An arm that is said never to move is in motion for no time: swaying by 6 mrad, a touch a second."""
+    assert (velocity(0.3 + 0.003 * np.sin(2 * np.pi * 0.5 * PERIOD * np.arange(2000))) == 0.0).all()
+    assert np.mean(velocity(0.3 + 0.02 * np.sin(2 * np.pi * 0.5 * PERIOD * np.arange(2000))) != 0.0) > 0.9

@@ -9,12 +9,11 @@ sections of a joint together, each with a parabola of its own for gravity and fr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.sections import Section
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 

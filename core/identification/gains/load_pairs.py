@@ -8,12 +8,13 @@ Friction that grows with the load has the sign of the motion: sgn v |tau_a,j| is
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from collaudit.core.dataclass import dataclass
-from collaudit.core.identification.problem_terms import Terms
+import numpy as np
+from scipy.special import stdtrit as student_quantile
+
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, STANDARD_ERRORS_95, robust_sd
 
 #: A gain is told when its standard error is below this share of it; share of the load's torque that is left at least.

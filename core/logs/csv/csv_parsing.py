@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
 from typing import IO, Any
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_stream import BoundedStream, LineStream
 from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, open_bytes, rows_as_text

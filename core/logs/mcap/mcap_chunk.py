@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.mcap.mcap_run import MESSAGE
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, MESSAGE_HEAD, SCHEMA, chunk_records
 from collaudit.core.logs.storage.message_places import ascending, gather

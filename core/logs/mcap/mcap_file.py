@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from zlib_ng import zlib_ng
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.mcap.mcap_chunk import Located, Sorted, by_channel, heads_of, locate, located_of
 from collaudit.core.logs.mcap.mcap_scan import CHANNEL, SCHEMA, ChunkRef, McapIndex, scan
 from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.mcap.mcap_run import MESSAGE, message_run
 from collaudit.core.logs.messages.growing_columns import Growing
 from collaudit.core.logs.storage.file_reading import RandomFile

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.messages.decoded_columns import MOTION, GroupKey
 from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, Path
 from collaudit.core.logs.messages.profiles import ANNOTATION, Profile

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.messages.growing_columns import Column, Growing
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray

@@ -11,9 +11,8 @@ strings are counted with their terminating NUL. ROS 1 has no header, no alignmen
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.messages.message_schema import Number, Repeated, Struct, Text, WireType, smallest_size
 
 Path = tuple[str | int, ...]

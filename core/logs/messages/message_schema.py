@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES
 
 _SEPARATOR = "=" * 80

@@ -11,11 +11,11 @@ A path names a field of a message, dotted. Further forms:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.storage.message_places import ascending, gather
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import IntArray

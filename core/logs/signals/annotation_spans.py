@@ -46,6 +46,14 @@ def phases_of(
     ], []
 
 
+def absent_labels(names: Sequence[str], setting: str, where: str) -> list[Finding]:
+    """That a log lacks labels which a configuration of many logs names: they are no labels, and no fault."""
+    if not names:
+        return []
+    text = f"This log has no label {', '.join(names)}, which {setting} names: none of its time is marked by it."
+    return [Finding("log-label-missing", "warning", text, where=where)]
+
+
 def annotation_findings(annotations: Sequence[Annotation]) -> list[Finding]:
     """One finding for each time an annotation holds."""
     findings = []

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import field
-
-from collaudit.core.dataclass import dataclass
+from dataclasses import dataclass, field
 
 _NUMBER = re.compile(r"\d+")
 _MOST_CHAINS = 4

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError, LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints, joints_line, mapping_line

@@ -10,12 +10,18 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.blocks import steps_exceed
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.runs import marked
+from collaudit.core.numeric.stats import median_of
 
 #: So many samples must contradict: one is a spike.
 _FEW = 5
-#: They differ by so many times what nine in ten samples change by, and by so many times what the signal did meanwhile.
-_TIMES, _MOTIONS = 10.0, 4.0
+#: A sample that contradicts lies beside the way by so many standard deviations of the difference of two samples and
+#: this share of what the signal moved, alone or in the mean of so many.
+_SURE, _ON_THE_WAY, _TOGETHER = 6.0 * 2.0**0.5, 0.5, (1, 4, 16)
+#: Standard deviation of white noise in medians of the size of its second differences, sqrt(6) * 0.6745 of it.
+_NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
+#: A sample apart from its neighbours lies apart by so many times what these differ by.
+_MOTIONS = 4.0
 #: Of two publishers who stamp each by their own clock, so many samples among so many lie apart from both neighbours, by
 #: so many medians of what samples change by. Real arms: at most 4, and most of them none, by 24 medians.
 _SPRINGING, _CROWD, _MEDIANS = 8, 100, 30.0
@@ -81,7 +87,7 @@ def _in_order(time_s: FloatArray) -> tuple[IntArray | None, BoolArray]:
 def _two_courses(values: FloatArray, fresh: BoolArray, repeats: bool) -> str | None:
     """What shows that samples (n,), in order of their stamps, belong to two courses; None where nothing does."""
     if repeats:
-        count = int(np.count_nonzero(_apart(values, fresh)))
+        count = int(np.count_nonzero(_beside(values, fresh)))
         if count >= _FEW:
             return f"{count} samples have the stamp of another one and give"
     at = _springing(values)
@@ -104,18 +110,65 @@ def _springing(values: FloatArray) -> IntArray:
     return at[(before * after < 0) & (least > _MOTIONS * np.abs(before + after))]
 
 
-def _apart(values: FloatArray, fresh: BoolArray) -> BoolArray:
-    """(m,) of the samples whose stamp repeats, those on another course than the first of each stamp."""
+def contradicting(time_s: FloatArray, values: FloatArray) -> BoolArray | None:
+    """(n,) samples of stamps whose samples give other values than noise and motion explain; None where there are none.
+
+    Stamps may be coarser than the samples: then a repeated stamp's sample lies on the way to the next one. How far one
+    lies beside that way is compared with the channel's noise, alone and in the mean over several.
+
+    Args:
+        time_s: (n,) stamps as recorded, s.
+        values: (n,) of one channel.
+    """
+    order, fresh = _in_order(time_s)
+    if bool(fresh.all()) or np.count_nonzero(fresh) < _FEW:
+        return None
+    wrong = _beside(values if order is None else values[order], fresh)
+    if not wrong.any():
+        return None
+    stamps = np.zeros(int(np.count_nonzero(fresh)), dtype=np.bool_)
+    stamps[(np.cumsum(fresh) - 1)[~fresh][wrong]] = True
+    rows = stamps[np.cumsum(fresh) - 1]
+    out = np.zeros(time_s.size, dtype=np.bool_)
+    out[np.arange(time_s.size) if order is None else order] = rows
+    return out
+
+
+def _beside(values: FloatArray, fresh: BoolArray) -> BoolArray:
+    """(m,) of the samples whose stamp repeats, those that lie beside the way from the first of it to the next stamp's.
+
+    Args:
+        values: (n,) in order of their stamps.
+        fresh: (n,) which begin a new stamp.
+    """
     kept: IntArray = np.flatnonzero(fresh)
     again: IntArray = np.flatnonzero(~fresh)
     group = np.cumsum(fresh)[again] - 1
     course = values[kept]
-    here, there, after = course[group], values[again], course[np.minimum(group + 1, kept.size - 1)]
-    changes = np.abs(np.diff(course))
-    known = changes[np.isfinite(changes)]
-    if known.size == 0:  # a channel that is not known, or stamps that are all the same
-        return np.zeros(again.size, dtype=np.bool_)
-    least = _TIMES * quantile_of(known, 0.9) + 1e-9 * float(np.nanmax(np.abs(course), initial=0.0))
-    off = np.abs(there - here)
+    steps = np.abs(np.diff(course))
+    steps, bends = steps[np.isfinite(steps) & (steps > 0)], np.abs(np.diff(course, 2))
+    bends = bends[np.isfinite(bends)]
+    if steps.size == 0 or bends.size == 0:  # a channel that is not known, or does not change
+        return np.asarray(np.abs(values[again] - course[group]) > 0.0)
+    noise = _SURE * max(median_of(bends) * _NOISE_OF_BENDS, float(steps.min()))
+    before, here = course[np.maximum(group - 1, 0)], course[group]
+    after, there = course[np.minimum(group + 1, kept.size - 1)], values[again]
+    motion = np.fmax(np.abs(after - here), np.abs(here - before))
+    beside = there - np.clip(there, np.fmin(here, after), np.fmax(here, after))
+    beside[group + 1 == kept.size] = 0.0  # where the last one leads to is not known
     few = np.bincount(group, minlength=kept.size)[group] <= _MOST_ALIKE
-    return np.asarray(few & (off > least) & (np.abs(there - after) > least) & (off > _MOTIONS * np.abs(after - here)))
+    beside, motion = np.where(few & np.isfinite(beside), beside, 0.0), np.where(np.isfinite(motion), motion, 0.0)
+    out = np.zeros(again.size, dtype=np.bool_)
+    for count in _TOGETHER:
+        if again.size < count:
+            break
+        size, moved = _sums(beside, count), _sums(motion, count)
+        first = np.flatnonzero(np.abs(size) > noise * np.sqrt(count) + _ON_THE_WAY * moved)
+        out |= marked(first, first + count, again.size)
+    return np.asarray(out & (beside != 0.0))
+
+
+def _sums(x: FloatArray, count: int) -> FloatArray:
+    """(m - count + 1,) sums of so many values in a row."""
+    total = np.concatenate(([0.0], np.cumsum(x)))
+    return total[count:] - total[:-count]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
 
 _STEP = 1 << 16

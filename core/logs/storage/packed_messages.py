@@ -7,13 +7,12 @@ metadata.yaml is read the same way. Frame header: RFC 8878, 3.1.1.1.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.storage.decompression import bounded
 from collaudit.core.logs.storage.file_reading import MAX_RATIO
 from collaudit.core.logs.storage.records import Batch, ByteArray

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.tables.column_vocabulary import (
     CONVERTED,
     CURRENTS,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from collaudit.core.logs.tables.unknown_words import with_unknown
 #: Words of columns that are named by their joints, the usual first.
 _WORDS = {
     "position": ("position", "pos", "q", "angle", "theta", "jpos", "positions"),
-    "velocity": ("velocity", "vel", "dq", "qd", "speed", "qdot", "jvel", "omega", "velocities"),
+    "velocity": ("velocity", "vel", "dq", "qd", "speed", "qdot", "q_dot", "theta_dot", "jvel", "omega", "velocities"),
     "effort": ("effort", "eff", "tau", "torque", "current", "moment", "efforts"),
     "temperature": ("temperature", "temp", "temperatures"),
 }
@@ -21,11 +22,14 @@ _NAMED_FORMS = ("{joint}_{word}", "{word}_{joint}", "{joint}.{word}", "{word}.{j
                 "{joint} {word}", "{word} {joint}", "{word}/{joint}")  # fmt: skip
 _QUALIFIED = ("actual_{word}", "measured_{word}", "{word}_actual", "{word}_measured", "actual/{word}", "{word}")
 #: Words that no joint's name begins or ends with: the column is no measurement of it, or of no joint.
-_NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error")
+_NO_JOINT = frozenset({*(word for role in ("desired", "commanded", "model", "external", "error", "derivative")
                          for word in ROLE_WORDS[role] if len(word) > 1),
-                       "d", "act", "actual", "measured", "meas", "step", "index", "idx", "x", "y", "z", "roll", "pitch",
-                       "yaw", "rx", "ry", "rz", "norm", "rms", "mean", "std", "count",
+                       "d", "act", "actual", "measured", "meas", "step", "index", "idx", "x", "y", "z", "w", "roll",
+                       "pitch", "yaw", "rx", "ry", "rz", "norm", "rms", "mean", "std", "count", "orientation",
                        *UNIT_WORDS} - {"a", "id"})  # fmt: skip
+#: Words that no joint's name holds anywhere: the column is of another quantity than the word beside it.
+_QUANTITIES = frozenset({*(word for words in QUANTITY_WORDS.values() for word in words if len(word) > 1),
+                         *ROLE_WORDS["derivative"]})  # fmt: skip
 
 
 def recognise(names: Sequence[str], time: int | None) -> tuple[dict[str, Found], dict[str, Choice]]:
@@ -80,7 +84,9 @@ def _of_joints(names: Sequence[str], found: Found) -> Found | None:
     kept = [
         (joint, column)
         for joint, column in zip(found.joints, found.columns, strict=True)
-        if (words := words_of(joint)) and words[0] not in _NO_JOINT and words[-1] not in _NO_JOINT
+        if (words := [re.sub(r"\d", "", word) for word in words_of(joint)])
+        and _NO_JOINT.isdisjoint((words[0], words[-1]))
+        and _QUANTITIES.isdisjoint(words)
     ]
     if not kept:
         return None

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.tables.column_assignment import QUANTITIES as _QUANTITIES
@@ -208,5 +208,6 @@ def _stated_unit(name: str) -> str:
     """The unit in a column's name: in brackets, or as a word of its own."""
     if (unit := unit_of(name)) is not None:
         return unit
-    words = re.split(r"[^a-zµ]+", bare(name).lower())
+    text = re.sub(r"(deg|rad)[^a-z]+(?:per[^a-z]+)?s(?:ec)?(?![a-z])", r"\1ps", bare(name).lower())
+    words = re.split(r"[^a-zµ]+", text)
     return next((_UNITS[word] for word in reversed(words[1:]) if word in _UNITS), "")

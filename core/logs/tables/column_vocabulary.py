@@ -7,19 +7,30 @@ Doosan (robot state), Kinova (Kortex), ROS (``rostopic echo -p``) and PlotJuggle
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from collaudit.core.dataclass import dataclass
-
 Role = Literal[
-    "measured", "plain", "filtered", "side", "desired", "commanded", "model", "external", "error", "unknown word"
+    "measured",
+    "plain",
+    "filtered",
+    "side",
+    "desired",
+    "commanded",
+    "model",
+    "external",
+    "error",
+    "derivative",
+    "unknown word",
 ]
 
 #: Roles that a guess may take for a measurement, best first.
 USABLE: tuple[Role, ...] = ("measured", "plain", "filtered", "side")
 #: A column with words of several roles has the first of these.
-_STRONGEST: tuple[Role, ...] = ("error", "external", "model", "desired", "commanded", "side", "filtered", "measured")
+_STRONGEST: tuple[Role, ...] = (
+    "derivative", "error", "external", "model", "desired", "commanded", "side", "filtered", "measured"
+)  # fmt: skip
 
 #: Words of each quantity, the usual first.
 QUANTITY_WORDS: dict[str, tuple[str, ...]] = {
@@ -34,6 +45,8 @@ CURRENTS = frozenset({"current", "currents", "curr", "i"})
 #: Words of the motor's side: of any quantity, and of quantities that have another word on the joint's side.
 _MOTOR = frozenset({"motor", "motors", "rotor", "rotors"})
 _MOTOR_WORDS = frozenset({"theta", "dtheta"})
+#: Positions that a ``dot`` behind makes velocities, and the velocity's word.
+_BY_DOT = {"q": "qdot", "theta": "dtheta"}
 
 ROLE_WORDS: dict[Role, tuple[str, ...]] = {
     "measured": ("actual", "act", "measured", "meas", "measure", "msr", "feedback", "fbk", "present", "real"),
@@ -46,6 +59,7 @@ ROLE_WORDS: dict[Role, tuple[str, ...]] = {
               "predicted", "dynamic", "est", "estimated", "hat", "nominal_model", "friction"),
     "external": ("ext", "external", "contact", "disturbance", "dist", "residual", "res"),
     "error": ("e", "err", "error", "diff", "deviation", "delta"),
+    "derivative": ("ddot", "acceleration", "accelerations", "acc", "accel", "jerk", "dot"),
 }  # fmt: skip
 ROLE_OF: dict[str, Role] = {word: role for role, words in ROLE_WORDS.items() for word in words}
 #: Words that say nothing but "of a joint".
@@ -105,6 +119,9 @@ _KNOWN: dict[str, Meaning] = {
     "rawjointtorque": Meaning("effort", "measured", "torque", ""),  # Doosan: joint torque sensor
     "dynamictor": Meaning("effort", "model", "tor", "Nm"),  # Doosan
     "commandedtorque": Meaning("effort", "commanded", "torque", ""),
+    "positionsraw": Meaning("position", "measured", "positions", "rad"),  # FloBaRoID: as recorded, beside filtered ones
+    "velocitiesraw": Meaning("velocity", "measured", "velocities", "rad/s"),
+    "torquesraw": Meaning("effort", "measured", "torques", "Nm"),
 }
 
 #: Columns that may mark true events, letters only and in lower case.
@@ -171,8 +188,8 @@ def _by_words(words: list[str], last: set[str], *, kinova: bool) -> Meaning | No
             return None
         if not word or word in JOINT_WORDS or (word == "a" and (attached or not _is_current(found))):
             continue
-        if found and word == "dot" and found[1] == "q":
-            found = ("velocity", "qdot")
+        if found and word == "dot" and found[1] in _BY_DOT:
+            found = ("velocity", _BY_DOT[found[1]])
         elif found and word in ("s", "sec", "per") and (not units or units[-1][:3] in ("deg", "rad")):
             units = [unit.removesuffix("/s") + "/s" for unit in units]
         elif quantity is not None and (found is None or whole in last or attached):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import isnan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource, WrenchSeries
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
-from collaudit.core.logs.signals.annotation_spans import annotation_findings, phases_of, spans_of
+from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings, phases_of, spans_of
 from collaudit.core.logs.signals.joint_naming import listed, map_names
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.signals.unit_conversion import check_joint_keys, scale_effort, to_radians, with_currents
@@ -18,15 +19,15 @@ from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.table_reader import TableReader
 from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import UNITS, standard_unit
-from collaudit.core.logs.tables.joined_tables import JointTable, annotation_columns, join_tables
+from collaudit.core.logs.tables.joined_tables import JointTable, join_tables
 from collaudit.core.logs.tables.mode_columns import mode_annotations
 from collaudit.core.numeric.arrays import FloatArray, frozen
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig, LogConfig, UnitsConfig
 
-#: What a cell says while an annotation does not hold, in lower case.
-_NO = frozenset({"", "0", "0.0", "false", "no", "off", "none", "nan", "null", "-"})
+#: What a cell says while an annotation does not hold, in lower case; a number says so by being zero or none.
+_NO = frozenset({"", "false", "no", "off", "none", "null", "-"})
 
 
 def read_table_log(
@@ -180,17 +181,16 @@ def _annotations(
         where: the file, for findings.
 
     Raises:
-        LogError: the table lacks a column that the configuration names.
+        LogError: the table lacks the column that the configuration names as the phase.
     """
-    asked = annotation_columns(settings)
-    missing = [name for name in asked if name not in texts]
-    if missing:
+    if settings.phase is not None and settings.phase not in texts:
         raise LogError(
-            f"the table has no column {listed(missing)}",
-            where=f"{where}, [log.csv] labels and phase",
+            f"the table has no column {settings.phase}",
+            where=f"{where}, [log.csv] phase",
             hint="collaudit inspect LOG lists the columns; correct the name, or take it out",
         )
-    findings: list[Finding] = []
+    absent = [name for name in settings.labels if name not in texts]
+    findings = absent_labels(absent, "[log.csv] labels", where)
     if not texts:
         return [], [], findings
     good = np.flatnonzero(np.isfinite(time_s))
@@ -198,8 +198,8 @@ def _annotations(
     stamps = time_s[good]
     annotations = mode_annotations(texts, good, stamps, where)
     for name in settings.labels:
-        holds = np.array([text.strip().lower() not in _NO for text in texts[name]], dtype=np.bool_)
-        if holds.any():
+        if name in texts:
+            holds = np.array([_holds(text) for text in texts[name]], dtype=np.bool_)
             annotations.append(Annotation(name, where, tuple(spans_of(stamps, holds[good]))))
     phases: list[Annotation] = []
     if settings.phase is not None and settings.phase in texts and good.size:
@@ -207,3 +207,13 @@ def _annotations(
         phases, refused = phases_of(stamps, words, float(stamps[-1]), f"{where}, column {settings.phase}")
         findings += refused
     return annotations, phases, findings
+
+
+def _holds(text: str) -> bool:
+    """Whether a cell says that an annotation holds; numbers are compared as numbers, however they are written."""
+    word = text.strip().lower()
+    try:
+        number = float(word)
+    except ValueError:
+        return word not in _NO
+    return bool(number) and not isnan(number)

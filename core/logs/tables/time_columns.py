@@ -17,7 +17,7 @@ from collaudit.core.numeric.arrays import FloatArray
 _NAMES = ("t", "time", "timestamp", "time_s", "t_s", "stamp", "time_sec", "secs", "seconds", "time_stamp",
           "timestamp_s", "rosbagtimestamp", "%time", "time_ms", "time_us", "time_ns", "timestamp_ns", "timestamp_ms",
           "timestamp_us", "sim_time", "elapsed", "elapsed_s", "datetime", "__time", "state.time",
-          "field.header.stamp", "header.stamp", "ts", "zeit")  # fmt: skip
+          "field.header.stamp", "header.stamp", "ts", "zeit", "times", "timestamps")  # fmt: skip
 #: Words that such a name may end in, before its unit.
 _WORDS = frozenset({"t", "time", "timestamp", "stamp", "elapsed", "rosbagtimestamp"})
 #: Words in front of them that say nothing; ``x`` is what MATLAB puts before a name that begins with no letter.
@@ -40,6 +40,9 @@ def guess_time(names: Sequence[str]) -> int | None:
     for wanted in _NAMES:
         if wanted in plain:
             return plain.index(wanted)
+    tails = [k for k, name in enumerate(plain) if re.split(r"[./]", name)[-1] in _NAMES]
+    if len(tails) == 1:  # a field of a struct, or of a message
+        return tails[0]
     words = [_words(name) if not re.search(r"\d", name) else [] for name in names]
     for index, parts in enumerate(words):
         rest = parts[:-1] if len(parts) > 1 and parts[-1] in UNIT_OF_WORD else parts

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
-
-from collaudit.core.dataclass import dataclass
 
 _AXES = "xyz"
 _FORCE = frozenset({"f", "force", "forces", "kraft"})

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
-from collaudit.core.dataclass import dataclass
 from collaudit.core.logs.messages.decoded_columns import Decoded
 from collaudit.core.logs.messages.profiles import ANNOTATION, Profile
 from collaudit.core.logs.signals.annotation_spans import spans_of

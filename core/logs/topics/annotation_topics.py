@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from collaudit.core.data.joint_log import Annotation
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.profiles import ANNOTATION, Profile, Role
@@ -33,10 +33,11 @@ _KEYS: dict[Role, str] = {"label": "[log] label_topics", "phase": "[log] phase_t
 
 @dataclass(frozen=True, slots=True)
 class AnnotationTopics:
-    """The topics that hold annotations and the one that holds the phase."""
+    """The topics that hold annotations, the one that holds the phase, and topics of labels that the log lacks."""
 
     annotations: tuple[Topic, ...]
     phase: Topic | None
+    absent: tuple[str, ...]
 
     @property
     def topics(self) -> tuple[Topic, ...]:
@@ -48,16 +49,18 @@ def annotation_topics(topics: Sequence[Topic], settings: LogConfig) -> Annotatio
     """Which topics hold annotations and the phase: those of known types, and those configured.
 
     Raises:
-        LogError: the log does not have a topic that was configured, or not the field.
+        LogError: the log does not have the topic configured as the phase, or a topic has not the field.
     """
     chosen = [topic for topic in topics if _is_known(topic)]
-    for entry in settings.label_topics:
+    held = {topic.name.strip("/") for topic in topics}
+    absent = [entry for entry in settings.label_topics if entry.partition(":")[0].strip("/") not in held]
+    for entry in (entry for entry in settings.label_topics if entry not in absent):
         topic = _configured(topics, entry, "label")
         chosen = [known for known in chosen if ":" in entry or known.name != topic.name] + [topic]
     phase = None
     if settings.phase_topic is not None:
         phase = _configured(topics, settings.phase_topic, "phase")
-    return AnnotationTopics(tuple(chosen), phase)
+    return AnnotationTopics(tuple(chosen), phase, tuple(absent))
 
 
 def _is_known(topic: Topic) -> bool:
@@ -157,7 +160,7 @@ def read_annotations(topic: Topic, times: Times) -> list[Annotation]:
             continue
         raised = np.asarray(topic.profile.raised(name, values).any(axis=1))
         spans = until_changed(series.time_s, raised, times.end_s)
-        if spans:
+        if spans or stated:
             out.append(Annotation(name, topic.name, spans))
     return out
 

@@ -11,7 +11,7 @@ from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSourc
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.messages.decoded_columns import QUANTITIES, all_names
-from collaudit.core.logs.signals.annotation_spans import annotation_findings
+from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
 from collaudit.core.logs.signals.clock_checks import compare_clocks
 from collaudit.core.logs.signals.clock_set_back import as_recorded, set_back_findings
 from collaudit.core.logs.signals.impossible_values import garbage_finding
@@ -109,7 +109,8 @@ def read_message_log(
     times = Times(base, clock, origin)
     annotations, phases, unreadable = _annotations(annotated, times)
     annotations = [*alarm_annotations(alarms, clock, origin, joints.name), *annotations]
-    findings += [*unreadable, *annotation_findings(annotations)]
+    findings += [*unreadable, *absent_labels(annotated.absent, "[log] label_topics", name)]
+    findings += annotation_findings(annotations)
     scale = np.pi / 180 if settings.units.position == "deg" else 1.0
     conflicts = [found for p in publishers for found in disagreement(p, _stamps(p, clock), scale, joints.name)]
     columns = _columns(publishers, names, clock, origin)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
-from collaudit.core.dataclass import dataclass
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import robust_sd
@@ -83,6 +82,7 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     noise = np.array([_noise(torque[state[:, j] == State.JUDGED, j]) for j in range(torque.shape[1])])
     beyond = np.sign(torque) * np.maximum(np.abs(torque) - by_joint.uncertainty_nm, 0.0)
     share = np.where(evidence, beyond, 0.0) / noise
+    in_nm = np.where(np.isfinite(noise), noise, np.nan)  # no torque of a joint that is judged nowhere
     told = np.count_nonzero((state == State.JUDGED) | (share != 0.0), axis=1)
     norm = excess_norm(np.sum(share**2, axis=1), told)
     somewhere = np.any(evidence, axis=1, keepdims=True)
@@ -90,7 +90,7 @@ def combined_residual(prepared: Prepared, inputs: ResidualInputs, config: Detect
     series = prepared.judged_series
     return replace(
         by_joint,
-        torque_nm=np.asfortranarray(np.where(somewhere, norm[:, None] * noise, np.nan)),
+        torque_nm=np.asfortranarray(np.where(somewhere, norm[:, None] * in_nm, np.nan)),
         state=np.asfortranarray(shown.astype(np.int8)),
         uncertainty_nm=np.zeros_like(torque),
         isolation=NamedAfterwards(series.joint_names, noise, share, series.period_s),

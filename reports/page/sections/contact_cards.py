@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult, Collision
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.page.selection import furthest
@@ -17,7 +17,7 @@ from collaudit.reports.plots.arm_pose import draw_pose
 from collaudit.reports.plots.plot_contact import contact_limits, draw_contact
 from collaudit.reports.values.contact_rows import ContactRow, alarms_of, contact_row, contacts_of
 from collaudit.reports.values.controller_words import controller_text
-from collaudit.reports.values.numbers import against, apart, significant
+from collaudit.reports.values.numbers import against, apart, duration, speed
 from collaudit.reports.values.rows import NONE, in_time
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.visible_text import visible
@@ -139,8 +139,8 @@ def _line(
 
 
 def _tool_speed(contact: Contact) -> str:
-    speed = None if contact.scene is None else contact.scene.tool_speed_m_s
-    return NONE if speed is None else f"{significant(speed)} m/s"
+    tool_speed = None if contact.scene is None else contact.scene.tool_speed_m_s
+    return NONE if tool_speed is None else speed(tool_speed, "m/s")
 
 
 def _card(
@@ -176,17 +176,16 @@ def _card(
 def _alarm(alarm: Collision, contact: Contact, result: AuditResult) -> AlarmRow:
     unit = torque_unit(result, alarm.joint)
     peak, gamma = against(alarm.peak_nm, alarm.gamma_nm)
-    lasted, persistence = apart([1e3 * alarm.duration_s, 1e3 * result.rule.persistence_s], 0)
-    speed = None if contact.scene is None else contact.scene.joint_speed_rad_s.get(alarm.joint)
+    joint_speed = None if contact.scene is None else contact.scene.joint_speed_rad_s.get(alarm.joint)
     fit = result.friction.get(alarm.joint)
     return AlarmRow(
         joint=alarm.joint,
         onset=f"{alarm.onset_s:.3f} s",
         peak=f"{peak} {unit}",
         gamma=f"{gamma} {unit}",
-        margin=f"× {apart([abs(alarm.peak_nm) / alarm.gamma_nm, 1.0], 2)[0]}",
-        lasted=f"{lasted} of {persistence} ms",
-        speed=NONE if speed is None else f"{significant(speed)} {speed_unit(fit) if fit is not None else 'rad/s'}",
+        margin=f"× {apart([abs(alarm.peak_nm) / alarm.gamma_nm, 1.0])[0]}",
+        lasted=duration(alarm.duration_s),
+        speed=NONE if joint_speed is None else speed(joint_speed, speed_unit(fit) if fit is not None else "rad/s"),
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.numbers import fixed, significant, time_decimals
 from collaudit.reports.values.words import torque_unit
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.plot_friction import draw_friction

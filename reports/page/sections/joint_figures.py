@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
-from collaudit.core.dataclass import dataclass
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.reports.page.sections.figure import Figure
 from collaudit.reports.plots.coverage_bar import coverage_bar
@@ -119,7 +119,7 @@ def _overview(trace: JointTrace, result: AuditResult, name: str, unit: str, know
     alarms = [event for event in result.collisions if event.joint == joint]
     near = [event for event in result.near_misses if event.joint == joint]
     gamma = result.rule.gamma_nm.get(joint)
-    level = "no threshold" if gamma is None else f"γ = {stated(float(f'{gamma:.4g}'))} {unit}"
+    level = "no threshold" if gamma is None else f"γ = {stated(gamma)} {unit}"
     label = visible(f"Residual of {joint} over the whole log, {level}")
     svg, height, note = draw_overview(trace, alarms, near, f"{name}-o", label)
     return Figure(name, joint, f"{level}, axis ±{significant(height)} {unit}", svg, f"{note} {unit}" if note else None)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.plots.ticks import tick_text, ticks
 from collaudit.reports.values.contact_rows import contacts_of

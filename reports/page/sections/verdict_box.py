@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from collaudit.core.data.audit_result import AuditResult, Verdict
-from collaudit.core.dataclass import dataclass
 from collaudit.reports.values.contact_rows import contacts_of
 from collaudit.reports.values.numbers import duration, percent
 from collaudit.reports.values.rows import NONE

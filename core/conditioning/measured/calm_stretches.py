@@ -1,0 +1,225 @@
+"""Stretches of a channel that carry no measurement: constant, on a straight line, or without the channel's usual noise.
+
+What is told is how a channel bends from sample to sample, x[i-1] - 2 x[i] + x[i+1]. A measured channel bends by its
+noise. One that is held, or filled in by a straight line, does not bend at all; one that is held with a little noise
+added, or filled in by a smooth curve, bends less than it ever does. How much is usual, and for how long less is,
+the channel itself tells: a drive that updates slowly, and one that writes coarse steps, are held by nature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp, log, sqrt
+
+import numpy as np
+
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.stats import median_of, quantile_of
+
+#: Expected number of stretches as long by chance.
+CHANCE = 1e-6
+#: So many times as long as others in a signal that is held, or coarse.
+_TIMES = 3.0
+#: A signal that is calm more often than this is too coarse, or too slow, to tell.
+_MOST_CALM = 0.9
+#: A signal whose steps are mostly below so many times its smaller ones is coarse.
+_STEPS = 2.5
+#: No sensor's noise is a smaller share of its range.
+_MEASURED = 1e-6
+#: Samples that a channel's noise is told from, drawn evenly.
+_DRAWN = 100_000
+#: Rounding of numbers that lie on a straight line, of the signal's range.
+_ROUNDING = 1e-9
+#: What a straight line bends by where it was rounded to the signal's resolution, in steps of it. That is below the
+#: noise where the resolution is finer than this share of the noise.
+_ROUNDED, _FINE = 2.0, 0.05
+#: Standard deviations of the second and fourth differences of white noise of 1, and the median of their sizes in them.
+_SECOND, _FOURTH, _MEDIAN = 6.0**0.5, 70.0**0.5, 0.6745
+#: Windows in which noise is measured, in times of the shortest; its fewest samples, in one channel and in all at once.
+_WINDOWS, WINDOW, _WINDOW_OF_ALL = (1, 2, 4, 8), 8, 4
+#: A window has less than the usual noise where it lies below the lower quarter by so many times what that lies below
+#: the median, in logarithms: 12 recordings of 8 arms and the simulated ones stay within 10.5.
+_BELOW, _QUARTER = 12.0, 0.25
+#: Of white noise the lower quarter lies below the median by so many standard deviations of the logarithm; these are
+#: sqrt(2 / freedom), with a degree of freedom for every 1.94 bends, which depend on each other.
+_TO_QUARTER, _FREEDOM = 0.6745, 2.0 * 1.94
+#: Windows from which the usual noise is told.
+_LEAST_WINDOWS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """The noise of a channel.
+
+    Attributes:
+        sd: standard deviation, as if it were white; of a smooth channel what is left beside its motion.
+        resolution: smallest step between samples.
+        range: from its smallest to its largest value.
+        coarse: whether the channel mostly changes by the steps that it is written in.
+    """
+
+    sd: float
+    resolution: float
+    range: float
+    coarse: bool
+
+    @property
+    def measured(self) -> bool:
+        """Whether the channel has noise of a sensor's size: others were computed, or filtered very much."""
+        return self.sd >= _MEASURED * self.range and self.sd > 0.0
+
+    @property
+    def varied(self) -> bool:
+        """Whether it is measured, and its values seldom the same: they do not repeat by chance."""
+        return self.measured and not self.coarse
+
+    @property
+    def tells(self) -> bool:
+        """Whether it is measured, with noise above its resolution: less noise would show."""
+        return self.measured and self.sd >= self.resolution
+
+
+def bend_of(x: FloatArray) -> FloatArray:
+    """(n,) size of x[i-1] - 2 x[i] + x[i+1]; NaN at both ends, and where a value is missing."""
+    out = np.full(x.size, np.nan)
+    if x.size > 2:
+        inside = out[1:-1]
+        np.add(x[:-2], x[2:], out=inside)
+        inside -= x[1:-1]
+        inside -= x[1:-1]
+        np.abs(inside, out=inside)
+    return out
+
+
+def noise_of(x: FloatArray, bend: FloatArray, usual: BoolArray) -> Noise:
+    """Noise of a channel: the smaller of what its second and its fourth differences show.
+
+    Args:
+        x, bend: (n,) channel and :func:`bend_of`.
+        usual: (n,) rows at which it is told.
+    """
+    low, high = (float(f(x)) for f in (np.nanmin, np.nanmax))
+    span = high - low if np.isfinite(high - low) else 0.0
+    at = np.arange(2, x.size - 2, max(1, x.size // _DRAWN))
+    steps = np.abs(x[at + 1] - x[at])
+    steps = steps[np.isfinite(steps) & (steps > _ROUNDING * span)]
+    fourth = np.abs(x[at - 2] - 4.0 * x[at - 1] + 6.0 * x[at] - 4.0 * x[at + 1] + x[at + 2])
+    sd = min(_typical(bend[at], usual[at]) / _SECOND, _typical(fourth, usual[at]) / _FOURTH)
+    if steps.size < 2:
+        return Noise(sd, np.inf, span, True)
+    resolution = float(steps.min())
+    coarse = sd < resolution or median_of(steps) < _STEPS * quantile_of(steps, 0.01)
+    return Noise(sd, resolution, span, coarse)
+
+
+def _typical(size: FloatArray, usual: BoolArray) -> float:
+    known = size[usual & np.isfinite(size)]
+    return median_of(known) / _MEDIAN if known.size else 0.0
+
+
+def straight_rows(x: FloatArray, bend: FloatArray, noise: Noise, moving: BoolArray, least: int) -> BoolArray | None:
+    """(n,) rows of runs that are constant or on a straight line for too long; None where there are none.
+
+    Of each run, from the first to the last of its rows in motion.
+
+    Args:
+        x, bend: (n,) channel and :func:`bend_of`.
+        noise: of :func:`noise_of`.
+        moving: (n,) rows at which it is told what is usual, and of which ``least`` lie in a run that counts.
+        least: samples.
+    """
+    if noise.sd <= _ROUNDING * noise.range and not noise.coarse:  # computed, not measured: it is straight by nature
+        return None
+    calm = straight(bend, noise)
+    starts, stops = straight_runs(x, calm)
+    at = np.flatnonzero(moving)
+    first, last = np.searchsorted(at, starts), np.searchsorted(at, stops)
+    if not (last - first >= least).any():
+        return None
+    bound = max(float(least), _bound(calm & moving, int(np.count_nonzero(moving & ~calm)), noise.coarse, least))
+    long = last - first >= bound
+    return marked(at[first[long]], at[last[long] - 1] + 1, x.size) if long.any() else None
+
+
+def straight(bend: FloatArray, noise: Noise) -> BoolArray:
+    """(n,) whether each sample is on a straight line with its neighbours; arguments as of :func:`straight_rows`."""
+    tolerance = _ROUNDING * noise.range
+    if noise.resolution < _FINE * noise.sd:
+        tolerance += _ROUNDED * noise.resolution
+    with np.errstate(invalid="ignore"):
+        return np.asarray(bend <= tolerance)
+
+
+def straight_runs(x: FloatArray, calm: BoolArray) -> tuple[IntArray, IntArray]:
+    """Runs (starts, stops) of rows that are held or filled in, from :func:`straight`: what is held bends at its end."""
+    starts, stops = run_bounds(calm)
+    return starts, stops + (x[np.minimum(stops, x.size - 1)] == x[stops - 1]) * (stops < x.size)
+
+
+def _bound(calm: BoolArray, others: int, coarse: bool, least: int) -> float:
+    """Calm samples in a row that are neither usual for this signal nor chance; infinite where that cannot be told.
+
+    By chance, each calm sample of a run is followed by another one as often as in the signal's usual runs; where there
+    are hardly any, as often as samples are calm.
+    """
+    starts, stops = run_bounds(calm)
+    length = stops - starts
+    run = np.concatenate((length, np.zeros(max(others - length.size, 0))))  # most samples of most drives: not calm
+    usual = length[length < max(_TIMES * (1.0 + float(np.median(run))), min(least - 1, WINDOW))]
+    samples = int(usual.sum())
+    share = (samples + 1.0) / (samples + others + 2.0)
+    if share > _MOST_CALM:
+        return float("inf")
+    again = (samples - usual.size + share) / (samples + 1.0)
+    bound = 1.0 + log((usual.size + 1.0) / CHANCE) / -log(again)
+    if length.size > 2 and coarse:  # these runs are not drawn by chance: they come with every slow change of load
+        bound = max(bound, _TIMES * float(np.partition(length, -3)[-3]))
+    return bound
+
+
+def quiet_rows(bend: FloatArray, moving: BoolArray, least: int, channels: int = 1) -> BoolArray | None:
+    """(n,) rows of runs with far less than the usual noise; None where there are none, or that cannot be told.
+
+    Args:
+        bend: (n,) of :func:`bend_of` of a channel that is measured, or of all, each in its noise.
+        moving, least: as of :func:`straight_rows`.
+        channels: how many it is of.
+    """
+    known = np.isfinite(bend)
+    energy = np.concatenate(([0.0], np.cumsum(np.square(np.where(known, bend, 0.0)))))
+    whole = _whole(known & moving)
+    out = np.zeros(bend.size, dtype=np.bool_)
+    loud = 0.0
+    for times in _WINDOWS:
+        width = times * max(least, WINDOW if channels == 1 else _WINDOW_OF_ALL)
+        if width >= bend.size:
+            break
+        power = energy[width:] - energy[:-width]
+        at = np.arange(0, power.size, max(width // 2, 1))
+        typical = power[at[whole(at, width)]]
+        if typical.size < _LEAST_WINDOWS:
+            break
+        quarter, half = quantile_of(typical, _QUARTER), median_of(typical)
+        if quarter <= 0.0:
+            continue
+        loud = max(loud, half / width)
+        spread = min(quarter / half, exp(-_TO_QUARTER * sqrt(_FREEDOM / (channels * width))))  # few windows tell it ill
+        first = np.flatnonzero(power < quarter * spread**_BELOW)
+        first = first[whole(first, width)]
+        if first.size:
+            out |= marked(first, first + width, bend.size)
+    if not out.any():
+        return None
+    with np.errstate(invalid="ignore"):
+        out &= np.square(bend) <= loud  # a window may reach beyond what is quiet
+    starts, stops = run_bounds(out)
+    long = stops - starts >= least
+    return marked(starts[long], stops[long], bend.size) if long.any() else None
+
+
+def _whole(mask: BoolArray) -> Callable[[IntArray, int], BoolArray]:
+    """Whether all of so many rows from each of some places are in the mask."""
+    count = np.concatenate(([0], np.cumsum(mask)))
+    return lambda at, width: np.asarray(count[at + width] - count[at] == width)

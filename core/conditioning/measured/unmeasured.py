@@ -1,0 +1,248 @@
+"""Samples that are no measurement: they count as missing, and a finding says so.
+
+Of efforts, stretches that are constant, on a straight line, copies of another stretch, or without the channel's usual
+noise, while the arm moves. Of positions, stretches that stand still while the joint moves on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from collaudit.core.conditioning.effort_signal import saturation
+from collaudit.core.conditioning.measured.calm_stretches import (
+    bend_of,
+    noise_of,
+    quiet_rows,
+    straight,
+    straight_rows,
+    straight_runs,
+)
+from collaudit.core.conditioning.measured.frozen_positions import frozen_spans
+from collaudit.core.conditioning.measured.repeated_stretches import repeated_rows, repeated_rows_of_all
+from collaudit.core.conditioning.measured.shortest_stretch import shortest_stretch
+from collaudit.core.config.schema_detect import DetectConfig
+from collaudit.core.data.joint_log import JointLog
+from collaudit.core.data.uniform_series import MOVING_RAD_S
+from collaudit.core.findings import Finding
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.blocks import exceeds
+from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.runs import marked, run_bounds
+from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.tables import copied
+
+#: Samples from which a period is told.
+_FEWEST = 24
+#: Speed is told over this time, s.
+_SPEED_S = 0.05
+_LISTED = 3
+#: No effort is less than this share of what the drive exerts at most in so much of the time.
+_NO_EFFORT, _USUAL = 0.02, 0.95
+#: What a stretch is, said in this order.
+_CONSTANT, _STRAIGHT, _QUIET, _COPIED = 1, 2, 3, 4
+_WORDS = {
+    _CONSTANT: "constant",
+    _STRAIGHT: "a straight line",
+    _QUIET: "without the usual noise",
+    _COPIED: "the exact copy of another stretch",
+}
+
+
+def without_unmeasured(recorded: JointLog, detect: DetectConfig) -> JointLog:
+    """The log with efforts and positions that are no measurement as missing values, and a finding for each joint.
+
+    Args:
+        recorded: (n, j) signals, stamps as recorded.
+        detect: a stretch shorter than its persistence hides no contact.
+    """
+    period = _period(recorded.time_s)
+    if period is None:
+        return recorded
+    count = range(len(recorded.joint_names))
+    effort, position, findings = recorded.effort, recorded.position_rad, list[Finding]()
+    found = list(ordered_map(lambda j: frozen_spans(recorded, j, period), count))
+    if any(found):
+        position = copied(position)
+        for j, spans in enumerate(found):
+            for start, stop in spans:
+                position[start:stop, j] = np.nan
+        findings += _frozen(recorded, found)
+    if effort is not None and (kinds := _efforts(recorded, effort, shortest_stretch(detect, period))):
+        pinned = saturation(effort, period)  # a limit is a measurement, of at least so much: it is judged as that
+        effort = copied(effort)
+        for j, kind in kinds.items():
+            kind[pinned[:, j]] = 0
+            if kind.any():
+                effort[kind > 0, j] = np.nan
+                findings.append(_unmeasured(recorded, j, kind))
+    if not findings:
+        return recorded
+    parts = {"effort": None if effort is None else frozen(effort), "position_rad": frozen(position)}
+    return replace(recorded, findings=(*recorded.findings, *findings), **parts)  # type: ignore[arg-type]
+
+
+def _period(time_s: FloatArray) -> float | None:
+    if time_s.size < _FEWEST:
+        return None
+    steps = np.diff(time_s)
+    period = median_of(steps[~np.isnan(steps)])
+    return period if period > 0 else None
+
+
+def _efforts(recorded: JointLog, effort: FloatArray, least: int) -> dict[int, NDArray[np.int8]]:
+    """By column (n,) what each effort is instead of a measurement, 0 where it is one; of columns with any such row.
+
+    Where a moving joint's effort is none, so is that of every other joint that is as straight there, at rest too: what
+    holds or fills in the one does so with all.
+    """
+    moving = _moving(recorded.position_rad, _period(recorded.time_s) or 1.0)
+    moving &= _driven(effort)[:, None]
+    if not moving.any():
+        return {}
+
+    arm = np.asarray(moving.any(axis=1))
+
+    def of_joint(j: int) -> _Channel | None:
+        x = np.ascontiguousarray(effort[:, j])
+        if not np.isfinite(x).any():
+            return None
+        bend, own = bend_of(x), moving[:, j]
+        noise = noise_of(x, bend, own)
+        parts = (
+            (_STRAIGHT, straight_rows(x, bend, noise, own, least)),
+            (_QUIET, quiet_rows(bend, own, least) if noise.tells else None),
+            (_COPIED, repeated_rows(x, noise, arm, least)),
+        )
+        return _Channel(np.square(bend / noise.sd) if noise.tells else None, noise.varied, _marked(x, parts))
+
+    found: dict[int, NDArray[np.int8]] = {}
+    power, channels, varied = np.zeros(arm.size), 0, 0
+    for j, one in enumerate(ordered_map(of_joint, range(effort.shape[1]))):
+        if one is None:
+            continue
+        varied += one.varied
+        if one.power is not None:
+            power += one.power
+            channels += 1
+        if one.kind is not None:
+            found[j] = one.kind
+    parts = [
+        (_QUIET, quiet_rows(np.sqrt(power), arm, least, channels) if channels > 1 else None),
+        (_COPIED, repeated_rows_of_all(effort, arm, least) if varied > 1 else None),
+    ]
+    if any(rows is not None for _, rows in parts):
+        for j in range(effort.shape[1]):
+            _join(found, j, _marked(effort[:, j], parts))
+    if found:
+        lost = np.logical_or.reduce([kind > 0 for kind in found.values()])
+        for j in range(effort.shape[1]):
+            _join(found, j, _along(np.ascontiguousarray(effort[:, j]), lost, moving[:, j], least))
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Channel:
+    """One effort: (n,) squares of its bends in its noise, if that tells; whether its values vary; its kinds."""
+
+    power: FloatArray | None
+    varied: bool
+    kind: NDArray[np.int8] | None
+
+
+def _join(found: dict[int, NDArray[np.int8]], j: int, kind: NDArray[np.int8] | None) -> None:
+    """Add kinds to those of a column; where a row has one, it stays."""
+    if kind is not None:
+        found[j] = np.where(found[j] > 0, found[j], kind) if j in found else kind
+
+
+def _driven(effort: FloatArray) -> BoolArray:
+    """(n,) rows in which some joint has an effort: where none has, drives are off, which is another matter."""
+    out = np.zeros(effort.shape[0], dtype=np.bool_)
+    for x in effort.T:
+        known = x[np.isfinite(x)]
+        out |= exceeds(x, _NO_EFFORT * quantile_of(np.abs(known), _USUAL) if known.size else np.inf)
+    return out
+
+
+def _moving(position: FloatArray, period: float) -> BoolArray:
+    """(n, j) rows in which a joint moves, by its differentiated position."""
+    half = max(1, ceil(_SPEED_S / period / 2))
+    out = np.zeros(position.shape, dtype=np.bool_, order="F")
+
+    def fill_joint(j: int) -> None:
+        q = position[:, j]
+        if q.size > 2 * half:
+            way = q[2 * half :] - q[: -2 * half]
+            out[half:-half, j] = np.abs(way, out=way) > MOVING_RAD_S * (2 * half * period)
+
+    for _ in ordered_map(fill_joint, range(position.shape[1])):
+        pass
+    return out
+
+
+def _marked(x: FloatArray, parts: Sequence[tuple[int, BoolArray | None]]) -> NDArray[np.int8] | None:
+    """(n,) kinds of the rows; of a row of several, the first; None without any."""
+    if all(rows is None for _, rows in parts):
+        return None
+    out = np.zeros(x.size, dtype=np.int8)
+    for kind, rows in reversed(parts):
+        if rows is not None:
+            out[rows] = kind
+    held = np.concatenate(([False], x[1:] == x[:-1]))
+    out[held & (out == _STRAIGHT)] = _CONSTANT
+    return out
+
+
+def _along(x: FloatArray, lost: BoolArray, moving: BoolArray, least: int) -> NDArray[np.int8] | None:
+    """As :func:`_marked`, of runs that are straight on this joint and mostly lost on another one."""
+    if not np.isfinite(x).any():
+        return None
+    bend = bend_of(x)
+    starts, stops = straight_runs(x, straight(bend, noise_of(x, bend, moving)))
+    count = np.concatenate(([0], np.cumsum(lost)))
+    mostly = (stops - starts >= least) & (2 * (count[stops] - count[starts]) >= stops - starts)
+    return _marked(x, [(_STRAIGHT, marked(starts[mostly], stops[mostly], x.size))]) if mostly.any() else None
+
+
+def _unmeasured(recorded: JointLog, j: int, kind: NDArray[np.int8]) -> Finding:
+    joint, time_s = recorded.joint_names[j], recorded.time_s
+    what = " or ".join(words for code, words in _WORDS.items() if (kind == code).any())
+    spans = _times(time_s, *run_bounds(kind > 0))
+    text = (
+        f"The effort of joint '{joint}' is no measurement {_when(spans)}: {what}. A contact then would not be seen: it "
+        "counts as missing, and nothing that needs it is judged there."
+    )
+    return Finding("effort-unmeasured", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1])
+
+
+def _frozen(recorded: JointLog, found: Sequence[Sequence[tuple[int, int]]]) -> list[Finding]:
+    out = []
+    for joint, rows in zip(recorded.joint_names, found, strict=True):
+        if not rows:
+            continue
+        spans = [(float(recorded.time_s[a - 1]), float(recorded.time_s[b - 1])) for a, b in rows]
+        text = (
+            f"The position of joint '{joint}' stands still while the joint moves {_when(spans)}. A contact then would "
+            "not be seen: it counts as missing, and nothing that needs it is judged there."
+        )
+        out.append(Finding("position-frozen", "warning", text, joint=joint, start_s=spans[0][0], end_s=spans[0][1]))
+    return out
+
+
+def _times(time_s: FloatArray, starts: Iterable[int], stops: Iterable[int]) -> list[tuple[float, float]]:
+    """Seconds of runs of rows, each with the steps that lead into it and out of it."""
+    last = time_s.size - 1
+    return [(float(time_s[max(a - 1, 0)]), float(time_s[min(b, last)])) for a, b in zip(starts, stops, strict=True)]
+
+
+def _when(spans: Sequence[tuple[float, float]]) -> str:
+    """How long in all, and when."""
+    total = sum(end - start for start, end in spans)
+    listed = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans[:_LISTED])
+    more = f" and {len(spans) - _LISTED} more times" if len(spans) > _LISTED else ""
+    return f"for {total:.3g} s ({listed}{more})"

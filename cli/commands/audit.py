@@ -43,6 +43,17 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     "collaudit audit nightly/ -c collaudit.toml --friction friction.json -o out/ -j 4",
     "find nightly -name '*.mcap' | collaudit audit - -c fleet.toml -o out/",
     "collaudit audit 'logs/*.bag' --urdf arm.urdf --gamma 4 --n 13 -o out/ --format junit",
+    common=(
+        "--output",
+        "--jobs",
+        "--format",
+        "--resume",
+        "--baseline",
+        "--store",
+        "--config",
+        "--friction",
+        "--verbose",
+    ),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB|URL|-...")
 @click.option(

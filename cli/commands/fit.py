@@ -28,6 +28,7 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to write friction.json.")
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
+@click.option("-v", "--verbose", is_flag=True, help="Print all that was identified: ways to fit, delays, trends.")
 @click.option(
     "--load",
     "loads",
@@ -50,13 +51,15 @@ def command(
     logs: tuple[str, ...],
     output: Path | None,
     as_json: bool,
+    verbose: bool,
     loads: tuple[str, ...],
     plan: Path | None,
     truth: tuple[Path, ...],
 ) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
-    Every parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
+    It prints a line a joint and what to do for what the data leave open; -v prints all that was identified. Every
+    parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
 
     Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
 
@@ -86,7 +89,7 @@ def command(
     if as_json:
         say_json(friction_json(friction))
     else:
-        say(fit_text(friction, terminal_width()), nl=False)
+        say(fit_text(friction, terminal_width(), verbose), nl=False)
     if planned is not None:
         say(delivered_text(delivered(planned, friction), terminal_width()), nl=False, err=as_json)
     print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True, brief=True)

@@ -169,10 +169,10 @@ def _rule(
 def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float | None:
     """The threshold of one joint, two digits; None without a tail.
 
-    At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. More
-    hours support a rarer rate, by a narrower bound; if they are like these, the level asked for may first rise and then
-    falls. gamma is the highest of these levels, from the hours at hand to those that support the rate asked for, so
-    that more hours of the same never raise it. One log does not show how much logs differ: from one, 95 % hold at the
+    Claimed is the rate that the hours support: there the tail's bound (95 %) keeps the joint's part. More hours support
+    a rarer rate, which needs a higher level, by a narrower bound, which needs a lower one. gamma is the highest of the
+    levels from the hours at hand to those that support the rate asked for, so that more hours like these never raise
+    it. One log does not show how much logs differ: from one, 95 % hold at the
     rate asked for, too, which is the only room left for that. No level is chosen that the clean data passed, where less
     than one alarm is expected in them.
 

@@ -123,10 +123,10 @@ def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[NightBe
 
 
 def _line(entry: IndexEntry, nights: Sequence[NightBefore]) -> IndexLine:
-    """A pass says in a word that something is left out of it; everything else begins with its reason."""
+    """A pass without events says in a word that something is left out of it; all else begins with its reason."""
     every = (*(entry.error or "").splitlines()[1:], *entry.reasons, *entry.exclusions)
     brief = brief_reason(entry)
-    if entry.verdict == "pass":
+    if entry.verdict == "pass" and not entry.contacts and not entry.near_misses:
         brief = f"{len(entry.exclusions)} exclusions" if entry.exclusions else ""
     return IndexLine(entry, _link(entry.report), brief, () if every == (brief,) else every, _nights(nights))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -105,6 +106,17 @@ def test_a_log_is_a_line(page: Any) -> None:
     assert row[:4] == ["FAIL", "B", "cell0/run3.mcap", "2026-11-25"]
     assert page.locator("#logs tbody tr:first-child svg.nights path").count() == 2
     assert page.locator("#logs th[scope=row] a").count() == 41
+    unread = page.inner_text("#logs tbody tr[data-verdict=not_judged]").split()
+    assert unread[:9] == ["NOT", "JUDGED", "A", "cell1/cut.mcap", "–", "–", "–", "–", "–"], "no 0 beside NOT JUDGED"
+
+
+def test_a_pass_with_known_contacts_says_so(tmp_path: Path) -> None:
+    touched = next(entry for entry in night(42) if entry.contacts)
+    excused = replace(
+        touched, verdict="pass", reasons=("Known: 2 contacts (policy: at most 0).",), exclusions=EXCLUSIONS
+    )
+    write_index(tmp_path, [excused])
+    assert "<summary>Known: 2 contacts" in (tmp_path / "index.html").read_text()
 
 
 def test_details_open_with_a_click(page: Any) -> None:

@@ -179,7 +179,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--arms", default=",".join(ARMS))
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--first", type=int, default=2)
     parser.add_argument("--minutes", type=float, default=6.0)
     parser.add_argument("--default", action="store_true", help="also simulate and fit the default sweep")
     parser.add_argument("--work", type=Path, default=Path("build/plan-bench"))

@@ -25,7 +25,7 @@ from collaudit.core.numeric.special_functions import student_quantile
 
 #: Rates, s/rad, at which extra friction near standstill fades; gears lie between.
 _RATES = (8.0, 20.0, 50.0)
-#: Of the friction near standstill, what fades, where nobody knows.
+#: Of the friction near standstill, what fades, where that is not known.
 _FADING = 0.2
 #: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point.
 _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001

@@ -36,13 +36,8 @@ HARMONICS = 5
 
 
 def open_parameters(friction: FrictionFile) -> set[tuple[str, str]]:
-    """Parameters of eq. (11) without a closed interval."""
-    out = set()
-    for joint, fit in friction.joints.items():
-        closed = {parameter_symbol(key) for key, b in fit.ci95.items() if b is not None and None not in b}
-        known = closed if fit.identifiable else set()
-        out |= {(joint, symbol) for symbol in SYMBOLS if symbol not in known}
-    return out
+    """Parameters of joints whose law is not determined, named as those of eq. (11)."""
+    return {(joint, symbol) for joint, fit in friction.joints.items() if not fit.identifiable for symbol in SYMBOLS}
 
 
 def one(arm: FixtureRobot, seed: int, minutes: float, folder: Path) -> dict[str, object]:

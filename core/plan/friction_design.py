@@ -29,8 +29,8 @@ _RATES = (8.0, 20.0, 50.0)
 _FADING = 0.2
 #: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point.
 _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001
-#: Points scatter so many times more than blocks within them do (seed 1 of the six-axis arm in tests/bench/plan_table.py,
-#: whose table starts with seed 2), and how many degrees of freedom this is worth; parameters of a law, which take some.
+#: Points scatter so many times more than blocks within them do (seed 1 of the six-axis arm; the table of docs/plan.md
+#: has other seeds), and how many degrees of freedom this is worth; parameters of a law, which take some.
 _BEYOND, _EXPECTED, _FREE = 2.2, 5, 4
 _STEP = 1e-5
 _LEAST_KNOWN = 1e-9  # information of every parameter without data, in units of its own size: so that all is finite

@@ -1,9 +1,9 @@
 """Result types of a planned motion, as they stand in ``plan.json``."""
 
-from dataclasses import dataclass
 from typing import Literal
 
 from collaudit.core.data.audit_result import Provenance
+from collaudit.core.dataclass import dataclass
 
 PLAN_SCHEMA = "collaudit/plan/1"
 #: What every file of a plan says.
@@ -102,7 +102,7 @@ class PlanFile:
         per_hour: false alarms of the arm that the clean hours are for.
         gamma_asked_nm: threshold that the clean hours are for; None where none was asked for.
         limits: by joint.
-        assumed: limits and places that were not stated.
+        assumed: limits and places that are not stated.
         shapes: links with a shape of the description.
         capsules_m: radius of the capsule of every other link, by joint.
         unchecked: pairs of links that are not kept apart, being neighbours or nearly so.

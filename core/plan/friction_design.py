@@ -9,12 +9,13 @@ Chaloner and Verdinelli, Statistical Science 10, 1995).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.dataclass import dataclass
+from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import point_arrays, with_scatter
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.parameter_units import parameter_symbol
@@ -24,10 +25,13 @@ from collaudit.core.numeric.arrays import FloatArray
 
 #: Rates, s/rad, at which extra friction near standstill fades; gears lie between.
 _RATES = (8.0, 20.0, 50.0)
-#: Of the friction near standstill, what fades, where it is not known.
+#: Of the friction near standstill, what fades, where that is not known.
 _FADING = 0.2
-#: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point then.
+#: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point.
 _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001
+#: Points scatter so many times more than blocks within them do (seed 1 of the six-axis arm; the table of docs/plan.md
+#: has other seeds), and how many degrees of freedom this is worth; parameters of a law, which take some.
+_BEYOND, _EXPECTED, _FREE = 2.2, 5, 4
 _STEP = 1e-5
 _LEAST_KNOWN = 1e-9  # information of every parameter without data, in units of its own size: so that all is finite
 
@@ -120,9 +124,21 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
     for one in guesses:
         g = _gradient(law, one, data.speed) / data.sd[:, None]
         known.append(g.T @ g)
+    return FrictionDesign(law, guesses, np.array(known), data.n, _scatter(fit, data), True)
+
+
+def _scatter(fit: FrictionFit, data: ls.Points) -> float:
+    """Standard deviation of a new point, from a fit's pairs of directions, or from its other points without any.
+
+    A few points hardly scatter about a law with as many parameters: what their own errors lead to expect counts beside
+    them, as much as ``_EXPECTED`` degrees of freedom (a scaled inverse chi-square prior).
+    """
     pairs = data.direction == 0
-    sd = float(np.median(data.sd[pairs] if pairs.any() else data.sd))
-    return FrictionDesign(law, guesses, np.array(known), data.n, sd, True)
+    rows = pairs if pairs.any() else np.ones(data.n, dtype=bool)
+    own = np.array([point.se_nm for point in fit.points])[rows]
+    freedom = max(0, int(np.count_nonzero(rows)) - _FREE)
+    seen, expected = float(np.median(data.sd[rows])), _BEYOND * float(np.median(own))
+    return float(np.sqrt((freedom * seen**2 + _EXPECTED * expected**2) / (freedom + _EXPECTED)))
 
 
 def _guesses(level: float, slope: float) -> tuple[Mapping[str, float], ...]:

@@ -29,7 +29,7 @@ class ArmLimits:
         speed, acceleration, jerk: (j,).
         torque: (j,), the share that may be asked for taken.
         start: (j,) where the motion starts and ends.
-        assumed: which limits nobody states, in words.
+        assumed: which limits are not stated, in words.
     """
 
     joint_names: tuple[str, ...]

@@ -69,7 +69,7 @@ def csv_text(plan: Plan, names: Sequence[str]) -> str:
     out = io.StringIO()
     for line in (
         plan.file.statement,
-        "time in s, q in rad (m), dq in rad/s (m/s); every 10 ms and at changes of jerk, exactly cubic between rows",
+        "time in s, q in rad (m), dq in rad/s (m/s), every 10 ms and where the jerk changes; cubic between rows",
     ):
         out.write(f"# {line}\n")
     # a jerk is a third difference: it needs the digits

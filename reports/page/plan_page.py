@@ -29,7 +29,7 @@ def plan_page(plan: Plan) -> str:
         ("Limits", rows.LIMIT_HEAD, rows.limit_rows(file), "Hard: no part of the motion passes one."),
     ]  # fmt: skip
     notes = [
-        ("Taken for granted, since it was not stated", file.assumed),
+        ("Taken for granted, not stated", file.assumed),
         ("Surroundings", file.surroundings),
         ("Links with a shape of the description", file.shapes),
         ("Links as capsules", [f"{joint}: radius {1e3 * r:.0f} mm" for joint, r in file.capsules_m.items()]),

@@ -38,7 +38,7 @@ def plan_text(plan: PlanFile, width: int | None = None) -> str:
         wrapped(plan.statement, width),
         f"\nMotion: {duration(plan.duration_s)} of at most {asked}\n",
         _part("Limits", LIMIT_HEAD, limit_rows(plan), width),
-        _notes("Taken for granted, since it was not stated", plan.assumed, width),
+        _notes("Taken for granted, not stated", plan.assumed, width),
         _notes("Surroundings", (*plan.surroundings, *_shapes(plan)), width),
         _part("Sweeps", SWEEP_HEAD, sweep_rows(plan), width),
         f"\nExciting trajectory: {exciting}\n",

@@ -46,6 +46,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     )
     from collaudit.cli.drafts.draft_json import draft_json
     from collaudit.cli.drafts.earlier_guesses import guesses_of
+    from collaudit.cli.drafts.torque_constants import add_torque_constants
     from collaudit.cli.drafts.trial import try_again, try_log
     from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
@@ -76,6 +77,7 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         guesses_of(loaded.path, overrides()),
     )
     place = output or Path("collaudit.toml")
+    add_torque_constants(draft, files, place)
     trial = try_log(files, parse_config(draft.text(), place))
     if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
         raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may

@@ -76,7 +76,17 @@ class Draft:
                 for name, target in value.items():
                     self.sections[dotted].give(name, target, guess=("log", "joint_names", name) in self._guesses)
             else:
-                self.sections[table].give(key, value, guess=tuple(dotted.split(".")) in self._guesses)
+                self._section(table).give(key, value, guess=tuple(dotted.split(".")) in self._guesses)
+
+    def _section(self, name: str) -> Section:
+        """A section by its name; one that a draft usually does not have comes after those of its table."""
+        if name not in self.sections:
+            top = name.partition(".")[0]
+            before = max((k for k, known in enumerate(self.sections) if known.partition(".")[0] == top), default=99)
+            order = list(self.sections.items())
+            order.insert(before + 1, (name, Section(name)))
+            self.sections = dict(order)
+        return self.sections[name]
 
     def text(self) -> str:
         """The file."""

@@ -481,7 +481,8 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-unit-raw": Kind(
         "The effort is not in N·m; thresholds in N·m cannot be judged.",
-        'State unit or torque constants in [log.units], or fit with [fit] estimate = ["gain"]. Else nothing is judged.',
+        "State unit or torque constants in [log.units]; or fit a motion that loads each joint by gravity, or with a "
+        "known load: its gain is then identified.",
         _WARNING,
     ),
     "model-no-inertials": Kind(

@@ -77,10 +77,17 @@ def fit_arm(
     if known is None:
         sections = sections_of(seen(whole), config, stage(progress, 0.0, 0.35))
         fits = fit_joints(seen(whole), config, stage(progress, 0.35, 1.0), sections)
+        silent = [j for j, fit in fits.items() if fit.model is None and _has_no_gain(j, logs, identified)]
+        if silent:  # their friction is known in the log's own unit
+            fits |= {j: fit for j, fit in fit_joints(seen(logs), config).items() if j in silent}
     else:
         sections = list(known.sections)
         fits = refit_joints(seen(whole), known.fits, sections, config)
     return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings), tuple(sections))
+
+
+def _has_no_gain(joint: str, logs: Sequence[Prepared], identified: Identified | None) -> bool:
+    return logs[0].series.effort_unit == "raw" and identified is not None and identified.joints[joint].gain is None
 
 
 def without_samples(prepared: Prepared, left_out: BoolArray) -> Prepared:

@@ -43,14 +43,16 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
             needs inertials, or more motion.
     """
     asked, robot = wanted(config), prepared[0].robot
-    with_gain = asked == "auto" and bool(config.log.units.torque_constant_nm_per_a)
+    raw = prepared[0].series.effort_unit == "raw"
+    with_gain = asked == "auto" and (raw or bool(config.log.units.torque_constant_nm_per_a))
     tried = candidates_of(asked, config, with_gain, prepared[0].effort_source != "joint")
-    if asked == "auto" and config.robot.tool.mass_kg == "estimate":
+    if asked == "auto" and raw:  # without its gain an effort is no torque
+        tried = tuple(one for one in tried if "gain" in one.estimate)
+    elif asked == "auto" and config.robot.tool.mass_kg == "estimate":
         tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
     nothing = Candidate((), tried[0].width)
-    raw = prepared[0].series.effort_unit == "raw"
     if asked == "auto":
-        if raw or not robot.has_inertials or any(log.series.effort is None for log in prepared):
+        if not robot.has_inertials or any(log.series.effort is None for log in prepared):
             return nothing, None
     elif not tried[0].estimate:
         return nothing, None
@@ -85,8 +87,16 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
             gains[tool] = told
         return found
 
-    # of the effort as it is stated: divided by a gain, errors would look the smaller the larger the gain
-    left = [held_out(terms_of(motion, regressor, one), one, _parts(motion)) * one.gain for one in map(unknowns, tried)]
+    # one scale for all: each divided by its own gain, errors would look the smaller the larger the gain
+    scale = unknowns(tried[0]).gain if raw else np.ones(len(robot.joint_names))
+    if not np.isfinite(scale).any():
+        return nothing, None
+    left = [
+        held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
+        for one in map(unknowns, tried)
+    ]
+    if not np.isfinite(left).all(axis=0).any():  # no sample by which all can be compared
+        return tried[0], None
 
     def refused(one: Candidate) -> str:
         light = asked == "auto" and "tool" in one.estimate and _weighs_less(prepared, config, one)
@@ -122,7 +132,8 @@ def choose_estimate(
     """
     rms = np.array([_rms(rest) for rest in left])
     usual = np.min(np.where(np.isfinite(rms), rms, np.inf), axis=0)
-    loss = np.array([_by_cluster(rest, usual, cluster) for rest in left])
+    told = np.isfinite(left).all(axis=0)  # a joint whose gain some candidates do not tell compares none of them
+    loss = np.array([_by_cluster(np.where(told, rest, np.nan), usual, cluster) for rest in left])
     mean, open_, taken = loss.mean(axis=1), np.ones(len(tried), dtype=bool), _simplest(loss)
     if why := refused(tried[taken]):
         open_ = np.array(["tool" not in one.estimate for one in tried])

@@ -1,9 +1,9 @@
 """Result types of a planned motion, as they stand in ``plan.json``."""
 
+from dataclasses import dataclass
 from typing import Literal
 
 from collaudit.core.data.audit_result import Provenance
-from collaudit.core.dataclass import dataclass
 
 PLAN_SCHEMA = "collaudit/plan/1"
 #: What every file of a plan says.

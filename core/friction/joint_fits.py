@@ -59,10 +59,10 @@ def fit_joints(
     for log, found in zip(prepared, sections or sections_of(prepared, config), strict=True):
         for joint in log.judged:
             seen, both = _of_sections(joint, log, found, config)
-            sections = len(found.of(joint))
-            counts[joint] += sections
+            count = len(found.of(joint))
+            counts[joint] += count
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
-            alone = sections - sum(2 if point.source == "pair" else 1 for point in seen)
+            alone = count - sum(2 if point.source == "pair" else 1 for point in seen)
             if alone:
                 rejected[joint][_ALONE if log.rigid_nm is None else _UNKNOWN] += alone
             points.setdefault(joint, []).extend(seen)

@@ -9,12 +9,12 @@ Chaloner and Verdinelli, Statistical Science 10, 1995).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.dataclass import dataclass
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction.fit_quality import point_arrays, with_scatter
 from collaudit.core.friction.friction_model import FrictionModel

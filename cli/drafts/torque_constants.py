@@ -68,11 +68,12 @@ def _gains(
     except CollauditError:
         found = None
     told = {} if found is None else found.joints
-    return tuple(prepared.judged), {
-        joint: (one.gain, *one.gain_ci95)
-        for joint, one in told.items()
-        if joint in prepared.judged and one.gain and one.gain_ci95 and None not in one.gain_ci95
-    }
+    constants = {}
+    for joint in (joint for joint in told if joint in prepared.judged):
+        gain, (low, high) = told[joint].gain, told[joint].gain_ci95 or (None, None)
+        if gain and low is not None and high is not None:
+            constants[joint] = (gain, low, high)
+    return tuple(prepared.judged), constants
 
 
 def _constant(gain: float, low: float, high: float) -> str:

@@ -31,7 +31,7 @@ SETUP := setup.cfg pyproject.toml
 # As pip does for a wheel: where PYTHONDONTWRITEBYTECODE is set, every command would compile all its modules again (0.3 s).
 COMPILED = $(RUN)/bin/python -m compileall -q $(PACKAGES)
 
-.PHONY: demo test check lint types bench fuzz sharpness spoilt docs clean bounds lock sbom vulnerabilities wheel-twice soak
+.PHONY: demo test check lint types bench fuzz sharpness spoilt plan-bench docs clean bounds lock sbom vulnerabilities wheel-twice soak
 
 demo: $(RUN)/.installed
 	$(RUN)/bin/collaudit demo -o $(DEMO_OUT)
@@ -74,6 +74,13 @@ sharpness: $(RUN)/.dev
 
 spoilt: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/spoilt_logs.py --seed $(SEED) -o docs/spoilt-logs.md
+
+# What planned motions deliver on simulated arms, and whether thousands of plans keep all limits (docs/plan.md).
+PLAN_ARGS ?= --seeds 3 --default
+PLANS ?= 100
+plan-bench: $(RUN)/.dev
+	$(RUN)/bin/python tests/bench/plan_table.py --data $(DATA) $(PLAN_ARGS) -o build/plan-table.md
+	$(RUN)/bin/python tests/bench/plan_limits.py --data $(DATA) --plans $(PLANS)
 
 # Supply chain. bounds: selftest with the oldest and the newest dependencies allowed; lock: exact versions for CI and the
 # bill of materials; sbom: CycloneDX; vulnerabilities: pip-audit, which fails where it could not ask about a package.

@@ -15,6 +15,7 @@ from typing import Any
 import click
 import msgspec
 
+from collaudit.cli.group import ALL_OPTIONS
 from collaudit.cli.main import collaudit
 from collaudit.cli.man_pages import man_pages
 from collaudit.cli.output_schemas import output_schema_texts
@@ -118,7 +119,11 @@ def findings_page() -> str:
 
 def commands_page() -> str:
     """The help of every command."""
-    lines = ["# Commands", "", "What `collaudit --help` and `collaudit COMMAND --help` print."]
+    lines = [
+        "# Commands",
+        "",
+        "What `collaudit --help` and `collaudit COMMAND --help` print, all options explained (`--more`).",
+    ]
     lines += ["", "_Generated from the commands by `make docs`._"]
     for name in ("", *(entry.name for entry in collaudit.entries)):
         title = f"collaudit {name}".strip()
@@ -127,14 +132,16 @@ def commands_page() -> str:
 
 
 def help_text(name: str) -> str:
-    """What ``collaudit NAME --help`` prints on a terminal of 80 columns."""
+    """What ``collaudit NAME --help`` prints on a terminal of 80 columns, with ``--more`` where a command has it."""
     top = click.Context(collaudit, info_name="collaudit", terminal_width=80, help_option_names=["-h", "--help"])
     if not name:
         return collaudit.get_help(top).rstrip()
     command = collaudit.get_command(top, name)
     if command is None:
         raise KeyError(name)
-    return command.get_help(click.Context(command, info_name=name, parent=top, terminal_width=80)).rstrip()
+    context = click.Context(command, info_name=name, parent=top, terminal_width=80)
+    context.meta[ALL_OPTIONS] = True
+    return command.get_help(context).rstrip()
 
 
 def _config_row(key: Key) -> str:

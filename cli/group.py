@@ -6,12 +6,16 @@ import difflib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from textwrap import wrap
 
 import click
 
 from collaudit.cli.outputs import refuse_input_as_output
 from collaudit.core.numeric.allocator import room_for_linear_algebra
 
+#: In a context: all options are explained.
+ALL_OPTIONS = "collaudit.help.all"
+_MORE = "Explain all options and exit."
 #: An option is suggested for one at least so like it: "--gama" and "--gamma" are 0.92, "--quiet" and "--set" 0.67.
 _ALIKE = 0.75
 
@@ -33,11 +37,37 @@ class ExampleCommand(click.Command):
     """A command whose help starts with examples, then usage, words and options."""
 
     examples: tuple[str, ...] = ()
+    common: frozenset[str] = frozenset()
 
     def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the help, examples first."""
         write_examples(formatter, self.examples)
         super().format_help(ctx, formatter)
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """With ``--more`` where only the common options are explained at first."""
+        own = super().get_params(ctx)
+        more = click.Option(["--more"], is_flag=True, is_eager=True, expose_value=False, callback=_more, help=_MORE)
+        return [*own[:-1], more, *own[-1:]] if self.common else own
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The common options, and the names of the others; with ``--more`` those are explained, too."""
+        if not self.common:
+            super().format_options(ctx, formatter)
+            return
+        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
+        known = [(param, record) for param in options if (record := param.get_help_record(ctx))]
+        first = [record for param, record in known if {param.name, *param.opts} & {*self.common, "--more", "--help"}]
+        rest = [record for _, record in known if record not in first]
+        with formatter.section("Options"):
+            formatter.write_dl(first)
+        with formatter.section("More"):
+            if ctx.meta.get(ALL_OPTIONS):
+                formatter.write_dl(rest)
+            else:
+                names = ", ".join(record[0].split(" ")[0].rstrip(",") for record in rest)
+                lines = wrap(names, formatter.width - formatter.current_indent, break_on_hyphens=False)
+                formatter.write("".join(f"{'':{formatter.current_indent}}{line}\n" for line in lines))
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """As click does it, with suggestions for an unknown option only where they are alike."""
@@ -49,11 +79,11 @@ class ExampleCommand(click.Command):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run the command, unless its output is one of its inputs."""
-        from collaudit.cli.settings import config_path, given_paths
+        from collaudit.cli.settings import given_paths, settings_file
 
         settings = {key: value for key, value in given_paths().items() if key != "friction.file"}  # is kept as it is
         takes_config = any(param.name == "config" for param in self.params)
-        if takes_config and self.name != "init" and (path := config_path()):  # init drafts it anew
+        if takes_config and self.name != "init" and (path := settings_file()):  # init drafts it anew
             settings["config"] = str(path)
         refuse_input_as_output({**settings, **ctx.params})
         try:
@@ -113,17 +143,27 @@ def write_examples(formatter: click.HelpFormatter, examples: Sequence[str]) -> N
     formatter.write("\n")
 
 
-def example_command(name: str, *examples: str) -> Callable[[Callable[..., int]], ExampleCommand]:
+def _more(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
+    if given:
+        ctx.meta[ALL_OPTIONS] = True
+        click.echo(ctx.get_help())
+        ctx.exit()
+
+
+def example_command(
+    name: str, *examples: str, common: Sequence[str] = ()
+) -> Callable[[Callable[..., int]], ExampleCommand]:
     """Make a function into a command; its docstring is the help, its return value the exit code.
 
     Args:
         name: the command's name.
         examples: shell lines, shown first.
+        common: options that the help explains, the others being named only; none: it explains all.
     """
 
     def wrap(function: Callable[..., int]) -> ExampleCommand:
         command = click.command(cls=ExampleCommand, name=name)(function)
-        command.examples = examples
+        command.examples, command.common = examples, frozenset(common)
         return command
 
     return wrap

@@ -35,6 +35,7 @@ _COMMANDS = (
     CommandEntry("recommend", "Recommend thresholds with their evidence."),
     CommandEntry("report", "Write the report of finished runs."),
     CommandEntry("audit", "Everything above, for one log or thousands."),
+    CommandEntry("plan", "Plan the motion that would settle what the data leave open."),
     CommandEntry("trend", "What changed over the nights of a store of results."),
     CommandEntry("query", "Ask a store of results in SQL."),
     CommandEntry("check", "Check configurations without a log."),

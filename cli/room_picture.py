@@ -33,6 +33,7 @@ ROOMS = (
     "policy",
     "provenance",
     "fitting",
+    "plan",
     "audit",
     "api",
 )

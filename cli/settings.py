@@ -29,16 +29,20 @@ CommandFunction = Callable[..., int]
 Decorator = Callable[[CommandFunction], CommandFunction]
 
 
+def settings_file() -> Path | None:
+    """The file given by ``-c``, else ``collaudit.toml`` of the working folder."""
+    return given_config() or (DEFAULT if DEFAULT.is_file() else None)
+
+
 def config_path() -> Path | None:
-    """The file given by ``-c``, else ``collaudit.toml`` of the working folder, which is said once."""
-    meta = click.get_current_context().meta
-    path = meta.get(_PATH) or meta.get(_FOUND)
-    if path is None and DEFAULT.is_file():
+    """As :func:`settings_file`, for a command that reads it: a file that was not named is said once."""
+    path, meta = settings_file(), click.get_current_context().meta
+    if path is not None and path != meta.get(_PATH) and not meta.get(_FOUND):
         from collaudit.cli.console import note
 
-        path = meta[_FOUND] = DEFAULT
+        meta[_FOUND] = True
         note(f"settings of {DEFAULT} in this folder are used; -c names another file")
-    return path if isinstance(path, Path) else None
+    return path
 
 
 def given_config() -> Path | None:

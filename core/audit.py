@@ -145,7 +145,7 @@ def audit_log(
     short = shortfalls(config.policy, coverage, sensitivity, judged.inputs, sliding)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
-    findings += missing_labels(series, config.detect) if truth is None else []
+    findings += missing_labels(series, config) if truth is None else []
     findings = list(in_joint_units(findings, sliding))
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)
     verdict, reasons = decide(config.policy, evidence)

@@ -1,4 +1,4 @@
-"""Audits with a store: what is to be recorded of each log, and all records appended as one batch at the end."""
+"""Audits with a store: what is to be recorded of each log, and the records of a night."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from collaudit.cli.batch.night_records import RecordWanted
 from collaudit.core.errors import ConfigError
 
 if TYPE_CHECKING:
+    from collaudit.core.history.log_record import LogRecord
     from collaudit.reports.values.entries import IndexEntry
 
 #: In ``--robot``: the name of the folder that a log lies in.
@@ -46,28 +47,23 @@ def with_records(jobs: Sequence[LogJob], store: str | None, robot: str | None, n
     return made
 
 
-def append_night(store: str, jobs: Sequence[LogJob], outcomes: Sequence[Outcome], decided: Sequence[IndexEntry]) -> int:
-    """Append the records of all logs as one batch.
+def night_records(
+    jobs: Sequence[LogJob], outcomes: Sequence[Outcome], decided: Sequence[IndexEntry]
+) -> dict[str, LogRecord]:
+    """The records of all logs of which one is wanted, by name.
 
     Args:
-        store: folder or URL.
         jobs, outcomes: of the audit, in one order.
         decided: in that order, with the verdicts that the policy of the night came to.
-
-    Returns:
-        How many records were added.
     """
-    from collaudit.reports.store.result_store import ResultStore
-
-    made = []
+    made = {}
     for job, one, entry in zip(jobs, outcomes, decided, strict=True):
         record = one.record
         if record is None and job.wanted is not None:
             record = job.wanted.of_unread(job.files, one.entry.name, one.entry.error or "")
         if record is not None:
-            made.append(replace(record, decided_verdict=entry.verdict, decided_reasons=entry.reasons))
-    ResultStore(store).append(made)
-    return len(made)
+            made[entry.name] = replace(record, decided_verdict=entry.verdict, decided_reasons=entry.reasons)
+    return made
 
 
 def _robot(job: LogJob, stated: str | None) -> str | None:

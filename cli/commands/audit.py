@@ -21,10 +21,12 @@ from collaudit.reports.formats.registry import FORMATS, formats_of_many, summary
 _MOST_LOGS = 20
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from collaudit.cli.batch.audit_one import Outcome
     from collaudit.core.data.audit_result import AuditResult
+    from collaudit.core.history.log_record import LogRecord
+    from collaudit.core.history.robot_trend import RobotTrend
     from collaudit.reports.values.entries import IndexEntry
 
 
@@ -41,6 +43,17 @@ def _day(_ctx: click.Context, _param: click.Parameter, text: str | None) -> date
     "collaudit audit nightly/ -c collaudit.toml --friction friction.json -o out/ -j 4",
     "find nightly -name '*.mcap' | collaudit audit - -c fleet.toml -o out/",
     "collaudit audit 'logs/*.bag' --urdf arm.urdf --gamma 4 --n 13 -o out/ --format junit",
+    common=(
+        "--output",
+        "--jobs",
+        "--format",
+        "--resume",
+        "--baseline",
+        "--store",
+        "--config",
+        "--friction",
+        "--verbose",
+    ),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG|DIR|GLOB|URL|-...")
 @click.option(
@@ -164,7 +177,7 @@ def command(
     from collaudit.cli.batch.finished_logs import finished_outcomes, merged
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.cli.batch.logs_in_turn import audit_logs
-    from collaudit.cli.batch.store_append import append_night, with_records
+    from collaudit.cli.batch.store_append import night_records, with_records
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
     from collaudit.cli.fleet.fail_fast import until_failure
@@ -180,7 +193,9 @@ def command(
     from collaudit.reports.files.signature_file import signing_key, write_signature
     from collaudit.reports.page.index import summary_json, write_index
     from collaudit.reports.page.shared_assets import write_assets
+    from collaudit.reports.store.result_store import ResultStore
     from collaudit.reports.values.entries import verdict_counts
+    from collaudit.reports.values.night import night_sentence, nights_before
 
     key = None if sign is None else signing_key(sign, os.environ.get("COLLAUDIT_SIGN_PASSWORD"))
     extra = parse_formats(formats, formats_of_many()) if formats else []
@@ -209,16 +224,21 @@ def command(
         outcomes = merged(len(work), kept, judged)
         decisions = policy.decide(work, outcomes)
         entries = decisions.entries
-        write_index(output, entries)
+        tonight, nights = night_records(work, outcomes, entries), store or history
+        stored = [] if nights is None else ResultStore(nights).records()
+        before, sentence = nights_before(tonight, stored), night_sentence(entries, _trends(tonight, stored))
+        write_index(output, entries, sentence, before)
         write_assets(output)
         atomic_write(output / POLICY_NAME, json_text(decisions.file))
-        _write_extra(output, extra, decisions.results, [outcome.entry for outcome in outcomes if not outcome.result])
+        unread = [outcome.entry for outcome in outcomes if not outcome.result]
+        _write_extra(output, extra, decisions.results, unread, sentence)
         made = (loaded, *night.settings)
         write_manifest(output, night_manifest(output, work, outcomes, decisions, made, own_files()))
         if key is not None:
             write_signature(output, key)
         if store is not None:
-            note(f"{append_night(store, work, outcomes, entries)} logs added to the store {store}")
+            ResultStore(store).append(list(tonight.values()))
+            note(f"{len(tonight)} logs added to the store {store}")
         code = exit_code(decisions.verdicts)
         events.event("finished", exit_code=code, verdicts=verdict_counts(entries))
     print_findings(decisions.file.findings, err=True)
@@ -229,6 +249,15 @@ def command(
     if detail is not Detail.VERDICT:
         note(f"index page: {output / 'index.html'}")
     return code
+
+
+def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Sequence[RobotTrend]:
+    """Of the robots of tonight, over all nights; of a log that was judged again the new record counts."""
+    from collaudit.core.history.robot_trend import robot_trends
+
+    robots = {record.robot for record in tonight.values()}
+    every = {record.identity: record for record in (*stored, *tonight.values()) if record.robot in robots}
+    return robot_trends(list(every.values())) if stored else ()
 
 
 def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:
@@ -261,9 +290,9 @@ def _say_error(outcome: Outcome) -> None:
 
 
 def _write_extra(
-    output: Path, formats: Sequence[str], results: Sequence[AuditResult], unread: Sequence[IndexEntry]
+    output: Path, formats: Sequence[str], results: Sequence[AuditResult], unread: Sequence[IndexEntry], sentence: str
 ) -> None:
     from collaudit.reports.files.atomic import atomic_write
 
     for name in formats:
-        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread))
+        atomic_write(output / f"summary{FORMATS[name].suffix}", summary_text(results, name, unread, sentence))

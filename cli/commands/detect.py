@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     "collaudit detect run.bag --urdf arm.urdf --gamma 4 --persistence-ms 25 --json",
     "collaudit detect hits.mcap -c hits.toml --friction friction.json --truth hits.truth.json",
     "collaudit detect run.db3 -c collaudit.toml --gamma joint1=4,joint2=6 --watch joint1,joint2",
+    common=("--output", "--friction", "--gamma", "--persistence-ms", "--study", "--json", "--config", "--verbose"),
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option(

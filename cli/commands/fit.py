@@ -22,11 +22,13 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
     "collaudit fit day1.bag day2.bag --urdf arm.urdf -o friction.json",
     "collaudit fit run.db3 -c collaudit.toml --model coulomb-viscous --json",
     "collaudit fit empty.mcap laden.mcap -c collaudit.toml --load 0 --load 2.5,0,0,0.06 -o friction.json",
+    "collaudit fit earlier.mcap planned.mcap -c collaudit.toml --plan plan/plan.json -o friction.json",
     "collaudit fit touched.mcap -c collaudit.toml --truth contacts.csv -o friction.json",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to write friction.json.")
 @click.option("--json", "as_json", is_flag=True, help="Print friction.json instead of a table.")
+@click.option("-v", "--verbose", is_flag=True, help="Print all that was identified: ways to fit, delays, trends.")
 @click.option(
     "--load",
     "loads",
@@ -35,16 +37,29 @@ from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS
     help="Known mass beyond the configured tool, and where in the tool's frame, m; once for each log, in order. Logs "
     'that differ by it tell the drive gains ([fit] estimate with "gain").',
 )
+@click.option(
+    "--plan",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="A plan.json that the logs carried out: also say what it delivered beside its predictions.",
+)
 @contact_options
 @config_option
 @robot_options
 @friction_options
 def command(
-    logs: tuple[str, ...], output: Path | None, as_json: bool, loads: tuple[str, ...], truth: tuple[Path, ...]
+    logs: tuple[str, ...],
+    output: Path | None,
+    as_json: bool,
+    verbose: bool,
+    loads: tuple[str, ...],
+    plan: Path | None,
+    truth: tuple[Path, ...],
 ) -> int:
     """Identify friction per joint from stretches of constant velocity, of one log or several together.
 
-    Every parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
+    It prints a line a joint and what to do for what the data leave open; -v prints all that was identified. Every
+    parameter comes with its 95 % interval; parameters that the data cannot determine are listed.
 
     Contacts, stops and faults in a log are found and left out, or known ones where --truth or --labels says so.
 
@@ -53,10 +68,14 @@ def command(
     """
     from collaudit.core import api
     from collaudit.core.detection.fitted_rule import rise_findings
+    from collaudit.core.plan.prediction import delivered
+    from collaudit.reports.files.plan_file import read_plan
     from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
     from collaudit.reports.terminal.fit_text import fit_text
+    from collaudit.reports.terminal.plan_text import delivered_text
 
     loaded = load_settings()
+    planned = None if plan is None else read_plan(plan)
     found = api.find_logs(logs, loaded)
     known = known_contact(truth, len(found))
     with progress("fitting") as report:
@@ -70,7 +89,9 @@ def command(
     if as_json:
         say_json(friction_json(friction))
     else:
-        say(fit_text(friction, terminal_width()), nl=False)
+        say(fit_text(friction, terminal_width(), verbose), nl=False)
+    if planned is not None:
+        say(delivered_text(delivered(planned, friction), terminal_width()), nl=False, err=as_json)
     print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True, brief=True)
     if output is not None:
         note(f"friction written to {output}")

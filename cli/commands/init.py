@@ -8,7 +8,7 @@ import click
 
 from collaudit.cli.console import note, print_findings, say, say_json
 from collaudit.cli.group import example_command
-from collaudit.cli.settings import config_option, given_paths, load_settings, robot_options
+from collaudit.cli.settings import config_option, given_paths, load_settings, overrides, robot_options
 from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, ConfigError
 
 
@@ -38,8 +38,15 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
     """
     from collaudit.cli.drafts.choice_evidence import add_choice_evidence
     from collaudit.cli.drafts.draft import Draft
-    from collaudit.cli.drafts.draft_evidence import add_channel_facts, add_measurements, add_rest_threshold
+    from collaudit.cli.drafts.draft_evidence import (
+        add_channel_facts,
+        add_effort_kind,
+        add_measurements,
+        add_rest_threshold,
+    )
     from collaudit.cli.drafts.draft_json import draft_json
+    from collaudit.cli.drafts.earlier_guesses import guesses_of
+    from collaudit.cli.drafts.torque_constants import add_torque_constants
     from collaudit.cli.drafts.trial import try_again, try_log
     from collaudit.cli.drafts.trial_words import came_of_it, missing, next_step
     from collaudit.cli.log_arguments import one_log
@@ -67,8 +74,10 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         csv,
         [joint.name for joint in robot.joints if joint.kind == "prismatic"] if robot else (),
         given_paths(),
+        guesses_of(loaded.path, overrides()),
     )
     place = output or Path("collaudit.toml")
+    add_torque_constants(draft, files, place)
     trial = try_log(files, parse_config(draft.text(), place))
     if trial.obstacle is not None and not summary.csv_columns and not draft.problems:
         raise trial.obstacle  # no line of a configuration would mend this; naming columns or joints may
@@ -76,6 +85,8 @@ def command(logs: tuple[str, ...], output: Path | None, force: bool, as_json: bo
         draft.sections["log.csv"].remarks.append("MISSING: " + " ".join(trial.obstacle.render().split()))
     if draft.problems and robot is not None:
         add_choice_evidence(draft.sections, draft.text(), files, place)
+    if trial.prepared is not None and add_effort_kind(draft.sections, trial.prepared):
+        trial = try_again(trial, parse_config(draft.text(), place))
     add_measurements(draft.sections, trial)
     if trial.prepared is not None:
         delays = add_channel_facts(draft.sections, trial.prepared, loaded.config)

@@ -11,7 +11,7 @@ from collaudit.cli.console import note, print_findings, say, say_json, terminal_
 from collaudit.cli.group import example_command
 from collaudit.cli.obstacles import forbidding, read_findings
 from collaudit.cli.settings import config_option, load_settings, robot_options
-from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, LogError, NotJudgedError
+from collaudit.core.errors import EXIT_NOT_JUDGED, EXIT_PASS, CollauditError, ConfigError, LogError, NotJudgedError
 
 if TYPE_CHECKING:
     from collaudit.core.api import LogFiles
@@ -47,10 +47,11 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
     from collaudit.reports.values.visible_text import visible
 
     loaded = load_settings()
-    looks = []
+    looks, unusable = [], None
     for files in find_logs(logs, loaded):
         summary = describe(files, loaded.config.log)
         error, checked = _audit_findings(files, loaded)
+        unusable = unusable or (error if isinstance(error, ConfigError) else None)
         known = set(summary.findings)
         findings = (*summary.findings, *(finding for finding in checked if finding not in known))
         looks.append(_Look(summary, findings, error))
@@ -62,6 +63,8 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
             name = visible(look.summary.name)
             say(click.style(name, bold=True) + described.removeprefix(look.summary.name).removeprefix(name))
             print_findings(look.findings, brief=True)
+    if unusable is not None:
+        raise unusable  # what is in the log was said first
     obstacles = [(look.summary.name, text) for look in looks if (text := look.obstacle())]
     for name, text in obstacles:
         note(f"{name}: cannot be judged as it is: {text}")
@@ -90,16 +93,16 @@ class _Look:
 
 
 def _audit_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[CollauditError | None, tuple[Finding, ...]]:
-    """What reading the log with its robot shows; nothing without a robot.
+    """What reading the log with its robot shows, or why it cannot be read so; nothing without a robot.
 
     Raises:
-        CollauditError: the robot or the settings cannot be used at all.
+        CollauditError: the robot cannot be used at all.
     """
     if loaded.config.robot.urdf is None and not loaded.config.robot.dh:
         return None, ()
     try:
         return None, read_findings(files, loaded)
-    except (LogError, NotJudgedError) as error:
+    except (ConfigError, LogError, NotJudgedError) as error:
         return error, ()
 
 

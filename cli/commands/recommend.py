@@ -38,6 +38,7 @@ RECOMMEND_SCHEMA = "collaudit/recommend/1"
     "collaudit recommend run/ --per-hour 0.01 --max-delay-ms 40",
     "collaudit recommend run/ --write collaudit.toml",
     "collaudit recommend hits.mcap -c collaudit.toml --truth contacts.csv",
+    common=("--write", "--per-hour", "--clean", "--truth", "--robot", "--friction", "--json", "--config", "--verbose"),
 )
 @click.argument("inputs", nargs=-1, metavar="RUN...|LOG...")
 @click.option("--store", metavar="STORE", help="Use the nights of a store as evidence instead (docs/history.md).")

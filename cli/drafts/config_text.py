@@ -78,23 +78,28 @@ class Section:
         """Append a line."""
         self.lines.append(Line(key, value, why, active and not choice, guess, choice))
 
-    def give(self, key: str, value: object) -> None:
-        """Put what the user stated in place of a guess or an example."""
-        self._put(Line(key, value, "as given"))
+    def guess(self, key: str, value: object, why: str) -> None:
+        """Put a guess in place of an example or another guess."""
+        self.put(Line(key, value, why, guess=True))
+
+    def give(self, key: str, value: object, *, guess: bool) -> None:
+        """Put what a file or flag says in place of a guess or an example; a guess of the file stays one."""
+        self.put(Line(key, value, "as in the configuration, stated by nobody" if guess else "as given", guess=guess))
 
     def replace(self, key: str, value: object, why: str) -> None:
         """Put a better example in place of an example; what counts already is left alone."""
         if not any(line.key == key and line.active for line in self.lines):
-            self._put(Line(key, value, why, active=False))
+            self.put(Line(key, value, why, active=False))
 
     def better(self, key: str, value: object, why: str) -> bool:
         """Put a better guess in place of a guess; whether there was one."""
         found = any(line.key == key and line.guess for line in self.lines)
         if found:
-            self._put(Line(key, value, why, guess=True))
+            self.put(Line(key, value, why, guess=True))
         return found
 
-    def _put(self, line: Line) -> None:
+    def put(self, line: Line) -> None:
+        """Put a line in place of the one of its key, or at the end."""
         for index, old in enumerate(self.lines):
             if old.key == line.key:
                 self.lines[index] = line

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from collaudit.core.logs.tables.column_vocabulary import is_label
 
 if TYPE_CHECKING:
     from collaudit.core.config import LoadedConfig
+    from collaudit.core.config.toml_lines import KeyPath
     from collaudit.core.findings import Finding
     from collaudit.core.logs import LogSummary, TopicInfo
     from collaudit.core.logs.column_guess import ColumnGuess
@@ -37,6 +38,7 @@ class Draft:
         columns: ColumnGuess | None,
         prismatic: Sequence[str] = (),
         paths: Mapping[str, str] | None = None,
+        guesses: Collection[KeyPath] = (),
     ) -> None:
         """Draft a configuration.
 
@@ -48,8 +50,10 @@ class Draft:
             columns: what the names of a table's columns say.
             prismatic: the robot's prismatic joints.
             paths: key to file as it was given by a flag.
+            guesses: keys that the file marks as guesses and no flag states.
         """
         self.problems: list[str] = []
+        self._guesses = guesses
         self._prismatic = tuple(prismatic)
         self._columns_found = columns
         self.summary = summary
@@ -70,9 +74,19 @@ class Draft:
             table, _, key = dotted.rpartition(".")
             if dotted == "log.joint_names" and isinstance(value, dict):
                 for name, target in value.items():
-                    self.sections[dotted].give(name, target)
+                    self.sections[dotted].give(name, target, guess=("log", "joint_names", name) in self._guesses)
             else:
-                self.sections[table].give(key, value)
+                self._section(table).give(key, value, guess=tuple(dotted.split(".")) in self._guesses)
+
+    def _section(self, name: str) -> Section:
+        """A section by its name; one that a draft usually does not have comes after those of its table."""
+        if name not in self.sections:
+            top = name.partition(".")[0]
+            before = max((k for k, known in enumerate(self.sections) if known.partition(".")[0] == top), default=99)
+            order = list(self.sections.items())
+            order.insert(before + 1, (name, Section(name)))
+            self.sections = dict(order)
+        return self.sections[name]
 
     def text(self) -> str:
         """The file."""

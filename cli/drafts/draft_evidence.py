@@ -71,6 +71,15 @@ def add_channel_facts(sections: Mapping[str, Section], prepared: Prepared, confi
     return _add_delays(sections["log"], prepared, config, facts)
 
 
+def add_effort_kind(sections: Mapping[str, Section], prepared: Prepared) -> bool:
+    """That gravity is not in the effort, where the data show it; whether they do."""
+    if prepared.start.effort_kind.compensated != "seen":
+        return False
+    why = "the effort holds the arm's inertia and none of its gravity; else motor-torque or joint-torque"
+    sections["log"].add("effort_kind", "gravity-compensated", why, guess=True)
+    return True
+
+
 def add_rest_threshold(sections: Mapping[str, Section], prepared: Prepared) -> bool:
     """Automatic thresholds for an arm that never moves: its own torque at rest tells them; whether they were put."""
     from collaudit.core.prepare.quiet_level import quiet_levels

@@ -93,7 +93,8 @@ def _tried(trial: Trial, log: JointLog, loaded: LoadedConfig, audit: bool, repor
         if not audit:
             return trial
         origin = make_provenance(loaded, None, robot.sha256)
-        own = friction is None and config.detect.gamma_nm == "auto"
+        # a fit tells automatic thresholds, and the gain of an effort in a unit of its own
+        own = friction is None and (config.detect.gamma_nm == "auto" or config.log.units.effort == "raw")
         report(2, 10)
         if own and (friction := _own_fit(prepared, loaded, origin, stage(report, 0.2, 0.6))) is not None:
             prepared = calibrated(prepared, Calibration.of(friction, config), config)

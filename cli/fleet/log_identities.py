@@ -16,8 +16,8 @@ from itertools import takewhile
 from pathlib import Path
 
 from collaudit.core.api import LogFiles, log_name
+from collaudit.core.data.distinct_names import distinct
 from collaudit.core.logs.log_formats import is_bag_folder
-from collaudit.core.numeric.distinct_names import distinct
 from collaudit.reports.page.shared_assets import ASSETS_FOLDER
 
 _LONGEST_FOLDER = 80
@@ -72,10 +72,10 @@ def _audited_folder(argument: str) -> Path | None:
 
 
 def _depth(file: Path, folders: Sequence[Path], alone: bool) -> int:
-    """How many of a path's last parts name the log."""
+    """How many of a path's last parts name the log; of a file in the working folder its name alone."""
     above = [len(folder.parts) for folder in folders if folder != file and file.is_relative_to(folder)]
     inside = len(file.parts) - max(above) if above else 1
-    return inside if above and alone else inside + 1
+    return inside if above and alone else min(inside + 1, len(file.parts))
 
 
 def _parts(files: LogFiles) -> tuple[str, ...]:

@@ -85,7 +85,7 @@ class NightPolicy:
         if "not-judged" in self._fail_on and "not_judged" in verdicts:
             verdicts.append("fail")
         return Decisions(
-            entries=tuple(replace(o.entry, verdict=d.verdict, reasons=d.reasons) for o, d in pairs),
+            entries=tuple(self._entry(o, d) for o, d in pairs),
             results=tuple(decided(o.result, d) for o, d in pairs if o.result is not None),
             verdicts=tuple(verdicts),
             file=PolicyFile(
@@ -97,6 +97,12 @@ class NightPolicy:
                 findings=tuple(findings),
             ),
         )
+
+    def _entry(self, outcome: Outcome, decision: LogDecision) -> IndexEntry:
+        """The line of a log as decided; with a baseline, the rule on contacts has counted those that are new."""
+        new = [int(one.value or 0) for one in decision.rules if one.rule == "contacts" and self._baseline is not None]
+        entry, count = outcome.entry, new[0] if new else None
+        return replace(entry, verdict=decision.verdict, reasons=decision.reasons, new_contacts=count)
 
     def _fresh(self) -> WaiverBook:
         return WaiverBook(self._policy.waivers, self._as_of, matches)

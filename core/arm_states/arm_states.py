@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.arm_states.drives_off import DrivesOff, drives_off
+from collaudit.core.arm_states.drives_off import DrivesOff, braking_before, drives_off
 from collaudit.core.arm_states.state_names import WORDS, state_of
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span, frozen
 from collaudit.core.numeric.tables import copied
 
 _LISTED = 20
@@ -67,11 +67,20 @@ def _flagged(series: UniformSeries, mask: BoolArray, true_events: Collection[str
         if kind is None or label.name in true_events or label.source in true_events:
             continue
         for start, end in label.intervals_s:
-            mask |= (series.time_s >= start) & (series.time_s <= end + series.period_s)
+            inside = np.flatnonzero((series.time_s >= start) & (series.time_s <= end + series.period_s))
+            if inside.size == 0:
+                continue
+            span = Span(int(inside[0]), int(inside[-1]) + 1)
             text = (
                 f"The log itself says '{label.name}' from {start:.4g} to {end:.4g} s: the arm was {WORDS[kind]}; not "
                 "judged there."
             )
+            first = braking_before(series, span) if kind == "off" else span.start
+            mask[first : span.stop] = True
+            if first < span.start:
+                start = float(series.time_s[first])
+                findings.append(Finding("arm-braked", "warning", text + _braked(start), label.source, None, start, end))
+                continue
             severity: Severity = "warning" if kind == "stopped" else "info"
             findings.append(Finding(f"arm-{kind}", severity, text, label.source, None, start, end))
     return findings
@@ -86,9 +95,12 @@ def _finding(series: UniformSeries, found: DrivesOff) -> Finding:
         "measured; not judged there."
     )
     if found.braked:
-        text += (
-            f" The arm was moving until then: its braking from {first:.4g} s on belongs to it. What stopped the arm "
-            "may have been a contact."
-        )
-        return Finding("arm-braked", "warning", text, start_s=first, end_s=last)
+        return Finding("arm-braked", "warning", text + _braked(first), start_s=first, end_s=last)
     return Finding("arm-off", "info", text, start_s=first, end_s=last)
+
+
+def _braked(since_s: float) -> str:
+    return (
+        f" The arm was moving until then: its braking from {since_s:.4g} s on belongs to it. What stopped the arm may "
+        "have been a contact."
+    )

@@ -81,6 +81,13 @@ def drives_off(series: UniformSeries, rigid_nm: FloatArray | None) -> list[Drive
     return sorted(out, key=lambda found: found.span.start)
 
 
+def braking_before(series: UniformSeries, state: Span) -> int:
+    """First sample of the braking that ends in a state without drives; that of the state where it ends in motion."""
+    speed = _fastest(series.velocity_rad_s)
+    stands = float(speed[state.stop - 1]) < MOVING_RAD_S
+    return _braking(speed, state.start, series) if stands else state.start
+
+
 def _alive(effort: FloatArray, rigid_nm: FloatArray | None) -> tuple[FloatArray, FloatArray | None]:
     """Both without joints whose effort is one value all through the log; whole where that is every joint.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.stats import SD_PER_MAD, distinct
+from collaudit.core.numeric.stats import SD_PER_MAD
 
 _BLOCKS = 10
 #: Standard deviation over the median of |third differences| of white noise: 1.4826 / sqrt(1 + 9 + 9 + 1).
@@ -83,7 +83,7 @@ def channel_scale(values: FloatArray) -> ChannelScale:
 def _step(values: FloatArray) -> float | None:
     """The grid on which values lie: every gap between neighbours in size is a whole multiple of it."""
     reach = float(np.ptp(values))
-    gaps = np.diff(distinct(values))
+    gaps = np.diff(np.unique(values))
     gaps = np.sort(gaps[gaps > _SAME * reach])
     if gaps.size < _FEWEST:
         return None

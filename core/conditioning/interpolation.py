@@ -9,9 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks, samples_at_once
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.tables import table
+from collaudit.core.numeric.tables import blocks, table
+
+#: Places at a time, of several columns.
+_AT_ONCE = 1 << 18
 
 
 def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
@@ -32,7 +34,7 @@ def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArra
     out[:first], out[last:] = values[0], values[-1]
     inside, between = x[first:last], out[first:last]
     for _ in ordered_map(
-        lambda block: _fill(inside[block], at, values, between[block]), list(blocks(inside.size, 4 * samples_at_once()))
+        lambda block: _fill(inside[block], at, values, between[block]), list(blocks(inside.size, _AT_ONCE))
     ):
         pass
     return out

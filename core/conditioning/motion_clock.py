@@ -15,7 +15,6 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import SD_PER_MAD, median_of, robust_sd
 
@@ -106,11 +105,9 @@ def motion_clock(
 
 def _steady(steps: FloatArray, usual: float) -> bool:
     """Whether most steps (n,) are near a multiple of the usual one; counting says so sooner than a median."""
-    near, limit = 0, _STEADY / SD_PER_MAD * (1.0 - 1e-9)
-    for block in blocks(steps.size):
-        ratio = steps[block] / usual
-        near += int(np.count_nonzero(np.abs(ratio - np.round(ratio)) <= limit))
-    return near > steps.size // 2 + 1 or _off_comb(steps / usual) <= _STEADY
+    ratio = steps / usual
+    near = np.count_nonzero(np.abs(ratio - np.round(ratio)) <= _STEADY / SD_PER_MAD * (1.0 - 1e-9))
+    return bool(near > steps.size // 2 + 1) or _off_comb(ratio) <= _STEADY
 
 
 def _off_comb(ratio: FloatArray) -> float:

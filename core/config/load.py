@@ -111,10 +111,11 @@ def _placed(config: Config, base_dir: Path) -> Config:
 def config_sha256(config: Config) -> str:
     """Hash of a configuration that is the same wherever its files lie.
 
-    Which robots there are besides, and what is decided over finished audits, is no part of it.
+    Which robots there are besides, what is decided over finished audits, and what motions are planned within, is no
+    part of it.
     """
     values: dict[str, dict[str, object]] = msgspec.to_builtins(config, enc_hook=lambda path: path.name)
-    del values["fleet"]
+    del values["fleet"], values["plan"]
     values["policy"] = {name: value for name, value in values["policy"].items() if name not in OF_DECISION}
     canonical = json.dumps(values, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()

@@ -10,6 +10,7 @@ from collaudit.core.config.config_table import ConfigTable, KeyedError, NonNegat
 from collaudit.core.config.schema_detect import DetectConfig, DynamicConfig, NearMissConfig, PhasesConfig
 from collaudit.core.config.schema_fleet import FleetConfig, FleetRobot
 from collaudit.core.config.schema_log import CsvConfig, FieldsConfig, LogConfig, UnitsConfig
+from collaudit.core.config.schema_plan import PlanConfig
 from collaudit.core.config.schema_policy import PolicyConfig, PolicyOverride, Waiver
 from collaudit.core.friction_laws.law_registry import LAWS, LawChoice
 
@@ -28,6 +29,7 @@ __all__ = [
     "LogConfig",
     "NearMissConfig",
     "PhasesConfig",
+    "PlanConfig",
     "PolicyConfig",
     "PolicyOverride",
     "ReportConfig",
@@ -290,4 +292,5 @@ class Config(ConfigTable, frozen=True, kw_only=True):
     policy: Annotated[PolicyConfig, about("What makes an audit fail.")] = PolicyConfig()
     study: Annotated[StudyConfig, about("What is found out about threshold and persistence.")] = StudyConfig()
     report: Annotated[ReportConfig, about("What stands at the top of a report.")] = ReportConfig()
+    plan: Annotated[PlanConfig, about("What a planned motion keeps within.")] = PlanConfig()
     fleet: Annotated[FleetConfig, about("Many robots: whose a log is, and with what it is judged.")] = FleetConfig()

@@ -151,11 +151,13 @@ class LogConfig(ConfigTable, frozen=True, kw_only=True):
             "offset, tool weight and centre that the friction file holds, from poses at rest."
         ),
     ] = "estimate"
-    effort_source: Annotated[
-        Literal["auto", "motor", "joint"],
+    effort_kind: Annotated[
+        Literal["auto", "motor-current", "motor-torque", "joint-torque", "gravity-compensated", "external"],
         about(
-            "motor: torque or current of the drives, gear friction included; joint: torque sensors behind "
-            "the gears, so that little friction hides external torque at rest; auto: joint for arms known to have them."
+            "motor-current, motor-torque: of the drives, gear friction included; joint-torque: sensors behind the "
+            "gears, so that little friction hides external torque at rest; gravity-compensated: of the drives, less "
+            "gravity by the controller; external: an estimate of external torque, which is not judged; auto: "
+            "joint-torque for arms known to have sensors, else motor-torque, and a question where gravity is missing."
         ),
     ] = "auto"
     effort_delay_ms: Annotated[float, about("How much later than the motion the effort is stamped; subtracted.")] = 0.0

@@ -94,7 +94,7 @@ class PolicyConfig(ConfigTable, frozen=True, kw_only=True):
     max_disturbed_at_rest: Annotated[
         int,
         Meta(ge=0),
-        about("Disturbances of standing joints, below what alarms, that a log may have; with more it is not judged."),
+        about("Pushes of standing joints, too weak to alarm, that a log may have; with more it is not judged."),
     ] = 0
     observable_n: Annotated[
         dict[str, Positive],

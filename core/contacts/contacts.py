@@ -136,7 +136,7 @@ def _peak_sample(prepared: Prepared, run: DetectorRun, group: Sequence[Collision
 def _note(beyond: Sequence[str], blind: Sequence[str]) -> str:
     if not beyond:
         return "The outermost judged joint reacted: the contact is at its link or further out."
-    text = f"Not further in; {', '.join(beyond)} did not react"
+    text = f"Not nearer the base than this. {', '.join(beyond)} did not react"
     if blind:
         text += f" (of these, {', '.join(blind)} could not be judged then)"
-    return text + ": a force through their axes would not show, so the contact may be further out."
+    return text + ". A force that points through their axes turns none of them, so the contact may be further out."

@@ -18,7 +18,6 @@ from collaudit.core.data.detection_result import ContactForce
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.prepare.prepared import Prepared
@@ -152,13 +151,6 @@ def _window(prepared: Prepared, sample: int) -> slice:
 
 def _noise(run: DetectorRun, j: int, residual: Callable[[slice], FloatArray]) -> float:
     judged = run.detected.state[:, j] == State.JUDGED
-    count = np.count_nonzero(judged)
-    if count < _LEAST_CLEAN:
-        return _DEFAULT_NOISE_NM
-    x, first = np.empty(count), 0
-    for block in blocks(judged.size):
-        here = residual(block)[judged[block]]
-        x[first : first + here.size] = here
-        first += here.size
-    x = x[~np.isnan(x)] if np.isnan(x).any() else x
+    x = residual(slice(None))[judged]
+    x = x[~np.isnan(x)]
     return robust_sd(x) if x.size >= _LEAST_CLEAN else _DEFAULT_NOISE_NM

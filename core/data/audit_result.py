@@ -1,7 +1,7 @@
 """Result types: what fit, detect and audit found, in the shape of the JSON files they become.
 
 Every class here mirrors one object of ``friction.json`` or ``audit.json`` key by key, so that writing is
-``dataclasses.asdict`` and reading is validation against the same classes (``reports/files.py``).
+``dataclasses.asdict`` and reading is validation against the same classes (``reports/files/run_files.py``).
 Plain Python numbers only; None stands for "not known", never for zero.
 """
 
@@ -109,7 +109,7 @@ class LogFacts:
     """The judged log. ``start`` is an ISO 8601 UTC time or None; ``sample_period_s`` of the uniform base.
 
     ``units`` by joint of what its drive exerts: ``N·m``, or ``N`` of a prismatic joint, whose thresholds and residuals
-    (``*_nm``) are forces and whose positions and speeds (``*_rad``) are m and m/s; empty in files of earlier versions.
+    (``*_nm``) are forces and whose positions and speeds (``*_rad``) are m and m/s.
     """
 
     name: str
@@ -156,7 +156,7 @@ class ResidualStats:
         clean_mean_abs_nm: mean over the judged samples half a second and more away from collisions.
         clean_s: their seconds.
         temperature_c: mean temperature of the joint, °C; None where the log has none.
-        temperature_range_c: lowest and highest; None where the log, or the file of an earlier version, has none.
+        temperature_range_c: lowest and highest; None where the log has none.
     """
 
     mean_abs_nm: float | None
@@ -228,7 +228,7 @@ class RecommendedRule:
         false_alarms_per_hour_upper95: one-sided 95 % Poisson bound from the observed hours only, without the tail.
         alternatives: (n, gamma_nm) at other persistences, found in the same way.
         missing: what evidence is missing.
-        tail: the tail of the clean residual that it is extrapolated by; None in files of earlier versions, too.
+        tail: the tail of the clean residual that it is extrapolated by; None without one.
         noticed_nm: an external torque of this size that lasts n samples is noticed at 95 % of the moments, whatever the
             residual is: gamma and the residual's 95 % quantile.
         loose: gamma is at most (95 %) so many times the least threshold that would have no alarm in 50 h of such logs;
@@ -317,8 +317,7 @@ class AuditResult:
         collisions: the alarms of single joints.
         contacts: the alarms that belong together, one each contact: what headline, policy and exit codes count.
         exclusions: what the verdict does not cover: time and joints that were not judged, torque that friction hid.
-        sensitivity: how small a torque or force would have alarmed, for how much of the time; None in files of
-            earlier versions.
+        sensitivity: how small a torque or force would have alarmed, for how much of the time; None where not told.
         disturbances: pushes on standing joints below what alarms, which friction hides but for their steps.
         unjudged: why the log cannot pass, whatever happened in it; a log that fails may have such reasons, too.
         stated: what ``[report]`` states of robot, tool, lab and operator.

@@ -88,7 +88,7 @@ class LevelFacts:
         lowest, median, highest: friction over its calibration, 1 = as calibrated.
         sd: median standard error.
         followed: False when the level was taken as calibrated.
-        mean: over the motion that tells it; None in results of earlier versions.
+        mean: over the motion that tells it; None without any.
     """
 
     lowest: float
@@ -175,7 +175,7 @@ class Contact:
         evidence: why.
         least_force: what it is at least, also where ``force`` is not known, and from what; None where nothing stands
             out.
-        scene: pose and speeds at the peak; None without a kinematic model, and in files of earlier versions.
+        scene: pose and speeds at the peak; None without a kinematic model.
     """
 
     onset_s: float

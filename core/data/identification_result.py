@@ -113,11 +113,13 @@ class TriedEstimate:
         what: what is identified.
         held_out_rms_nm: by joint, N·m (N if prismatic), over blocks of time left out, and logs where there are several.
         worse: mean squared error beyond that of the best candidate, in units of the best one's at each joint.
+        refused: why it was not a candidate after all; None where it was.
     """
 
     what: str
     held_out_rms_nm: dict[str, float]
     worse: float
+    refused: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

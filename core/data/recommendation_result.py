@@ -46,7 +46,7 @@ class RangeOfEvidence:
         standing: share of it at rest or just after a reversal.
         phases: share of each phase.
         temperature_c: lowest and highest temperature; None where the log has none.
-        reversals_per_h: changes of direction an hour; None in files of earlier versions.
+        reversals_per_h: changes of direction an hour; None where not counted.
     """
 
     fastest_rad_s: float

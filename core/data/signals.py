@@ -82,7 +82,7 @@ class Signals:
         state: (n, j) codes of :class:`State`.
         gamma_nm: (j,) threshold, NaN where there is none.
         least_nm, most_nm: (n, j) float32 range of the residual that friction within its interval allows, NaN outside
-            state FRICTION_INTERVAL; None where the detector or the file of an earlier version does not tell.
+            state FRICTION_INTERVAL; None where the detector does not tell.
         wrench: (n, 6) force in N and torque in N·m as the wrist sensor reads them; None where there is none.
     """
 

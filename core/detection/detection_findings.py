@@ -13,7 +13,6 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.residual.friction_level import LARGEST
@@ -106,7 +105,7 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
     Faster than friction was measured, or between unjudged samples, the residual is no evidence, but no clean bill.
     """
     state = run.detected.state[:, j]
-    above = exceeds(run.residual.torque_nm[:, j], run.threshold.of(j))
+    above = np.abs(run.residual.torque_nm[:, j]) > run.threshold.of(j)
     pinned = state == State.SATURATED  # a clipped effort bounds the residual from below: it counts as above
     evidence = state <= State.FRICTION_INTERVAL
     above &= evidence | pinned | (state == State.TOO_FAST) | (state == State.TOO_BRIEF)

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
 from collaudit.core.data.threshold_result import (
@@ -20,6 +22,8 @@ from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.findings import Finding
 from collaudit.core.prepare.quiet_level import QuietLevel
 
+#: A joint that stays within this cannot be judged for want of motion; the others can. rad (m of a prismatic joint)
+_HARDLY = 0.05
 #: Rounding of a persistence that is stated in ms and counted in samples.
 _SLACK = 1e-3
 _HOUR_S = 3600.0
@@ -59,6 +63,11 @@ def with_fitted_thresholds(
     for joint in missing:
         known = usable.joints.get(joint) if usable is not None else None
         reason = why or (known.reason if known is not None else None) or "the friction file has no threshold for it"
+        travel = _travel(series, joint)
+        if used and travel < _HARDLY:
+            text = f"Joint '{joint}' is not judged: it hardly moves ({travel:.2g} rad in all), and {reason}."
+            findings.append(Finding("gamma-missing", "warning", text, joint=joint))
+            continue
         text = f"Joint '{joint}' is not judged: gamma_nm = \"auto\", and {reason}."
         findings.append(Finding("gamma-missing", "error", text, joint=joint))
     if usable is not None and used:
@@ -66,6 +75,13 @@ def with_fitted_thresholds(
         findings += _beyond_drive(usable, {joint: level.gamma_nm for joint, level in used.items()})
     detect = config.detect.changed({"gamma_nm": gamma})
     return config.changed({"detect": detect}), follows, findings
+
+
+def _travel(series: UniformSeries, joint: str) -> float:
+    """How far a joint goes in all, rad (m)."""
+    position = series.position_rad[:, series.column(joint)]
+    known = position[np.isfinite(position)]
+    return float(np.ptp(known)) if known.size else 0.0
 
 
 def _persistence(config: Config, period_s: float) -> tuple[int, float]:

@@ -13,7 +13,6 @@ import numpy as np
 
 from collaudit.core.detection.rule import Event, Level
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import SD_PER_MAD, median_of
 
@@ -66,21 +65,13 @@ def _impulse_ratio(residual: FloatArray, evidence: BoolArray, gamma: Level, n: i
     if count <= 0:
         return out
     usable, reach = evidence & np.isfinite(residual), width + 2 * n
-    total = np.zeros(residual.size + 1)
-    np.copyto(total[1:], residual, where=usable)
-    np.cumsum(total[1:], out=total[1:])
-    for block in blocks(count):
-        level = gamma if isinstance(gamma, float) else gamma[n + block.start : n + block.stop]
-        counts, near = np.greater(level, 0.0), usable[block.start : block.stop + reach - 1]
-        if not near.all():
-            lost = np.cumsum(np.append(False, ~near), dtype=np.int32)
-            counts = counts & (lost[reach:] == lost[:-reach])
-        here = out[n + block.start : n + block.stop]
-        impulse = _impulse(total[block.start : block.stop + reach], n, width)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            np.divide(np.maximum(impulse, 0.0, out=impulse), n * level, out=here)
-        if not counts.all():
-            here[~np.broadcast_to(counts, here.shape)] = 0.0
+    total = np.append(0.0, np.cumsum(np.where(usable, residual, 0.0)))
+    lost = np.append(0, np.cumsum(~usable))
+    level = gamma if isinstance(gamma, float) else gamma[n : n + count]
+    counts = (lost[reach:] == lost[:-reach]) & np.greater(level, 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.maximum(_impulse(total, n, width), 0.0) / (n * level)
+    out[n : n + count] = np.where(counts, ratio, 0.0)
     return out
 
 

@@ -12,7 +12,6 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
@@ -46,7 +45,7 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
     def of_joint(joint: str) -> Finding | None:
         j = series.column(joint)
         assert residual.effort_nm is not None
-        moving = exceeds(series.velocity_rad_s[:, j], MOVING_RAD_S)
+        moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
         good = (run.detected.state[:, j] == State.JUDGED) & moving & np.isfinite(residual.effort_nm[:, j])
         if np.count_nonzero(good) * series.period_s < _LEAST_S:
             return None

@@ -17,7 +17,6 @@ from collaudit.core.data.signals import Signals, State
 from collaudit.core.findings import Finding
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 
@@ -51,13 +50,7 @@ class PositionPattern:
 
 def _visits(time_s: FloatArray, there: BoolArray) -> IntArray:
     """(k,) number of the visit, of its second, that each sample picked by ``there`` (n,) belongs to."""
-    visit = np.empty(np.count_nonzero(there), dtype=np.int64)
-    count = 0
-    for part in blocks(time_s.size):
-        picked = time_s[part][there[part]]
-        visit[count : count + picked.size] = np.floor(picked / _VISIT_S)
-        count += picked.size
-    return visit
+    return np.floor(time_s[there] / _VISIT_S).astype(np.int64)
 
 
 def position_pattern(
@@ -82,17 +75,13 @@ def position_pattern(
         return None
     visit = _visits(time_s, there)
     middle = _median_of_rising(visit)
-    visit *= _BINS
-    for part in blocks(visit.size):
-        visit[part] += np.clip(((place[part] - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
-    del place  # columns of a long log are large: one at a time
+    key = visit * _BINS + np.clip(((place - low) / (high - low) * _BINS).astype(np.int64), 0, _BINS - 1)
     residual, direction = residual[there], direction[there]
     for sign in (-1.0, 1.0):
         way = direction == sign
         if way.any():
             np.subtract(residual, median_of(residual[way]), out=residual, where=way)
-    del direction
-    key, mean = _means(visit, residual)
+    key, mean = _means(key, residual)
     of_bin, late = key % _BINS, key // _BINS > middle
     early_of, late_of = _by_bin(mean, of_bin, ~late), _by_bin(mean, of_bin, late)
     both = np.isfinite(early_of) & np.isfinite(late_of)

@@ -16,11 +16,11 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks, samples_at_once
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import widened
 from collaudit.core.numeric.sliding_extremes import centred_range_at, range_exceeds
-from collaudit.core.numeric.stats import distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.tables import blocks
 from collaudit.core.prepare.prepared import Prepared
 
 #: Steps are looked for in means over this time, s.
@@ -31,6 +31,8 @@ SCALES = ((0.04, 0.02), (0.12, 0.08), (0.3, 0.3), (0.5, 1.0))
 STILL = 5e-3
 #: It has stood for this long before a step, and goes nowhere for this long after it, s.
 STOOD_S, STAYS_S = 0.3, 0.3
+#: Samples at a time.
+_AT_ONCE = 1 << 16
 #: Nothing is told this close to time in which the drives were off, s.
 _NEAR_OFF_S = 0.5
 
@@ -97,9 +99,7 @@ class RestBlocks:
 
 def _parts(count: int, size: int) -> Iterator[tuple[slice, slice]]:
     """So many means of so many samples each, in parts that stay in the cache: which means, and their samples."""
-    return (
-        (rows, slice(rows.start * size, rows.stop * size)) for rows in blocks(count, max(1, samples_at_once() // size))
-    )
+    return ((rows, slice(rows.start * size, rows.stop * size)) for rows in blocks(count, max(1, _AT_ONCE // size)))
 
 
 def _means(x: FloatArray, size: int) -> FloatArray:
@@ -166,7 +166,7 @@ class Window:
 def _count(position: FloatArray) -> float:
     """The smallest step that a joint's positions are written in; 0 where they are no grid."""
     some = position[:: max(1, position.size // 20_000)]
-    gaps = np.diff(distinct(some[np.isfinite(some)]))
+    gaps = np.diff(np.unique(some[np.isfinite(some)]))
     gaps = gaps[gaps > 1e-9]
     return quantile_of(gaps, 0.05) if gaps.size else 0.0
 

@@ -9,7 +9,6 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.runs import run_bounds
 
 #: A threshold: constant, or one a sample.
@@ -63,7 +62,7 @@ def exceedances(residual: FloatArray, evidence: BoolArray, level: Level) -> tupl
 
 def _runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float) -> tuple[IntArray, IntArray]:
     with np.errstate(invalid="ignore"):
-        above = exceeds(residual, level, share)
+        above = np.abs(residual) > share * level
     above &= evidence
     return run_bounds(above)
 
@@ -71,7 +70,7 @@ def _runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float)
 def _tolerant_runs(residual: FloatArray, evidence: BoolArray, level: Level, share: float) -> tuple[IntArray, IntArray]:
     """Runs above a share of the level, over single samples of evidence below it: noise does not end a near miss."""
     with np.errstate(invalid="ignore"):
-        above = exceeds(residual, level, share)
+        above = np.abs(residual) > share * level
     above &= evidence
     alone = ~above[1:-1] & above[:-2] & above[2:]
     above[1:-1] |= alone & evidence[1:-1]

@@ -10,7 +10,6 @@ from collaudit.core.data.detection_result import ShortestPush
 from collaudit.core.numeric.arrays import BoolArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import distinct
 
 #: Heights of the pushes, in thresholds.
 RATIOS = (1.3, 2.0, 4.0)
@@ -41,7 +40,7 @@ def shortest_pushes(kernel: Kernel, n: int, period_s: float) -> tuple[ShortestPu
     lasting = {k: int(coarse[column.argmax()]) for k, column in enumerate(alarms(coarse).T) if column.any()}
     if not lasting:
         return ()
-    fine = distinct(np.concatenate([np.arange(length - step, length) + 1 for length in lasting.values()]))
+    fine = np.unique(np.concatenate([np.arange(length - step, length) + 1 for length in lasting.values()]))
     found = alarms(fine[fine > 0]).T
     return tuple(ShortestPush(RATIOS[k], float(fine[fine > 0][found[k].argmax()]) * period_s) for k in lasting)
 

@@ -7,10 +7,11 @@ while moving fast is blind while moving slowly.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.audit_result import RuleFacts
@@ -19,8 +20,6 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.motion_scale import relative_scale
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
-from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.residual.residual import Residual
@@ -97,28 +96,17 @@ def learn_dynamic_thresholds(
     series: UniformSeries, residual: Residual, clean: Mapping[str, BoolArray], n: int
 ) -> dict[str, DynamicThreshold | None]:
     """Dynamic thresholds of the joints whose clean samples (n,) are given, at a persistence of ``n`` samples."""
-    idle: list[FloatArray] = []
 
     def learnt(joint: str) -> DynamicThreshold | None:
         j = series.column(joint)
-        try:
-            room = idle.pop()
-        except IndexError:
-            room = np.empty((series.time_s.size, 3))
-        motion = [series.velocity_rad_s, series.acceleration_rad_s2]
-        law = learn_dynamic(residual.torque_nm[:, j], lambda part: [x[part, j] for x in motion], clean[joint], n, room)
-        idle.append(room)
-        return law
+        motion = (series.velocity_rad_s[:, j], series.acceleration_rad_s2[:, j])
+        return learn_dynamic(residual.torque_nm[:, j], *motion, clean[joint], n)
 
     return by_name(learnt, [joint for joint in series.joint_names if joint in clean])
 
 
 def learn_dynamic(
-    residual: FloatArray,
-    motion: Callable[[slice], Sequence[FloatArray]],
-    clean: BoolArray,
-    n: int,
-    room: FloatArray | None = None,
+    residual: FloatArray, velocity: FloatArray, acceleration: FloatArray, clean: BoolArray, n: int
 ) -> DynamicThreshold | None:
     """Learn one joint's dynamic threshold from clean data.
 
@@ -127,47 +115,23 @@ def learn_dynamic(
 
     Args:
         residual: (n,) of one joint.
-        motion: samples to velocity and acceleration of the joint there.
+        velocity, acceleration: (n,) of the joint, rad/s and rad/s².
         clean: (n,) judged samples away from collisions.
         n: persistence, samples.
-        room: (n, 3) memory in C order that is written to; fresh memory of that size costs as much time as the fit.
 
     Returns:
         None with fewer than 1,000 clean samples, or where the residual of all is zero.
     """
-    room = np.empty((residual.size, 3)) if room is None else room
-    use = np.empty(residual.size, dtype=np.bool_)
-    picked = np.empty(residual.size)  # |residual| of the samples that count, one after the other
-    count = 0
-    for block in blocks(residual.size):
-        (velocity, acceleration), left = motion(block), residual[block]
-        here = np.logical_and(clean[block], np.isfinite(left), out=use[block])
-        here &= np.isfinite(velocity)
-        here &= np.isfinite(acceleration)
-        rows = slice(count, count + int(np.count_nonzero(here)))
-        room[rows, 0] = 1.0
-        np.abs(velocity[here], out=room[rows, 1])
-        np.abs(acceleration[here], out=room[rows, 2])
-        np.abs(left[here], out=picked[rows])
-        count = rows.stop
-    if count < _LEAST_SAMPLES:
+    use = clean & np.isfinite(residual) & np.isfinite(velocity) & np.isfinite(acceleration)
+    level = np.abs(residual[use])
+    if level.size < _LEAST_SAMPLES:
         return None
-    columns, level = room[:count], picked[:count]
+    columns = np.column_stack([np.ones(level.size), np.abs(velocity[use]), np.abs(acceleration[use])])
     shape = dynamic_shape(level, columns)
     if not shape[0] > 0.0:  # every residual is zero
         return None
-    np.matmul(columns, shape, out=level)
-    size, lasting = room.reshape(-1)[: 2 * residual.size].reshape(2, -1)  # the columns are not needed any more
-    for block in blocks(residual.size):
-        np.abs(residual[block], out=size[block])
-        size[block][~use[block]] = 0.0
-    whole_window_minima(size, n, lasting)
-    largest, count = 1.0, 0
-    for block in blocks(residual.size):
-        here = lasting[block][use[block]]
-        largest = max(largest, float(np.max(here / level[count : count + here.size], initial=0.0)))
-        count += here.size
-    scale = _MARGIN * largest
+    lasting = whole_window_minima(np.where(use, np.abs(residual), 0.0), n)
+    scale = _MARGIN * max(1.0, float(np.max(lasting[use] / (columns @ shape))))
     return DynamicThreshold(*(float(scale * x) for x in shape))
 
 
@@ -176,7 +140,7 @@ def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:
     gram = columns.T @ columns
     root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
     right: FloatArray = np.asarray(np.linalg.solve(root, columns.T @ size_nm), dtype=np.float64)
-    shape = nonnegative_fit(root.T, right)
+    shape = scipy.optimize.nnls(root.T, right)[0]
     shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size_nm)))
     return np.asarray(shape)
 

@@ -433,9 +433,16 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-source": Kind(
         "Where the effort is measured was inferred from the arm's name: by torque sensors behind the gears.",
-        'Check it; [log] effort_source = "motor" or "joint" states it.',
+        'Check it; [log] effort_kind = "motor-torque" or "joint-torque" states it.',
         _INFO,
-        setting="log.effort_source",
+        setting="log.effort_kind",
+    ),
+    "effort-compensated": Kind(
+        "The effort holds no gravity: the controller took it out, or it is an estimate of external torque.",
+        'State [log] effort_kind = "gravity-compensated", and the model leaves gravity out. An estimate of external '
+        "torque cannot be judged.",
+        _LOG,
+        setting="log.effort_kind",
     ),
     "judged-for-changes": Kind(
         "An arm that never moves, without a friction file, was judged for changes of its torque only.",
@@ -474,7 +481,8 @@ KINDS: dict[str, Kind] = {
     ),
     "effort-unit-raw": Kind(
         "The effort is not in N·m; thresholds in N·m cannot be judged.",
-        'State unit or torque constants in [log.units], or fit with [fit] estimate = ["gain"]. Else nothing is judged.',
+        "State unit or torque constants in [log.units]; or fit a motion that loads each joint by gravity, or with a "
+        "known load: its gain is then identified.",
         _WARNING,
     ),
     "model-no-inertials": Kind(
@@ -580,7 +588,7 @@ KINDS: dict[str, Kind] = {
         'gamma_nm = "auto", and the friction file has no threshold for a joint.',
         "Fit again on a log without contact, with the same [detect] table and at least 10 s of motion of each joint; "
         "or state gamma_nm.",
-        _ABSENT,
+        {"warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
     ),
     "friction-asymmetric": Kind(

@@ -12,12 +12,13 @@ from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identified
 from collaudit.core.findings import Finding
-from collaudit.core.friction.joint_fits import fit_joints, refit_joints
+from collaudit.core.friction.joint_fits import fit_joints, refit_joints, sections_of
+from collaudit.core.friction.sections import SectionSet
+from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.coupled_axes import fit_coupled
-from collaudit.core.identification.estimate_choice import Candidate
 from collaudit.core.identification.identification import identify, identify_values
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.numeric.stage_progress import Progress
+from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.prepared import Prepared, calibrated
 
 
@@ -31,6 +32,7 @@ class ArmFit:
         coupled: friction of axes that turn with several joints.
         fits: friction by joint.
         findings: on the coupled axes.
+        sections: of each log, its constant speeds.
     """
 
     logs: tuple[Prepared, ...]
@@ -38,6 +40,7 @@ class ArmFit:
     coupled: Mapping[str, CoupledFriction]
     fits: Mapping[str, FrictionFit]
     findings: tuple[Finding, ...]
+    sections: tuple[SectionSet, ...]
 
 
 def fit_arm(
@@ -45,7 +48,7 @@ def fit_arm(
     taken: Candidate,
     config: Config,
     left_out: Sequence[BoolArray] | None = None,
-    kinds: Mapping[str, FrictionFit] | None = None,
+    known: ArmFit | None = None,
     progress: Progress | None = None,
 ) -> ArmFit:
     """Fit an arm from its logs.
@@ -55,7 +58,7 @@ def fit_arm(
         taken: what is identified beside friction.
         config: how.
         left_out: of each log the samples (n,) that are not to be fitted; None for none.
-        kinds: fits of the whole logs: only the values of their laws are found again, without intervals; None chooses
+        known: the fit of the whole logs: only the values of its laws are found again, without intervals; None chooses
             each law.
         progress: called with steps done and in all.
     """
@@ -65,15 +68,26 @@ def fit_arm(
         return [log if mask is None else without_samples(log, mask) for log, mask in zip(some, masks, strict=True)]
 
     whole = list(logs)
-    identified = (identify if kinds is None else identify_values)(seen(whole), config, taken)
+    identified = (identify if known is None else identify_values)(seen(whole), config, taken)
     if identified is not None:
-        found = [replace(log.calibration, identified=identified, tool=None) for log in whole]
-        whole = [calibrated(log, known, config) for log, known in zip(whole, found, strict=True)]
+        whole = [calibrated(log, replace(log.calibration, identified=identified, tool=None), config) for log in whole]
     coupled, findings = fit_coupled(seen(whole), config, "inertials" in taken.estimate)
     if coupled:
         whole = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in whole]
-    fits = fit_joints(seen(whole), config, progress) if kinds is None else refit_joints(seen(whole), kinds, config)
-    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings))
+    if known is None:
+        sections = sections_of(seen(whole), config, stage(progress, 0.0, 0.35))
+        fits = fit_joints(seen(whole), config, stage(progress, 0.35, 1.0), sections)
+        silent = [j for j, fit in fits.items() if fit.model is None and _has_no_gain(j, logs, identified)]
+        if silent:  # their friction is known in the log's own unit
+            fits |= {j: fit for j, fit in fit_joints(seen(logs), config).items() if j in silent}
+    else:
+        sections = list(known.sections)
+        fits = refit_joints(seen(whole), known.fits, sections, config)
+    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings), tuple(sections))
+
+
+def _has_no_gain(joint: str, logs: Sequence[Prepared], identified: Identified | None) -> bool:
+    return logs[0].series.effort_unit == "raw" and identified is not None and identified.joints[joint].gain is None
 
 
 def without_samples(prepared: Prepared, left_out: BoolArray) -> Prepared:

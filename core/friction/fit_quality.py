@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import Bounds, FrictionPoint
 from collaudit.core.friction import least_squares as ls
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.scalar_search import root
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
@@ -118,7 +118,7 @@ def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> fl
         return float(np.sum(weight * (left - mean * rest.direction) ** 2)) - freedom
 
     top = rest.n * float(np.max(left**2)) + 1e-12
-    return 0.0 if excess(0.0) <= 0 else root(excess, 0.0, top, 1e-12 * top)
+    return 0.0 if excess(0.0) <= 0 else float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top))
 
 
 def _flexible(data: ls.Points) -> list[SeparableLaw]:
@@ -167,7 +167,7 @@ def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:
         return 0.0
     if excess(top) >= 0:
         return top
-    return root(excess, 0.0, top, 1e-12 * top)
+    return float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top))
 
 
 def robust_weights(data: ls.Points, method: str) -> FloatArray:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_correction import LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
@@ -13,8 +14,6 @@ from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import LARGEST, FloatArray
-from collaudit.core.numeric.blocks import blocks, samples_at_once
-from collaudit.core.numeric.special_functions import student_quantile
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5
@@ -78,14 +77,6 @@ class FrictionModel:
 
     def torque(self, velocity: FloatArray) -> FloatArray:
         """Friction at each velocity (any shape), zero at zero velocity."""
-        if velocity.ndim != 1 or velocity.size <= samples_at_once():
-            return self._torque(velocity)
-        out = np.empty(velocity.shape)
-        for block in blocks(velocity.size):
-            out[block] = self._torque(velocity[block])
-        return out
-
-    def _torque(self, velocity: FloatArray) -> FloatArray:
         direction = np.sign(velocity)
         speed = np.maximum(np.abs(velocity), _STANDSTILL)
         return np.asarray(direction * law_named(self.name).curve(self.values, speed, direction))

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.identification_result import Bounds, FrictionVariation, RippleFacts, Trend, TrendFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.motion_points import Settled, numbered
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import quantile_of
 
 _BLOCK_S = 2.0

@@ -27,10 +27,16 @@ from collaudit.core.prepare.prepared import Prepared
 
 #: A friction file may hold a joint without a law and without a reason.
 _UNSTATED = "the friction file has no law for it and does not say why"
+#: Sections that give no point of friction.
+_ALONE = "without the other direction at that speed and place, and without a model"
+_UNKNOWN = "torque or model unknown in a part of it"
 
 
 def fit_joints(
-    prepared: Sequence[Prepared], config: Config, progress: Progress | None = None
+    prepared: Sequence[Prepared],
+    config: Config,
+    progress: Progress | None = None,
+    sections: Sequence[SectionSet] | None = None,
 ) -> dict[str, FrictionFit]:
     """Sections, points and fit of each judged joint, the points of all logs together.
 
@@ -38,6 +44,7 @@ def fit_joints(
         prepared: the logs.
         config: how friction is fitted.
         progress: called with steps done and in all.
+        sections: of each log; None to find them.
 
     Raises:
         ConfigError: the logs' efforts have different units.
@@ -49,19 +56,21 @@ def fit_joints(
     counts: Counter[str] = Counter()
     rejected: dict[str, Counter[str]] = {}
     sums: dict[str, list[tuple[PairSum, ...]]] = {}
-    for number, log in enumerate(prepared):
-        part = stage(progress, 0.45 * number / len(prepared), 0.45 * (number + 1) / len(prepared))
-        found = find_sections(log.series, config.sections, stage(part, 0.0, 0.75))
+    for log, found in zip(prepared, sections or sections_of(prepared, config), strict=True):
         for joint in log.judged:
             seen, both = _of_sections(joint, log, found, config)
-            counts[joint] += len(found.of(joint))
+            count = len(found.of(joint))
+            counts[joint] += count
             rejected.setdefault(joint, Counter()).update(found.rejection_counts(joint))
+            alone = count - sum(2 if point.source == "pair" else 1 for point in seen)
+            if alone:
+                rejected[joint][_ALONE if log.rigid_nm is None else _UNKNOWN] += alone
             points.setdefault(joint, []).extend(seen)
             sums.setdefault(joint, []).append(both)
     # Threads for the passes over all samples only: sections and fits are many small steps, in which they wait for each
     # other.
     with_all = partial(_loose_points, prepared=prepared, config=config)
-    loose = by_name(with_all, points, stage(progress, 0.45, 0.75))
+    loose = by_name(with_all, points, stage(progress, 0.0, 0.75))
     fits = {
         joint: _fit_joint(joint, found, loose[joint], prepared, config, counts, rejected)
         for joint, found in points.items()
@@ -69,20 +78,28 @@ def fit_joints(
     return {joint: replace(fit, directions=direction_difference(sums[joint])) for joint, fit in fits.items()}
 
 
+def sections_of(prepared: Sequence[Prepared], config: Config, progress: Progress | None = None) -> list[SectionSet]:
+    """Constant-velocity sections of each log; ``progress`` is called with steps done and in all."""
+    share = [k / len(prepared) for k in range(len(prepared) + 1)]
+    return [
+        find_sections(log.series, config.sections, stage(progress, share[k], share[k + 1]))
+        for k, log in enumerate(prepared)
+    ]
+
+
 def refit_joints(
-    prepared: Sequence[Prepared], kinds: Mapping[str, FrictionFit], config: Config
+    prepared: Sequence[Prepared], kinds: Mapping[str, FrictionFit], sections: Sequence[SectionSet], config: Config
 ) -> dict[str, FrictionFit]:
-    """The laws of earlier fits with values from other samples: the law, and where its points come from, are kept.
+    """The laws of earlier fits with values from fewer samples: the law, and where its points come from, are kept.
 
     Args:
         prepared: the logs.
         kinds: fits by joint; those without a law are left out.
+        sections: of each log, when all of its samples counted.
         config: how friction is fitted.
     """
     known = {joint: fit for joint, fit in kinds.items() if fit.model is not None}
-    none = SectionSet((), ())
-    of_sections = any(fit.motion == "sections" for fit in known.values())
-    sections = [find_sections(log.series, config.sections) if of_sections else none for log in prepared]
+    sections = [found.known_in(log.series, config.sections) for log, found in zip(prepared, sections, strict=True)]
 
     def refit(joint: str) -> FrictionFit:
         fit = known[joint]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
+from scipy.special import fdtrc as fisher_tail
 
 from collaudit.core.data.friction_result import Bounds
 from collaudit.core.friction import least_squares as ls
@@ -13,8 +15,6 @@ from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RateTerm, SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
-from collaudit.core.numeric.special_functions import fisher_tail
 
 _SIGNIFICANT = 0.01
 
@@ -96,7 +96,7 @@ def _non_negative(design: FloatArray, target: FloatArray, law: SeparableLaw) -> 
     k = len(law.symbols)
     basis = np.linalg.qr(design[:, k:])[0]
     held_out = [x - basis @ (basis.T @ x) for x in (design[:, :k], target)]
-    bounded = nonnegative_fit(*held_out)
+    bounded = scipy.optimize.nnls(*held_out)[0]
     left = target - design[:, :k] @ bounded
     free = np.linalg.lstsq(design[:, k:], left, rcond=None)[0] if design.shape[1] > k else np.empty(0)
     estimate = np.concatenate([bounded, free])

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.scalar_search import bounded_minimum
-from collaudit.core.numeric.stats import distinct, parabola_minimum
+from collaudit.core.numeric.stats import parabola_minimum
 
 _COARSE = 161
 _DENSE = 121
@@ -184,7 +184,7 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
     low, high = search_range(points)
     best = best_rate(points, law)
     near = _near(points, law, best, low, high)
-    grid = distinct(np.concatenate([_coarse_rates(low, high), near, [best]]))
+    grid = np.unique(np.concatenate([_coarse_rates(low, high), near, [best]]))
     estimate, covariance, sums = _solve_all(points, law, grid)
     return Profile(grid, sums, estimate, covariance, int(np.argmin(sums)))
 
@@ -199,8 +199,8 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
     def sum_squares(x: float) -> float:
         return sum_squares_of(points.design(law, float(np.exp(x))), target)
 
-    found = bounded_minimum(sum_squares, low, high, 1e-9)
-    return float(np.exp(found))
+    found = scipy.optimize.minimize_scalar(sum_squares, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
+    return float(np.exp(found.x))
 
 
 def quick_rate(points: Points, law: SeparableLaw) -> float:

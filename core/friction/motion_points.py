@@ -13,7 +13,6 @@ from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.stats import quantile_of
 from collaudit.core.prepare.gear_torque import gear_torque, sensed
@@ -117,10 +116,7 @@ def points_of_samples(samples: MotionSamples, left_out: BoolArray | None = None)
 def _by_stretch(samples: MotionSamples, bins: NDArray[np.uint8]) -> tuple[IntArray, FloatArray]:
     """(bins, stretches) number of samples, and sum of their friction; the last bin is that of what does not count."""
     stretches, size = int(samples.stretch[-1]) + 1, 2 * _BINS + 1
-    key = np.empty(bins.size, dtype=np.int64)
-    for block in blocks(key.size):
-        np.multiply(bins[block], stretches, out=key[block], dtype=np.int64)
-        key[block] += samples.stretch[block]
+    key = bins.astype(np.int64) * stretches + samples.stretch
     count = np.bincount(key, minlength=size * stretches).reshape(size, stretches)
     total = np.bincount(key, samples.friction, minlength=size * stretches).reshape(size, stretches)
     return np.asarray(count, dtype=np.int64), np.asarray(total, dtype=np.float64)
@@ -128,15 +124,11 @@ def _by_stretch(samples: MotionSamples, bins: NDArray[np.uint8]) -> tuple[IntArr
 
 def _bins(samples: MotionSamples, edges: FloatArray) -> NDArray[np.uint8]:
     """(m,) bin of each sample's speed, backward ones after forward ones; below the lowest edge twice their number."""
-    out = np.empty(samples.speed.size, dtype=np.uint8)
-    for block in blocks(out.size):
-        speed = samples.speed[block]
-        above = np.zeros(speed.size, dtype=np.uint8)
-        for edge in edges:
-            above += speed >= edge
-        number = above - np.uint8(1) + np.uint8(_BINS) * (samples.direction[block] < 0)
-        out[block] = np.where(above > 0, number, 2 * _BINS)
-    return out
+    above = np.zeros(samples.speed.size, dtype=np.uint8)
+    for edge in edges:
+        above += samples.speed >= edge
+    number = above - np.uint8(1) + np.uint8(_BINS) * (samples.direction < 0)
+    return np.where(above > 0, number, 2 * _BINS).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,17 +199,14 @@ def _settled_rows(series: UniformSeries, j: int, *needed: FloatArray) -> IntArra
     """
     settled = _settled(series.velocity_rad_s[:, j], round(_SETTLED_S / series.period_s))
     settled &= ~(series.edge | series.saturated[:, j])
-    for block in blocks(settled.size):
-        for column in needed:
-            settled[block] &= np.isfinite(column[block])
+    for column in needed:
+        settled &= np.isfinite(column)
     return np.flatnonzero(settled)
 
 
 def _settled(v: FloatArray, margin: int) -> BoolArray:
     """(n,) whether the joint has moved one way for so many samples, and will for as many more."""
-    direction = np.empty(v.size, dtype=np.int8)
-    for block in blocks(v.size):
-        np.subtract(v[block] > MOVING_RAD_S, v[block] < -MOVING_RAD_S, out=direction[block], dtype=np.int8)
+    direction = np.subtract(v > MOVING_RAD_S, v < -MOVING_RAD_S, dtype=np.int8)
     edges = np.concatenate([[0], np.flatnonzero(direction[1:] != direction[:-1]) + 1, [v.size]])
     out = np.zeros(v.size, dtype=np.bool_)
     for a, b in pairwise(edges.tolist()):

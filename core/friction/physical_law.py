@@ -11,13 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import FrictionPoint
 from collaudit.core.friction.law_candidates import Candidate
 from collaudit.core.friction_laws.friction_law import SeparableLaw, without_column
 from collaudit.core.friction_laws.law_registry import LINE
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.special_functions import student_quantile
 
 _LEAST_POINTS = 3
 _CLEAR = 0.999  # one-sided level at which the mean friction counts as negative

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from collaudit.core.config.schema import SectionsConfig
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import centred_extremes
@@ -21,6 +20,10 @@ from collaudit.core.numeric.stats import median_of
 
 #: Speeds are compared after this low-pass: encoder steps at slow speeds are not speed changes.
 _SECTION_BANDWIDTH_HZ = 5.0
+#: A speed is constant within so many standard deviations of its own noise, which is no change; but no more of it.
+_NOISE_SDS, _NOISE_SHARE = 4.0, 0.2
+#: Standard deviation of noise over the median of its |third differences|: 1.4826 / sqrt(20).
+_SD_PER_THIRD_DIFFERENCE = 0.3315
 #: Most of a stretch that either end loses to settling, beyond the half of ``settle_s`` that is always taken off.
 _SETTLING_SHARE = 0.125
 
@@ -33,9 +36,6 @@ class Section:
         joint: joint name.
         span: samples on the uniform time base, settling margins already taken off.
         velocity_rad_s: mean, signed.
-        velocity_sd_rad_s: spread of the velocity.
-        effort: mean effort in the log's unit.
-        effort_sd: its spread.
         position_rad: lowest and highest position.
         others_moving: joints that moved meanwhile.
     """
@@ -43,9 +43,6 @@ class Section:
     joint: str
     span: Span
     velocity_rad_s: float
-    velocity_sd_rad_s: float
-    effort: float
-    effort_sd: float
     position_rad: tuple[float, float]
     others_moving: tuple[str, ...]
 
@@ -74,6 +71,16 @@ class SectionSet:
         """Reason to number of rejected stretches of one joint, most frequent first."""
         return dict(Counter(r.reason for r in self.rejected if r.joint == joint).most_common())
 
+    def known_in(self, series: UniformSeries, config: SectionsConfig) -> SectionSet:
+        """What is left of the sections in the same log with less effort known: whole ones, and long enough pieces."""
+        found: list[Section] = []
+        for section in self.sections:
+            j = series.column(section.joint)
+            pieces = _known_pieces(section.span, series, j, _least(series, config))
+            whole = pieces == [section.span]
+            found += [section] if whole else [_measure(series, section.joint, j, piece, config) for piece in pieces]
+        return replace(self, sections=tuple(found))
+
 
 def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progress | None = None) -> SectionSet:
     """Segment every joint's motion into constant-velocity sections.
@@ -93,9 +100,11 @@ def find_sections(series: UniformSeries, config: SectionsConfig, progress: Progr
         j = series.column(joint)
         sections: list[Section] = []
         rejected: list[RejectedSection] = []
-        quiet = _quiet(smooth[:, j], _least(series, config), config)
+        logged = series.raw_velocity_rad_s
+        noise = 0.0 if logged is None else _noise(logged[:, j], 2.0 * bandwidth * series.period_s)
+        quiet = _quiet(smooth[:, j], _least(series, config), config, noise)
         for span in _moving_spans(smooth[:, j], series.segments, config.min_speed_rad_s):
-            found, lost = _split(smooth[:, j], quiet, span, series, j, config)
+            found, lost = _split(smooth[:, j], quiet, span, series, j, config, noise)
             sections += [_measure(series, joint, j, s, config) for s in found]
             rejected += [RejectedSection(joint, s, reason) for s, reason in lost]
         return sections, rejected
@@ -124,29 +133,32 @@ def _least(series: UniformSeries, config: SectionsConfig) -> int:
     return ceil(config.min_duration_s / series.period_s)
 
 
-def _quiet(v: FloatArray, least: int, config: SectionsConfig) -> BoolArray:
+def _noise(v: FloatArray, passed: float) -> float:
+    """Standard deviation of a logged speed's noise behind a low-pass that passes this share of white noise's power."""
+    steps = np.abs(np.diff(v, n=3))
+    known = steps[np.isfinite(steps) & (steps > 0)]
+    return _SD_PER_THIRD_DIFFERENCE * median_of(known) * min(1.0, passed) ** 0.5 if known.size else 0.0
+
+
+def _quiet(v: FloatArray, least: int, config: SectionsConfig, noise: float) -> BoolArray:
     """(n,) where the speed is constant over the ``least`` samples about each; not told where some of them are unknown.
 
     Once for a joint: stretch by stretch, calls would take longer than what they do.
     """
     bottom, top = centred_extremes(v, least)
-    out = np.empty(v.size, dtype=np.bool_)
-    for block in blocks(v.size):
-        middle = 0.5 * (top[block] + bottom[block])
-        allowed = np.maximum(config.speed_tolerance * np.abs(middle), config.speed_tolerance_rad_s)
-        np.less_equal(top[block] - bottom[block], 2.0 * allowed, out=out[block])
-    return out
+    middle = 0.5 * (top + bottom)
+    return np.asarray(top - bottom <= 2.0 * _tolerance(np.abs(middle), config, noise))
 
 
 def _split(
-    v: FloatArray, quiet: BoolArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig
+    v: FloatArray, quiet: BoolArray, span: Span, series: UniformSeries, j: int, config: SectionsConfig, noise: float
 ) -> tuple[list[Span], list[tuple[Span, str]]]:
     """Sections inside one stretch of motion, and what was rejected of it."""
     least = _least(series, config)
     if len(span) < least + 2 * _settling(len(span), series, config):
         return [], [(span, "too short")]
     part = v[span.slice]
-    plateaus = _plateaus(part, quiet[span.slice], least, config)
+    plateaus = _plateaus(part, quiet[span.slice], least, config, noise)
     if not plateaus:
         return [], [(span, "speed not constant")]
     found: list[Span] = []
@@ -187,11 +199,15 @@ def _settling(length: int, series: UniformSeries, config: SectionsConfig) -> int
     return min(whole, max(half, ceil(_SETTLING_SHARE * length)))
 
 
-def _tolerance(speed: float, config: SectionsConfig) -> float:
-    return max(config.speed_tolerance * abs(speed), config.speed_tolerance_rad_s)
+def _tolerance(speed: FloatArray, config: SectionsConfig, noise: float) -> FloatArray:
+    """How far speeds (n,) may be off their mean and count as constant."""
+    own = np.minimum(_NOISE_SDS * noise, _NOISE_SHARE * speed)
+    return np.asarray(np.maximum(np.maximum(config.speed_tolerance * speed, config.speed_tolerance_rad_s), own))
 
 
-def _plateaus(part: FloatArray, quiet: BoolArray, least: int, config: SectionsConfig) -> list[tuple[int, int]]:
+def _plateaus(
+    part: FloatArray, quiet: BoolArray, least: int, config: SectionsConfig, noise: float
+) -> list[tuple[int, int]]:
     """Longest stretches of constant speed: seeded by windows of ``least`` samples, grown about their median."""
     half = least // 2
     starts, stops = run_bounds(quiet[half : part.size - half])  # of windows that lie inside
@@ -202,7 +218,7 @@ def _plateaus(part: FloatArray, quiet: BoolArray, least: int, config: SectionsCo
         seed = slice(max(int(a) - half, free_from), int(b) + half)
         if seed.stop - seed.start < least:
             continue
-        start, stop = _grow(part, seed, config)
+        start, stop = _grow(part, seed, config, noise)
         start = max(start, free_from)
         if stop - start >= least:
             found.append((start, stop))
@@ -210,10 +226,10 @@ def _plateaus(part: FloatArray, quiet: BoolArray, least: int, config: SectionsCo
     return found
 
 
-def _grow(part: FloatArray, seed: slice, config: SectionsConfig) -> tuple[int, int]:
+def _grow(part: FloatArray, seed: slice, config: SectionsConfig, noise: float) -> tuple[int, int]:
     """The longest run about the seed's median speed that stays within tolerance of it."""
     middle = median_of(part[seed])
-    starts, stops = run_bounds(np.abs(part - middle) <= _tolerance(middle, config))
+    starts, stops = run_bounds(np.abs(part - middle) <= _tolerance(np.abs(middle), config, noise))
     overlap: IntArray = np.minimum(stops, seed.stop) - np.maximum(starts, seed.start)
     if overlap.size == 0 or overlap.max() <= 0:
         return seed.start, seed.start
@@ -222,9 +238,8 @@ def _grow(part: FloatArray, seed: slice, config: SectionsConfig) -> tuple[int, i
 
 
 def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: SectionsConfig) -> Section:
-    assert series.effort is not None  # sections without effort were rejected
     s = span.slice
-    velocity, effort, position = series.velocity_rad_s[s, j], series.effort[s, j], series.position_rad[s, j]
+    velocity, position = series.velocity_rad_s[s, j], series.position_rad[s, j]
     motion = series.velocity_rad_s[s]
     if not np.isfinite(motion.sum()):
         motion = np.nan_to_num(motion)
@@ -236,9 +251,6 @@ def _measure(series: UniformSeries, joint: str, j: int, span: Span, config: Sect
         joint=joint,
         span=span,
         velocity_rad_s=float(np.mean(velocity)),
-        velocity_sd_rad_s=float(np.std(velocity)),
-        effort=float(np.mean(effort)),
-        effort_sd=float(np.std(effort)),
         position_rad=(float(np.min(position)), float(np.max(position))),
         others_moving=others,
     )

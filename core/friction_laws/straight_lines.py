@@ -22,8 +22,8 @@ def _two_lines(v: FloatArray, d: FloatArray, _c: float | FloatArray) -> tuple[Fl
 def only_the_mean(_ci95: Mapping[str, Interval | None]) -> tuple[str, ...]:
     """What no data of one model can tell of the two directions."""
     return (
-        "A constant error of the model's torque or of the effort's zero raises Ap and lowers Am by as much: "
-        "only their mean is free of it.",
+        "A constant error of the model's torque, or of the effort's zero, adds to Ap what it takes from Am: rely on "
+        "their mean only.",
     )
 
 

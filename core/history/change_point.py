@@ -13,9 +13,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.special import fdtrc as fisher_tail
+from scipy.special import fdtri as fisher_quantile
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.special_functions import fisher_quantile, fisher_tail, student_quantile
 
 Shape = Literal["step", "drift"]
 #: Fewer values than this show no change that could be told from chance.

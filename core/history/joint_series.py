@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
-from typing import Literal
+from typing import Literal, assert_never
 
 import numpy as np
 
@@ -134,26 +134,29 @@ def _reading(record: LogRecord, item: JointRecord, quantity: Quantity, speed: fl
     found: tuple[float | None, float | None]
     basis = record.friction_sha256 or "own"
     basis_se = 0.0
-    if quantity == "friction":
-        if item.law_nm is None or item.law_speed_rad_s != speed:
-            return None
-        low, high = item.law_nm_low, item.law_nm_high
-        curve_se = 0.0 if low is None or high is None else (high - low) / 2 / STANDARD_ERRORS_95
-        if record.friction_sha256 is None:
-            found = item.law_nm, curve_se
-        elif item.friction_excess is None or item.friction_excess_se is None:
-            return None
-        else:
-            found = item.law_nm * (1.0 + item.friction_excess), item.law_nm * item.friction_excess_se
-            basis_se = curve_se
-    elif quantity == "load":
-        found = item.load_excess, item.load_excess_se
-    elif quantity == "offset":
-        found = item.offset_nm, item.offset_nm_se
-    elif quantity == "residual":
-        found = item.clean_mean_abs_nm, None
-    else:
-        found = item.gamma_margin, None
+    match quantity:
+        case "friction":
+            if item.law_nm is None or item.law_speed_rad_s != speed:
+                return None
+            low, high = item.law_nm_low, item.law_nm_high
+            curve_se = 0.0 if low is None or high is None else (high - low) / 2 / STANDARD_ERRORS_95
+            if record.friction_sha256 is None:
+                found = item.law_nm, curve_se
+            elif item.friction_excess is None or item.friction_excess_se is None:
+                return None
+            else:
+                found = item.law_nm * (1.0 + item.friction_excess), item.law_nm * item.friction_excess_se
+                basis_se = curve_se
+        case "load":
+            found = item.load_excess, item.load_excess_se
+        case "offset":
+            found = item.offset_nm, item.offset_nm_se
+        case "residual":
+            found = item.clean_mean_abs_nm, None
+        case "margin":
+            found = item.gamma_margin, None
+        case _:
+            assert_never(quantity)
     if found[0] is None:
         return None
     return _Reading(record.night, found[0], found[1] or 0.0, item.temperature_c, basis, basis_se)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.history.change_point import FEWEST
 from collaudit.core.history.joint_series import TESTED, NightSeries, Quantity, joint_series
 from collaudit.core.history.log_record import LogRecord
 from collaudit.core.history.series_changes import Change, series_changes
-from collaudit.core.numeric.special_functions import gamma_quantile
 
 Cause = Literal[
     "wear-like growth", "friction step", "friction fell", "payload or tool", "temperature", "common cause", "residual"
@@ -202,10 +202,7 @@ def _untold(
     none = [joint for joint, own in series.items() if not own["friction"].nights]
     if short:
         out.append(f"Changes of friction of {', '.join(short)}: friction is known of fewer than {FEWEST} nights.")
-    older = sum(any(j.law_nm and j.friction_level is None for j in r.joints) for r in records if r.friction_sha256)
-    if older:
-        out.append(f"Friction of {older} logs: recorded by an earlier version, which did not store the friction level.")
-    if none and older < len(records):
+    if none:
         out.append(f"Friction of {', '.join(none)}: no night separates it from load and offset.")
     if series and not any(np.isfinite(own["friction"].temperature_c).any() for own in series.values()):
         out.append("Temperature: the logs hold none, so colder nights and wear look the same.")

@@ -11,7 +11,6 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.prepare.channel_shift import (
     all_known,
     basis_of,
@@ -94,7 +93,7 @@ def wrench_delay(prepared: Prepared, config: Config) -> Found:
         return None
     moving = np.zeros(known.size, dtype=np.bool_)
     for j in range(len(series.joint_names)):
-        moving |= exceeds(series.velocity_rad_s[:, j], MOVING_RAD_S)
+        moving |= np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
     rows = thinned(np.flatnonzero(known & moving), series, told)
     # the tool's inertia force is, pose by pose, linear in joint accelerations and squared speeds
     motion = np.column_stack(

@@ -17,9 +17,9 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.coupled_friction import CoupledFriction, Coupling
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
-from collaudit.core.identification.identification_samples import Motion, collect
-from collaudit.core.identification.nuisance import friction_columns
-from collaudit.core.identification.standard_errors import clustered_covariance, scaled_inverse
+from collaudit.core.identification.problem.identification_samples import Motion, collect
+from collaudit.core.identification.problem.nuisance import friction_columns
+from collaudit.core.identification.problem.standard_errors import clustered_covariance, scaled_inverse
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, NORMAL_QUANTILE_975, robust_sd
 from collaudit.core.prepare.prepared import Prepared

@@ -9,7 +9,6 @@ import numpy as np
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_delay import gains_at
@@ -123,7 +122,7 @@ def _coarse(series: UniformSeries, joint: str) -> Finding | None:
     """What is to say of a joint whose effort comes in steps."""
     assert series.effort is not None
     j = series.column(joint)
-    moving = exceeds(series.velocity_rad_s[:, j], MOVING_RAD_S)
+    moving = np.abs(series.velocity_rad_s[:, j]) > MOVING_RAD_S
     effort = series.effort[:, j][moving & np.isfinite(series.effort[:, j])]
     step = _step(effort)
     if step is None:

@@ -10,126 +10,163 @@ standard error of the best is taken (the one-standard-error rule: Breiman et al.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
-from collaudit.core.identification.identification_problem import Unknowns, residual, solve, terms_of
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.identification.candidates import Candidate, candidates_of, wanted
+from collaudit.core.identification.priors import Gains, tool_body
+from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
+from collaudit.core.identification.problem.identification_samples import Motion, collect
+from collaudit.core.identification.problem.left_out_parts import held_out
+from collaudit.core.identification.solved_problem import solved, with_gains
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.prepare.prepared import Prepared
 
-#: Trust in the description that is tried where none is stated: standard deviation of its inertials, as a share.
-WIDTHS = (0.2, 1.0, 5.0)
-#: Gauss-Newton steps of a held-out fit; nearly all of the change is in the first.
-HELD_OUT_STEPS = 3
 #: An error counts as at most this many times the usual one: contact and stops choose nothing.
 _MOST = 3.0
 #: Seconds that err alike: a stroke, or a few of them.
 _ALIKE = 5
 #: Whole logs are held out where there are so many.
 _FEWEST_LOGS = 2
+#: Samples that tell candidates apart as well as all would: errors within a second are alike.
+_MOST_TO_CHOOSE = 2000
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """One way to fit.
+def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, EstimateChoice | None]:
+    """What is identified from these logs beyond friction, and what else was tried; nothing where nothing can be.
 
-    Attributes:
-        estimate: what is identified beside friction; empty for friction on the description as it is.
-        width: standard deviation of the described inertials, as a share of them.
+    Raises:
+        ConfigError: efforts in an unknown unit without the gain being estimated. NotJudgedError: what is asked for
+            needs inertials, or more motion.
     """
+    asked, robot = wanted(config), prepared[0].robot
+    raw = prepared[0].series.effort_unit == "raw"
+    with_gain = asked == "auto" and (raw or bool(config.log.units.torque_constant_nm_per_a))
+    tried = candidates_of(asked, config, with_gain, prepared[0].effort_source != "joint")
+    if asked == "auto" and raw:  # without its gain an effort is no torque
+        tried = tuple(one for one in tried if "gain" in one.estimate)
+    elif asked == "auto" and config.robot.tool.mass_kg == "estimate":
+        tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
+    nothing = Candidate((), tried[0].width)
+    if asked == "auto":
+        if not robot.has_inertials or any(log.series.effort is None for log in prepared):
+            return nothing, None
+    elif not tried[0].estimate:
+        return nothing, None
+    elif not robot.has_inertials:
+        raise NotJudgedError(
+            f"{', '.join(asked)} cannot be identified: the robot has no inertials",
+            hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
+        )
+    elif raw and "gain" not in asked:
+        raise ConfigError(
+            "the effort's unit is not known, so its gain must be estimated too",
+            where="[fit] estimate",
+            found=", ".join(asked),
+            expected='"gain" among them',
+        )
+    if len(tried) == 1:
+        return tried[0], None
+    try:
+        motion = collect(prepared, min(config.fit.max_samples, _MOST_TO_CHOOSE), config.fit.blocks)
+    except NotJudgedError:
+        if asked == "auto":
+            return nothing, None
+        raise
+    regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
 
-    estimate: tuple[str, ...]
-    width: float
+    gains: dict[bool, Gains] = {}  # beside a tool, or not: nothing else that a candidate opens changes them
 
-    @property
-    def words(self) -> str:
-        """What it identifies."""
-        if "inertials" not in self.estimate:
-            return ", ".join(("friction", *self.estimate))
-        return f"{', '.join(('friction', *self.estimate))} (description ± {100 * self.width:g} %)"
+    def unknowns(one: Candidate) -> Unknowns:
+        tool = "tool" in one.estimate
+        found, told = with_gains(prepared, config, one, motion, regressor, gains.get(tool))
+        if told is not None:
+            gains[tool] = told
+        return found
+
+    # one scale for all: each divided by its own gain, errors would look the smaller the larger the gain
+    scale = unknowns(tried[0]).gain if raw else np.ones(len(robot.joint_names))
+    if not np.isfinite(scale).any():
+        return nothing, None
+    left = [
+        held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
+        for one in map(unknowns, tried)
+    ]
+    if not np.isfinite(left).all(axis=0).any():  # no sample by which all can be compared
+        return tried[0], None
+
+    def refused(one: Candidate) -> str:
+        light = asked == "auto" and "tool" in one.estimate and _weighs_less(prepared, config, one)
+        return "the tool would weigh less than nothing" if light else ""
+
+    return choose_estimate(tried, left, motion.cluster // _ALIKE, robot.joint_names, refused)
 
 
-def candidates_of(estimate: Sequence[str] | str, config: Config, with_gain: bool) -> tuple[Candidate, ...]:
-    """What is tried, the simplest first.
-
-    Args:
-        estimate: as configured: ``auto``, or what is to be identified in any case.
-        config: states how far the description is trusted, or leaves that to the data.
-        with_gain: whether the scale of the effort is open to the data.
-    """
-    widths = WIDTHS if config.fit.cad_sd is None else (config.fit.cad_sd,)
-    if estimate != "auto":
-        stated = tuple(item for item in estimate if item != "friction")
-        return tuple(Candidate(stated, w) for w in (widths if "inertials" in stated else widths[:1]))
-    plain = [Candidate(part, widths[0]) for part in ((), ("rotor",), ("rotor", "tool"))]
-    every = [*plain, *(Candidate(("inertials",), w) for w in widths)]
-    return tuple([*every, *(replace(c, estimate=(*c.estimate, "gain")) for c in every)] if with_gain else every)
+def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:
+    """Whether the arm would carry a tool of negative mass: something else of the description is wrong then."""
+    found = solved(prepared, config, taken)
+    body = 10 * tool_body(found.robot, config)
+    known = config.robot.tool.mass_kg
+    change = float(found.solution.inertials[body] - found.robot.inertial_parameters[body])
+    return change + (0.0 if isinstance(known, str) else known) < 0.0
 
 
 def choose_estimate(
     tried: Sequence[Candidate],
-    motion: Motion,
-    regressor: FloatArray,
-    unknowns_of: Callable[[Candidate], Unknowns],
+    left: Sequence[FloatArray],
+    cluster: IntArray,
     joint_names: Sequence[str],
-    blocks: int,
+    refused: Callable[[Candidate], str],
 ) -> tuple[Candidate, EstimateChoice]:
     """The simplest candidate within one standard error of the least held-out error, and what each leaves.
 
     Args:
         tried: the simplest first.
-        motion, regressor: samples of the logs.
-        unknowns_of: priors of a candidate.
+        left: of each (n, j) held-out torque, N·m.
+        cluster: (n,) stretch that a sample belongs to.
         joint_names: of the columns.
-        blocks: of time, held out in turn.
+        refused: why what a candidate finds cannot be; empty where it can. A tool that cannot be is none for all.
     """
-    left = [
-        held_out(terms_of(motion, regressor, unknowns), unknowns, parts)
-        for unknowns in map(unknowns_of, tried)
-        for parts in [_parts(motion, blocks)]
-    ]
     rms = np.array([_rms(rest) for rest in left])
     usual = np.min(np.where(np.isfinite(rms), rms, np.inf), axis=0)
-    loss = np.array([_by_cluster(rest, usual, motion.cluster // _ALIKE) for rest in left])
-    best = int(np.argmin(loss.mean(axis=1)))
-    worse = loss.mean(axis=1) - float(loss[best].mean())
-    error = float(loss[best].std() / np.sqrt(loss.shape[1]))
-    taken = int(np.flatnonzero(worse <= error)[0])
+    told = np.isfinite(left).all(axis=0)  # a joint whose gain some candidates do not tell compares none of them
+    loss = np.array([_by_cluster(np.where(told, rest, np.nan), usual, cluster) for rest in left])
+    mean, open_, taken = loss.mean(axis=1), np.ones(len(tried), dtype=bool), _simplest(loss)
+    if why := refused(tried[taken]):
+        open_ = np.array(["tool" not in one.estimate for one in tried])
+        taken = int(np.flatnonzero(open_)[_simplest(loss[open_])])
+    best = int(np.argmin(np.where(open_, mean, np.inf)))
     facts = tuple(
         TriedEstimate(
             what=one.words,
             held_out_rms_nm={j: float(x) for j, x in zip(joint_names, row, strict=True) if np.isfinite(x)},
-            worse=float(a),
+            worse=float(a - mean[best]),
+            refused=None if can_be else why,
         )
-        for one, row, a in zip(tried, rms, worse, strict=True)
+        for one, row, a, can_be in zip(tried, rms, mean, open_, strict=True)
     )
-    return tried[taken], EstimateChoice(tried[taken].words, error, facts)
+    return tried[taken], EstimateChoice(tried[taken].words, _error(loss[best]), facts)
 
 
-def _parts(motion: Motion, blocks: int) -> list[IntArray]:
+def _simplest(loss: FloatArray) -> int:
+    """The first of candidates (k, c) whose mean loss lies within one standard error of the least."""
+    mean = loss.mean(axis=1)
+    best = int(np.argmin(mean))
+    return int(np.flatnonzero(mean <= mean[best] + _error(loss[best]))[0])
+
+
+def _error(loss: FloatArray) -> float:
+    """Standard error of the mean of (c,) losses."""
+    return float(loss.std() / np.sqrt(loss.size))
+
+
+def _parts(motion: Motion) -> list[IntArray]:
     """Numbers of the parts that samples belong to, one array (n,) a way to divide them."""
     logs = np.unique(motion.log).size
     return [motion.block, *([motion.log] if logs >= _FEWEST_LOGS else [])]
-
-
-def held_out(terms: Terms, unknowns: Unknowns, divisions: Sequence[IntArray]) -> FloatArray:
-    """(n, j) torque left of each sample by a fit without its part, N·m; root mean square over the divisions.
-
-    Samples at which a joint does not count are NaN.
-    """
-    motion, steady = terms.motion, terms.without_drift()
-    squares = np.zeros_like(motion.effort)
-    for part in divisions:
-        for number in np.unique(part):
-            out = np.asarray(part == number)
-            others = steady.over(replace(motion, moving=np.asarray(motion.moving & ~out[:, None])))
-            rest = residual(others, solve(others, unknowns, HELD_OUT_STEPS))
-            squares[out] += rest[out] ** 2
-    return np.where(motion.moving, np.sqrt(squares / len(divisions)), np.nan)
 
 
 def _rms(rest: FloatArray) -> FloatArray:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.identification.estimate_choice import Candidate
+from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.gains.load_pairs import pair_gains
-from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.problem_terms import Terms
-from collaudit.core.identification.standard_errors import standard_errors
+from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
@@ -38,7 +38,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
         config: how far stated gains are believed; the tool's frame.
     """
     inertials, estimate, share = robot.inertial_parameters, candidate.estimate, candidate.width
-    sd = _inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
+    sd = inertials_prior_sd(inertials, share) if "inertials" in estimate else np.zeros_like(inertials)
     if "tool" in estimate:
         last = 10 * (tool_body(robot, config) + 1)
         sd[last - 10] = _TOOL_MASS_SD
@@ -47,7 +47,7 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
     leader = [robot.bodies.joint_names.index(n) for n in names] if robot.bodies else []
     armature = robot.armature[leader]
     armature_prior_sd = np.zeros(len(names))
-    if {"inertials", "rotor"} & set(estimate):
+    if {"inertials", "rotor"} & set(estimate) and prepared[0].effort_source != "joint":
         inertia = _joint_inertia(robot, prepared[0])
         armature_prior_sd = np.maximum(share * armature, ARMATURE_SHARE * inertia)
         # rotors behind gears may outweigh a light wrist's link many times: a file that states none says nothing of them
@@ -163,7 +163,7 @@ def tool_body(robot: RobotModel, config: Config) -> int:
     return robot.bodies.frame_in_joint(frame)[2]
 
 
-def _inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
+def inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
     """Share of mass, of mass times size, of mass times size squared; size is the radius of gyration."""
     sd = np.zeros_like(inertials)
     for k in range(0, inertials.size, 10):

@@ -6,8 +6,8 @@ import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import Bounds, IdentifiedTool
-from collaudit.core.identification.identification_problem import Solution
-from collaudit.core.identification.standard_errors import StandardErrors
+from collaudit.core.identification.problem.identification_problem import Solution
+from collaudit.core.identification.problem.standard_errors import StandardErrors
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.point_mass import point_mass_parameters

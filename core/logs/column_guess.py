@@ -13,7 +13,7 @@ from collaudit.core.logs.opening import open_tables
 from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import stated_units
 from collaudit.core.logs.tables.column_patterns import Found
-from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns
+from collaudit.core.logs.tables.file_quantities import AssignedTable, as_stated, assign_columns, time_as_stated, written
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns
 
 if TYPE_CHECKING:
@@ -62,10 +62,9 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
     undecided = {q: patterns for table in tables for q, patterns in table.assignment.open.items()}
     if "position" not in found and "position" not in undecided:
         return None
-    patterns = {quantity: _pattern(parts) for quantity, parts in found.items()}
-    times = (table.reader.names[table.assignment.time] for table in tables if table.assignment.time is not None)
+    patterns = {quantity: as_stated(parts) for quantity, parts in found.items()}
     joints = tuple(dict.fromkeys(joint for _, part in found.get("position", ()) for joint in part.joints))
-    stated = {"time": next(times, None), **patterns, **tables[0].reader.stated}
+    stated = {"time": time_as_stated(tables), **patterns, **written(tables)}
     passed = {q: groups for table in tables for q, groups in table.assignment.passed_over.items()}
     wrench = next((table.assignment.wrench_offered for table in tables if table.assignment.wrench_offered), None)
     return ColumnGuess(CsvConfig.of(stated), joints, stated_units(tables), passed, undecided, wrench)
@@ -73,10 +72,3 @@ def guess_csv_columns(paths: Sequence[Path]) -> ColumnGuess | None:
 
 def _parts(tables: Sequence[AssignedTable], quantity: str) -> list[tuple[AssignedTable, Found]]:
     return [(t, t.assignment.quantities[quantity]) for t in tables if quantity in t.assignment.quantities]
-
-
-def _pattern(parts: Sequence[tuple[AssignedTable, Found]]) -> str | list[str]:
-    patterns = {found.pattern for _, found in parts}
-    if len(patterns) == 1:
-        return patterns.pop()
-    return [table.reader.names[column] for table, found in parts for column in found.columns]

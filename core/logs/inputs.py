@@ -69,10 +69,16 @@ def _inside(folder: Path) -> list[Path]:
         if path.name.startswith("."):
             continue
         if path.is_dir():
-            out += [path] if is_bag_folder(path) else ([] if path.is_symlink() else _inside(path))
+            left_out = path.is_symlink() or _describes_episodes(path)
+            out += [path] if is_bag_folder(path) else ([] if left_out else _inside(path))
         elif path.is_file() and is_log(path) and not _is_result(path):
             out.append(path)
     return out
+
+
+def _describes_episodes(folder: Path) -> bool:
+    """Whether a folder holds what a LeRobot data set says of its episodes, and no episode."""
+    return folder.name == "meta" and (folder / "info.json").is_file()
 
 
 def _is_result(path: Path) -> bool:

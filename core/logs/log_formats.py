@@ -126,6 +126,8 @@ FORMATS: tuple[LogFormat, ...] = (
     LogFormat("feather", "Feather", "table", (".feather", ".arrow"), begins_with(b"ARROW1"),
               f"{_LOGS}.column_files.arrow_file:open_feather"),
     LogFormat("npz", "NumPy archive", "table", (".npz",), _npz, f"{_LOGS}.column_files.numpy_archive:open_npz"),
+    LogFormat("npy", "NumPy array", "table", (".npy",), begins_with(b"\x93NUMPY"),
+              f"{_LOGS}.column_files.numpy_archive:open_npy"),
     LogFormat("mat", "MATLAB file", "table", (".mat",), _matlab, f"{_LOGS}.column_files.matlab_file:open_mat"),
     LogFormat("csv", "CSV", "table", (".csv", ".tsv"), _text, f"{_LOGS}.csv.csv_table:open_csv", by_content=False,
               unpacks=True),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.opening import open_tables
-from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, quantity_of_file
+from collaudit.core.logs.tables.file_quantities import AssignedTable, assign_columns, holds_time_alone, quantity_of_file
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
@@ -28,10 +28,12 @@ class TablePart:
 
     def __init__(self, table: AssignedTable) -> None:
         self.folder = table.reader.path.resolve().parent
-        self.quantities = set(table.assignment.quantities)
-        time = table.assignment.time
+        alone = holds_time_alone(table.reader)
+        self.quantities = {"time"} if alone else set(table.assignment.quantities)
+        time = None if alone else table.assignment.time
         self.stamps = () if time is None else table.reader.first_cells(time)
         self.timeless = _timeless_name(table) if time is None else None
+        self.width = len(table.reader.names)
 
     @property
     def shared(self) -> tuple[object, ...]:
@@ -42,12 +44,14 @@ class TablePart:
         """Whether this table, which shares the log's folder and stamps, is a further part of it."""
         if not self.quantities or (not self.stamps and self.timeless is None):
             return False
-        return not any(self.quantities & other.quantities for other in others)
+        alike = self.stamps or all(part.width == self.width or "time" in {*part.quantities, *self.quantities}
+                                   for part in others)  # fmt: skip
+        return bool(alike) and not any(self.quantities & other.quantities for other in others)
 
 
-def _timeless_name(table: AssignedTable) -> tuple[object, ...] | None:
-    """What files without a time column that belong together share: their columns, and the numbers in their names."""
+def _timeless_name(table: AssignedTable) -> tuple[str, ...] | None:
+    """What files without a time column that belong together share: the numbers in their names."""
     name = table.reader.path.name
-    if quantity_of_file(name) is None:
+    if quantity_of_file(name) is None and not holds_time_alone(table.reader):
         return None
-    return (*re.findall(r"\d+", name), len(table.reader.names))
+    return tuple(re.findall(r"\d+", name))

@@ -91,13 +91,13 @@ def settle_within_memory_limit() -> None:
     if not memory_is_limited():
         return
     import numpy as np
+    import scipy
 
-    from collaudit.core.numeric.filter_design import matrix_exponential
     from collaudit.core.numeric.parallel import use_threads
 
     use_threads(1)
     _leave(4 * _BUFFER_BYTES)  # NumPy's copy is loaded already; one for what comes with SciPy's
-    matrix_exponential(np.array([[0.0, -0.1], [0.1, 0.0]]))
+    scipy.linalg.expm(np.array([[0.0, -0.1], [0.1, 0.0]]))
     square = np.zeros((_PRODUCT, _PRODUCT))
     np.matmul(square, square)
 

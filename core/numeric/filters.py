@@ -7,9 +7,9 @@ from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from collaudit.core.numeric.arrays import FloatArray, Span
-from collaudit.core.numeric.filter_design import butterworth_low_pass
 from collaudit.core.numeric.iir_filter import blank, filtered
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.tables import table
@@ -53,7 +53,7 @@ def low_pass(
             result[span.slice] = rows[span.slice]
         return result.reshape(x.shape)
     settle = round(SETTLED_PERIODS / (bandwidth_hz * period_s))
-    result, missing = filtered(*butterworth_low_pass(corner), rows, segments, both_ways=True, pad=settle, out=result)
+    result, missing = filtered(*scipy.signal.butter(2, corner), rows, segments, both_ways=True, pad=settle, out=result)
     if missing is not None:
         result[missing] = np.nan
     return result.reshape(x.shape)

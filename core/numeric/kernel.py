@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.filter_design import first_order_hold
 from collaudit.core.numeric.iir_filter import filtered
 from collaudit.core.numeric.runs import rows_within, run_bounds
 
@@ -163,7 +163,9 @@ def _held(
     numerator: tuple[float, ...], denominator: tuple[float, ...], period_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Coefficients in z: a millisecond each time, and a log asks for the same ones a hundred times."""
-    b, a = first_order_hold(np.array(numerator), np.array(denominator), period_s)
+    system = (np.array(numerator), np.array(denominator))
+    rows, a, _ = scipy.signal.cont2discrete(system, period_s, method="foh")
+    b = rows[0]
     b.flags.writeable = a.flags.writeable = False
     return b, a
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 
@@ -160,10 +159,9 @@ def local_spread(rest: FloatArray, kept: BoolArray, conditions: Sequence[FloatAr
     for column in conditions:
         counted = column[kept]
         edges = [quantile_of(counted, share) for share in _CELLS]
-        for block in blocks(cell.size):
-            cell[block] *= np.uint8(len(_CELLS) + 1)
-            for edge in edges:
-                cell[block] += ~(column[block] <= edge)  # what is not known lies beyond the last edge
+        cell *= np.uint8(len(_CELLS) + 1)
+        for edge in edges:
+            cell += ~(column <= edge)  # what is not known lies beyond the last edge
     cell_kept, rest_kept = cell[kept], rest[kept]
     whole = robust_sd(rest_kept)
     spread = np.full((len(_CELLS) + 1) ** len(conditions), whole)

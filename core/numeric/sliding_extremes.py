@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import samples_at_once
 
 _Number = TypeVar("_Number", bound=np.generic)
 
+#: Windows at a time: what is worked on stays in the cache.
+_AT_ONCE = 1 << 16
 #: So many values of a window, about, are looked at first.
 _COARSE = 12
 
@@ -122,7 +123,7 @@ def _windows(x: NDArray[_Number], n: int, of_two: np.ufunc, out: NDArray[_Number
     if n == 1:
         out[...] = x
         return out
-    step = max(samples_at_once(), 4 * n)  # what is worked on stays in the cache
+    step = max(_AT_ONCE, 4 * n)
     buffers = np.empty((2, step + n), dtype=x.dtype)
     for start in range(0, count, step):
         stop = min(start + step, count)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from math import exp, log, sqrt
 
 import numpy as np
+from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
-from collaudit.core.numeric.special_functions import gamma_quantile
+from collaudit.core.numeric.tables import blocks
 
 #: Standard errors in half of a 95 % interval, rounded as usual: intervals in results are this wide.
 STANDARD_ERRORS_95 = 1.96
@@ -94,14 +94,6 @@ def _near(x: FloatArray, place: int) -> tuple[FloatArray, int]:
     first = place - below
     needed = 1 if place == x.size - 1 else 2  # the value and the next
     return (inside, first) if 0 <= first <= inside.size - needed else (x, place)
-
-
-def distinct(x: np.ndarray) -> np.ndarray:
-    """``np.unique`` of (n,) numbers, none of them NaN, without its import of masked arrays."""
-    ordered = np.sort(x)
-    first = np.ones(ordered.size, dtype=np.bool_)
-    np.not_equal(ordered[1:], ordered[:-1], out=first[1:])
-    return ordered[first]
 
 
 def drawn_places(size: int) -> IntArray:

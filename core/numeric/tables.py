@@ -1,17 +1,17 @@
-"""Tables of a log, a column for each joint: in memory, or in temporary files where memory could not hold them all.
+"""Work on logs of any length: rows in blocks, and tables that lie in memory or, where it could not hold them, in files.
 
-The columns lie one after the other. A table in a file is an array like any other, and results are the same: the system
-writes to disk what has not been used for long. Columns that are worked on, a few for each thread, stay in memory.
+A table has a column for each joint; the columns lie one after the other. One in a file is an array like any other, and
+results are the same: the system writes to disk what has not been used for long, and columns that are worked on stay in
+memory.
 """
 
 from __future__ import annotations
 
 import math
-import mmap
 import os
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,12 @@ def table(rows: int, columns: int, dtype: DTypeLike = np.float64) -> NDArray[Any
     bytes_ = rows * columns * np.dtype(dtype).itemsize
     if bytes_ * _AT_ONCE <= memory_bytes():
         return np.empty((rows, columns), dtype=dtype, order="F")
-    return np.frombuffer(_in_a_file(bytes_), dtype=dtype).reshape((rows, columns), order="F")
+    return _in_a_file(rows, columns, np.dtype(dtype)) if bytes_ else np.empty((rows, columns), dtype=dtype, order="F")
+
+
+def blocks(count: int, size: int) -> Iterator[slice]:
+    """Slices that cover so many samples, in order, each of ``size`` but the last."""
+    return (slice(start, min(start + size, count)) for start in range(0, count, size))
 
 
 def memory_bytes() -> float:
@@ -101,16 +106,14 @@ def folder_of_tables() -> str:
     return os.environ.get("TMPDIR") or (str(_ON_DISK) if _ON_DISK.is_dir() else tempfile.gettempdir())
 
 
-def _in_a_file(bytes_: int) -> mmap.mmap:
-    """Memory that is a file without a name: it is gone when nobody holds it any more, however the process ends."""
-    folder = folder_of_tables()
+def _in_a_file(rows: int, columns: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """A table that is a file without a name: it is gone when nobody holds it any more, however the process ends."""
+    folder, bytes_ = folder_of_tables(), rows * columns * dtype.itemsize
     try:
         with tempfile.TemporaryFile(prefix="collaudit-", dir=folder) as file:
             if hasattr(os, "posix_fallocate"):  # a disk that is full later would end the process
                 os.posix_fallocate(file.fileno(), 0, bytes_)
-            else:
-                file.truncate(bytes_)
-            return mmap.mmap(file.fileno(), bytes_)
+            return np.asarray(np.memmap(file, dtype, "w+", shape=(rows, columns), order="F"))
     except OSError as error:
         raise MemoryError(
             f"{error.strerror or error} in {folder} for a table of {bytes_ / 1e9:.3g} GB, one of up to {_AT_ONCE}, "

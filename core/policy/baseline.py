@@ -10,8 +10,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from scipy.special import bdtrc as binomial_tail
+from scipy.special import stdtrit as student_quantile
+
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.numeric.special_functions import binomial_tail, student_quantile
 
 #: Two contacts of one log are the same where they overlap with so much room, and share a joint.
 _ROOM_S = 0.1

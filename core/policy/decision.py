@@ -68,7 +68,8 @@ def _reasons(
         own = result.reasons if result.verdict == "pass" else ("Nothing else breaks the policy.",)
         if near and not notes:
             own = (f"Near misses of the night keep the policy, though not those of this log alone: {near[0]}",)
-    return (*(_sentence(one) for one in broken), *(one.text for one in untold), *own, *notes)
+    why = (*(_sentence(one) for one in broken), *(one.text for one in untold))
+    return (*why, *notes, *own) if verdict == "pass" else (*why, *own, *notes)
 
 
 def _in_core(one: RuleOutcome) -> bool:

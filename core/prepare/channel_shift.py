@@ -10,7 +10,6 @@ from collaudit.core.conditioning.velocity_lag import SAMPLES
 from collaudit.core.data.columns import Columns, Slope
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
@@ -98,14 +97,9 @@ def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
 def all_known(tables: Sequence[Columns], columns: Sequence[int] | None = None) -> BoolArray:
     """(n,) whether all values of a sample are finite: of all columns of the tables, or of some."""
     out = np.ones(tables[0].shape[0], dtype=np.bool_)
-
-    def look(part: slice) -> None:
-        for table in tables:
-            for j in range(table.shape[1]) if columns is None else columns:
-                out[part] &= np.isfinite(table[part, j])
-
-    for _ in ordered_map(look, blocks(out.size, _PART)):
-        pass
+    for table in tables:
+        for j in range(table.shape[1]) if columns is None else columns:
+            out &= np.isfinite(table[:, j])
     return out
 
 

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import parabola_minimum
 
 _REACH_S = (-0.2, 0.7)

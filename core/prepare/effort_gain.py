@@ -277,10 +277,13 @@ def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]
 
 
 def raw_effort_findings(series: UniformSeries) -> list[Finding]:
-    """That nothing can be judged in N·m while the effort is in a unit that is not stated."""
+    """That nothing can be judged in N·m while the scale of the effort is neither stated nor identified."""
     if series.effort is None or series.effort_unit != "raw":
         return []
-    text = "The effort is stated not to be in N·m: friction is fitted in the log's unit, and nothing is judged in N·m."
+    text = (
+        "The effort is stated not to be in N·m. A fit identifies its gain where gravity and inertia of the robot's "
+        "description tell it; a joint without one is not judged."
+    )
     return [Finding("effort-unit-raw", "warning", text)]
 
 

@@ -15,7 +15,6 @@ from collaudit.core.data.columns import Slope
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort_gain import EffortGain
 
@@ -77,7 +76,7 @@ def friction_signs(
             contact = contact_nm[:, j]
             known = known + (contact if np.isfinite(contact.sum()) else np.nan_to_num(contact))
         rates = Slope(known[:, None], series.segments, series.period_s)
-        told = exceeds(velocity[:, j], MOVING_RAD_S) & ~series.edge
+        told = (np.abs(velocity[:, j]) > MOVING_RAD_S) & ~series.edge
         if not np.isfinite(effort[:, j].sum() + known.sum()):
             told &= np.isfinite(effort[:, j] + known + rates[:, 0])
         use = np.flatnonzero(told)

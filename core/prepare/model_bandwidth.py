@@ -8,6 +8,7 @@ raises the residual's power as soon as it is below a half.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,8 +48,8 @@ class ModelBandwidth:
 
 def quiet_model(
     series: UniformSeries, rigid_nm: FloatArray, contact_nm: FloatArray | None
-) -> tuple[FloatArray, tuple[Finding, ...]]:
-    """Model torque without the bands that are noise, and what was left out; the same array where nothing is.
+) -> tuple[FloatArray, tuple[ModelBandwidth, ...]]:
+    """Model torque without the bands that are noise, and the joints that have such; the same array where none has.
 
     Args:
         series: the log, with effort in N·m.
@@ -72,7 +73,7 @@ def quiet_model(
     for b in found:
         j = series.column(b.joint)
         out[:, j] = low_pass(np.ascontiguousarray(rigid_nm[:, j]), series.segments, series.period_s, b.bandwidth_hz)
-    return out, (_finding(found, series.bandwidth_hz),)
+    return out, tuple(found)
 
 
 def _part(segments: tuple[Span, ...]) -> list[Span]:
@@ -129,7 +130,10 @@ def _is_noise(effort: FloatArray, model: FloatArray) -> bool:
     return slope + 2.0 * error < _HALF and slope - 2.0 * error > _SIGN
 
 
-def _finding(found: list[ModelBandwidth], filters_hz: float) -> Finding:
+def bandwidth_findings(found: Sequence[ModelBandwidth], filters_hz: float) -> list[Finding]:
+    """One finding on all joints of :func:`quiet_model`; none without any."""
+    if not found:
+        return []
     slow = f"above {_LADDER[-1] * filters_hz:.3g} Hz"
     named = ", ".join(
         f"'{b.joint}' {b.bandwidth_hz:.3g} Hz (RMS {slow} {b.before_nm:.2g} to {b.after_nm:.2g} N·m)" for b in found
@@ -138,4 +142,4 @@ def _finding(found: list[ModelBandwidth], filters_hz: float) -> Finding:
         f"The acceleration is too noisy for the filters' {filters_hz:.3g} Hz: the effort does not contain the model "
         f"torque's upper bands, and subtracting them would make the residual larger. It is used up to: {named}."
     )
-    return Finding("model-bandwidth", "info", text)
+    return [Finding("model-bandwidth", "info", text)]

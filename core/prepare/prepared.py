@@ -37,10 +37,10 @@ from collaudit.core.prepare.effort_gain import (
     raw_effort_findings,
     scale_findings,
 )
-from collaudit.core.prepare.effort_source import EffortSource, effort_source
+from collaudit.core.prepare.effort_kind import EffortKind, EffortSource, effort_kind
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
-from collaudit.core.prepare.model_bandwidth import quiet_model
+from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -52,11 +52,11 @@ class ConditionedLog:
 
     Attributes:
         series: all joints that the log and the model share, in model order; the effort as logged.
-        robot: the model as described.
+        robot: the model as described; without gravity where the effort holds none.
         judged: names of the joints to judge.
         phases: (n,) phase labels (``core/prepare/phases.py``).
         findings: of the log, the description, positions and phases.
-        effort_source: on which side of the gears the effort is measured.
+        effort_kind: on which side of the gears the effort is measured, and whether gravity is in it.
         load_nm: (n, j) torque of a known load that this log's arm carries beyond the model; None for none.
     """
 
@@ -65,7 +65,7 @@ class ConditionedLog:
     judged: tuple[str, ...]
     phases: NDArray[np.int8]
     findings: tuple[Finding, ...]
-    effort_source: EffortSource = "motor"
+    effort_kind: EffortKind = field(default_factory=EffortKind)
     load_nm: FloatArray | None = None
 
 
@@ -85,7 +85,7 @@ class Prepared:
         findings: of the log, the model and the checks.
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
-        quiet: of the findings, those on noise that was kept out of the model torque.
+        quiet: joints whose model torque is used without the bands that are noise.
         effort_lag_s: time constant of a low-pass that efforts have passed; None where none shows.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
@@ -101,7 +101,7 @@ class Prepared:
     findings: tuple[Finding, ...]
     calibration: Calibration
     start: ConditionedLog
-    quiet: tuple[Finding, ...] = ()
+    quiet: tuple[ModelBandwidth, ...] = ()
     effort_lag_s: float | None = None
     judged_series: UniformSeries = field(init=False)
 
@@ -116,7 +116,12 @@ class Prepared:
     @property
     def effort_source(self) -> EffortSource:
         """On which side of the gears the effort is measured."""
-        return self.start.effort_source
+        return self.start.effort_kind.source
+
+    @property
+    def bandwidth_hz(self) -> float:
+        """Up to where acceleration is no noise to any joint's model torque, Hz; at most that of the filters."""
+        return min((one.bandwidth_hz for one in self.quiet), default=self.series.bandwidth_hz)
 
     @property
     def sliding(self) -> tuple[str, ...]:
@@ -182,8 +187,10 @@ def conditioned(log: JointLog, robot: RobotModel, config: Config) -> Conditioned
     units = config.log.units
     findings += position_findings(series, robot, units.position, "position" in units.given)
     findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
-    source, about_source = effort_source(config.log, robot.joint_names)
-    return ConditionedLog(series, robot, judged, labels, (*findings, *about_source), source)
+    kind, about_effort = effort_kind(config.log, series, robot)
+    if kind.compensated == "stated":
+        robot = robot.without_gravity()
+    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind)
 
 
 def modelled(start: ConditionedLog, config: Config, calibration: Calibration | None = None) -> Prepared:
@@ -242,18 +249,18 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         if robot.has_inertials:
             same = robot is start.robot and known.robot is start.robot
             rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
-    elif robot.has_inertials and calibration.sensor is None:
+    elif robot.has_inertials and calibration.sensor is None and start.effort_kind.compensated != "stated":
         rigid, commanded = model_torques(series, robot, start.phases, config)
         rigid = _carried(rigid, start)
     else:
         commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
         rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None
-    quiet: tuple[Finding, ...] = ()
+    quiet: tuple[ModelBandwidth, ...] = ()
     if known is not None and rigid is known.rigid_nm:
         quiet = known.quiet
     elif rigid is not None and config.conditioning.bandwidth_hz is None:
         rigid, quiet = quiet_model(series, rigid, commanded.torque_nm)
-    findings = [*start.findings, *commanded.findings, *quiet]
+    findings = [*start.findings, *commanded.findings, *bandwidth_findings(quiet, series.bandwidth_hz)]
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
@@ -276,7 +283,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         if delay is None:  # of a late effort no scale is known
             described = gains if robot is start.robot else described_gains(series, start.robot, contact, start.load_nm)
             findings += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
-        if delay is None and start.effort_source != "joint":  # a sensor behind the gear sees no friction
+        if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(
                 friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
             )

@@ -14,7 +14,7 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import ARM_PER_HOUR, MARGIN, SD_PER_MAD, block_peaks, distinct, null_tail, quantile_of
+from collaudit.core.numeric.stats import ARM_PER_HOUR, MARGIN, SD_PER_MAD, block_peaks, null_tail, quantile_of
 from collaudit.core.prepare.prepared import Prepared
 
 #: A joint that stays within this never moves, rad (m of a prismatic joint).
@@ -136,7 +136,7 @@ def _level(torque: FloatArray, quiet: BoolArray, time_s: FloatArray) -> FloatArr
 
 def _step(torque: FloatArray) -> float:
     """The smallest step that the values are written in, N·m."""
-    values = distinct(torque[np.isfinite(torque)])
+    values = np.unique(torque[np.isfinite(torque)])
     gaps = np.diff(values)
     gaps = gaps[gaps > 1e-9]
     return quantile_of(gaps, 0.05) if gaps.size else 0.0

@@ -23,13 +23,14 @@ from collaudit.core.recommend.null_level import (
     NullEvidence,
     rest_level,
     scale_of,
-    threshold_level,
+    threshold_levels,
 )
 
 #: Persistences that thresholds are kept for, ms; 0 stands for a single sample.
 _PERSISTENCES_MS = (0.0, 5.0, 10.0, 25.0, 50.0, 100.0, 200.0)
-#: Evidence of which more lies above its own law is no evidence of contact-free motion.
-_EXCEEDED = 0.1
+#: Evidence of which a larger share, and more seconds, lie above its own law is no evidence of contact-free
+#: motion: less is a single event, which the law leaves out.
+_EXCEEDED, _EVENT_S = 0.1, 1.0
 
 
 def fitted_thresholds(
@@ -56,7 +57,8 @@ def corrections_that_help(
         for one in residuals:
             if one.corrected_nm is not None and joint in one.series.joint_names:
                 j = one.series.column(joint)
-                left.append((one.corrected_nm if corrected else one.torque_nm)[one.judged[:, j], j])
+                tried = one.judged[:, j] & np.isfinite(one.corrected_nm[:, j])
+                left.append((one.corrected_nm if corrected else one.torque_nm)[tried, j])
         every = np.concatenate(left) if left else np.empty(0)
         return float(np.sqrt(np.mean(every**2))) if every.size else 0.0
 
@@ -84,21 +86,18 @@ def _joint(
     loose = [r.evidence[:, j] & ~r.judged[:, j] for r, j in columns]
     scale = scale_of(data)
     asked = config.detect.persistence_ms
-    levels: dict[int, ThresholdLevel] = {}
-    for persistence in sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])}):
-        counts = [persistence_samples(persistence / 1e3, one.period_s) for one in data]
-        level = None if scale is None else threshold_level(data, scale, counts, joints)
-        if level is not None:
-            levels.setdefault(level.n, level)
-    over = max((level.exceeded for level in levels.values()), default=0.0)
-    if over > _EXCEEDED:
+    kept_ms = sorted({*_PERSISTENCES_MS, *([asked] if asked is not None else [])})
+    counts = dict.fromkeys(tuple(persistence_samples(ms / 1e3, one.period_s) for one in data) for ms in kept_ms)
+    levels = [] if scale is None else threshold_levels(data, scale, counts, joints)
+    over = max((level.exceeded for level in levels), default=0.0)
+    if over > _EXCEEDED and over * seconds > _EVENT_S:
         why = (
             f"its residual passes in {100 * over:.0f} % of the motion what the rest of the motion explains: contact, a "
             "stop or a fault in the fitted log that the fit did not recognise"
         )
         return JointThreshold((), None, None, None, seconds / 3600.0, 0.0, None, why)
     return JointThreshold(
-        levels=_falling(list(levels.values())),
+        levels=_falling(levels),
         scale=scale,
         noise_nm=robust_sd(x - median_of(x)),
         rms_nm=float(np.sqrt(np.mean(x**2))),

@@ -19,7 +19,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.corrected_laws import corrected_laws
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
-from collaudit.core.identification.estimate_choice import Candidate
+from collaudit.core.identification.candidates import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
@@ -31,8 +31,8 @@ _BLOCKS_A_FOLD = 3
 _LONGEST_BLOCK_S = 10.0
 #: A law without so much of the speeds of the whole fit would judge beyond what it was fitted on.
 _LEAST_RANGE = 0.8
-#: With so many samples a fit without a third of them is as good as one without a fifth, and takes less time.
-_MANY, _FEWEST_FOLDS = 100_000, 3
+#: With so many samples a fit of half of them is as good as one of four fifths, and two take less time than five.
+_MANY, _FEWEST_FOLDS = 100_000, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class HeldOutResidual:
     Attributes:
         prepared: the log, as the fit of all of it has it.
         torque_nm: (n, j) residual.
-        corrected_nm: (n, j) the same with the friction's corrections; None without any.
+        corrected_nm: (n, j) the same with the friction's corrections, in the first fold; None without any.
         evidence: (n, j) samples on which the rule could fire.
         judged: (n, j) those of them at which friction is a value.
         held_out: (n, j) those whose law was fitted without them.
@@ -101,7 +101,7 @@ def held_out_residuals(
     folds = [fold_of_sample(log.series, count) for log in logs]
     out = [_Filling.of(log, bool(beside.corrections)) for log in whole.logs]
     for k in range(count):
-        rest = fit_arm(logs, taken, config, [fold == k for fold in folds], whole.fits)
+        rest = fit_arm(logs, taken, config, [fold == k for fold in folds], whole)
         for log, fold, filling in zip(rest.logs, folds, out, strict=True):
             filling.fill(log, np.flatnonzero(fold == k), whole, rest, beside, config)
         if progress is not None:
@@ -149,7 +149,7 @@ class _Filling:
         laws = laws_at_temperature({**laws, **own}, beside.variation, series)[0]
         found = _residual(log, laws, config)
         self.torque[rows], self.state[rows], self.held_out[rows] = found.torque_nm[rows], found.state[rows], held
-        if self.corrected is not None:
+        if self.corrected is not None and not np.isfinite(self.corrected).any():  # one fold tells whether they help
             with_them = corrected_laws(laws, beside.corrections)
             self.corrected[rows] = _residual(log, with_them, config).torque_nm[rows]
 

@@ -13,7 +13,7 @@ from collaudit.core.data.recommendation_result import ArmRate, TailFacts
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.stats import STANDARD_ERRORS_95, distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.recommendation import CleanResidual, round_up
 from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
@@ -169,10 +169,10 @@ def _rule(
 def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float | None:
     """The threshold of one joint, two digits; None without a tail.
 
-    At the rate that its hours support, the tail's bound (95 %) keeps the joint's part; that is what is claimed. More
-    hours support a rarer rate, by a narrower bound; if they are like these, the level asked for may first rise and then
-    falls. gamma is the highest of these levels, from the hours at hand to those that support the rate asked for, so
-    that more hours of the same never raise it. One log does not show how much logs differ: from one, 95 % hold at the
+    Claimed is the rate that the hours support: there the tail's bound (95 %) keeps the joint's part. More hours support
+    a rarer rate, which needs a higher level, by a narrower bound, which needs a lower one. gamma is the highest of the
+    levels from the hours at hand to those that support the rate asked for, so that more hours like these never raise
+    it. One log does not show how much logs differ: from one, 95 % hold at the
     rate asked for, too, which is the only room left for that. No level is chosen that the clean data passed, where less
     than one alarm is expected in them.
 
@@ -181,15 +181,18 @@ def threshold(tail: JointTail | None, per_hour: float, joints: int = 1) -> float
         per_hour: false alarms of the arm that are asked for.
         joints: that share them.
     """
-    if tail is None:
-        return None
+    return None if tail is None else threshold_with_hours(tail, per_hour, joints, tail.hours)
+
+
+def threshold_with_hours(tail: JointTail, per_hour: float, joints: int, at_hand_h: float) -> float:
+    """:func:`threshold` if so many hours had shown the same tail; fewer than there are tell no more."""
     share, enough = per_hour / joints, 1.0 / (REACH * per_hour)
     later = 10.0 ** (np.arange(int(_STEPS * np.log10(enough)) - 5 * _STEPS, _STEPS * np.log10(enough)) / _STEPS)
-    hours = [tail.hours, *(h for h in (*later, enough) if h > tail.hours)]
+    hours = [at_hand_h, *(h for h in (*later, enough) if h > at_hand_h)]
     level = max(tail.level_bound(max(share, 1.0 / (REACH * h) / joints), h / tail.hours) for h in hours)
     if tail.logs < _FEW_LOGS:
-        level = max(level, tail.level_bound(share))
-    return round_up(max(level, tail.largest_nm) if share * tail.hours < 1.0 else level)
+        level = max(level, tail.level_bound(share, at_hand_h / tail.hours))
+    return round_up(max(level, tail.largest_nm) if share * at_hand_h < 1.0 else level)
 
 
 def looseness(tail: JointTail, gamma_nm: float) -> float:
@@ -265,7 +268,7 @@ def _missing(item: JointEvidence, gamma_nm: float | None, left_out_s: float) -> 
 
 def _logs_apart(peaks: SustainedPeaks) -> float:
     """The highest median level of a log over the lowest; 1 with one log."""
-    medians = [median_of(own) for k in distinct(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
+    medians = [median_of(own) for k in np.unique(peaks.log) if (own := peaks.level_nm[peaks.log == k]).size]
     least = min(medians, default=0.0)
     return max(medians) / least if least > 0 else 1.0
 

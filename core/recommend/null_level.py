@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+import scipy
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
 from collaudit.core.detection.motion_scale import LEAST_SHARE, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.nonnegative_fit import nonnegative_fit
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
 from collaudit.core.numeric.stats import (
@@ -63,7 +63,7 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
     limit, level = np.full(size_nm.size, _CLIP * max(usual, 1e-9)), np.full(size_nm.size, usual)
     weights = np.zeros(features.shape[1])
     for _ in range(_ROUNDS):
-        weights = nonnegative_fit(features, np.minimum(size_nm, limit))
+        weights = scipy.optimize.nnls(features, np.minimum(size_nm, limit))[0]
         level = features @ weights
         level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
         limit = _CLIP * level
@@ -74,7 +74,15 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
 
 def sustained_ratios(one: NullEvidence, scale: MotionScale, n: int) -> FloatArray:
     """(b,) of each block mostly in motion the largest ratio to the scale that |residual| keeps for n samples."""
-    ratio = np.where(one.moving, np.abs(one.residual_nm) / scale_over(scale, one.features), 0.0)
+    return _sustained(one, _ratio(one, scale), n)
+
+
+def _ratio(one: NullEvidence, scale: MotionScale) -> FloatArray:
+    """(n,) |residual| over its scale, 0 where it does not count."""
+    return np.where(one.moving, np.abs(one.residual_nm) / scale_over(scale, one.features), 0.0)
+
+
+def _sustained(one: NullEvidence, ratio: FloatArray, n: int) -> FloatArray:
     lasting = ratio.copy()
     if n > 1:
         whole_window_minima(ratio, n, lasting)
@@ -90,29 +98,34 @@ def scale_of(evidence: Sequence[NullEvidence]) -> MotionScale | None:
     return motion_scale(size[::step], features[::step]) if seconds >= FEWEST_BLOCKS * BLOCK_S else None
 
 
-def threshold_level(
-    evidence: Sequence[NullEvidence], scale: MotionScale, counts: Sequence[int], joints: int
-) -> ThresholdLevel | None:
-    """Best estimate of one joint's threshold at one persistence: ``ARM_PER_HOUR`` over the joints, with ``MARGIN``.
+def threshold_levels(
+    evidence: Sequence[NullEvidence], scale: MotionScale, persistences: Iterable[Sequence[int]], joints: int
+) -> list[ThresholdLevel]:
+    """Best estimates of one joint's threshold: ``ARM_PER_HOUR`` over the joints, with ``MARGIN``; none without peaks.
 
     Args:
         evidence: of one joint, one entry a log.
         scale: of it.
-        counts: persistence in samples of each log.
+        persistences: to be answered for, each in samples of each log.
         joints: that share the arm's false alarms.
     """
-    single = null_tail(np.concatenate([sustained_ratios(one, scale, 1) for one in evidence]))
-    peaks = np.concatenate([sustained_ratios(one, scale, n) for one, n in zip(evidence, counts, strict=True)])
-    lasting = null_tail(peaks)
-    if single is None or lasting is None:
-        return None
-    # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
-    rate = ARM_PER_HOUR / joints
-    level = sqrt(single.level(rate) * lasting.level(rate))
-    seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
-    gamma = MARGIN * level * scale.usual_nm
-    over = float(np.mean(peaks > level))
-    return ThresholdLevel(max(counts), seconds, gamma, lasting.rate(level), lasting.interval(level), over)
+    ratios = [_ratio(one, scale) for one in evidence]
+
+    def peaks(counts: Sequence[int]) -> FloatArray:
+        return np.concatenate([_sustained(*each) for each in zip(evidence, ratios, counts, strict=True)])
+
+    single, rate, out = null_tail(peaks([1] * len(evidence))), ARM_PER_HOUR / joints, []
+    for counts in persistences if single is not None else ():
+        lasting = null_tail(sustained := peaks(counts))
+        if single is None or lasting is None:
+            continue
+        # persistence strips noise, which is the bulk, and not the model's own errors: half of its gain is counted
+        level = sqrt(single.level(rate) * lasting.level(rate))
+        seconds = max(n * one.period_s for n, one in zip(counts, evidence, strict=True))
+        over = float(np.mean(sustained > level))
+        gamma = MARGIN * level * scale.usual_nm
+        out.append(ThresholdLevel(max(counts), seconds, gamma, lasting.rate(level), lasting.interval(level), over))
+    return out
 
 
 def rest_level(residual_nm: Sequence[FloatArray], loose: Sequence[BoolArray]) -> float:

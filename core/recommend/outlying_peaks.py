@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.special import fdtrc as fisher_tail
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.numeric.special_functions import fisher_tail
-from collaudit.core.numeric.stats import distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import MARGIN_S, ArmEvidence, LeftOutStretch, LogEvidence, joined
 from collaudit.core.recommend.sustained_levels import BLOCK_S, SustainedPeaks
 
@@ -118,7 +118,7 @@ def _usual_nm(peaks: SustainedPeaks, logs: Sequence[LogEvidence], joint: str) ->
         turn[own] = np.abs(velocity[after] - velocity[before]) / (2.0 * _STEP_S)
     like = _CLASSES[1] * _class(speed, _CLASSES[0]) + _class(turn, _CLASSES[1])
     usual = np.full(peaks.level_nm.size, max(median_of(peaks.level_nm), 1e-12))
-    for label in distinct(like):
+    for label in np.unique(like):
         same = like == label
         if np.count_nonzero(same) >= _FEWEST_IN_CLASS:
             usual[same] = max(median_of(peaks.level_nm[same]), 1e-12)

@@ -11,7 +11,6 @@ import numpy as np
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.runs import run_bounds
 
 
@@ -51,10 +50,7 @@ class CleanResidual:
     def level_nm(self) -> FloatArray:
         """(n,) |residual|, -inf where a sample does not count; formed once for all persistences."""
         if not self._level:
-            level = np.empty(self.residual_nm.size)
-            for part in blocks(level.size):
-                level[part] = np.where(self.clean[part], np.abs(self.residual_nm[part]), -np.inf)
-            self._level.append(level)
+            self._level.append(np.where(self.clean, np.abs(self.residual_nm), -np.inf))
         return self._level[0]
 
 

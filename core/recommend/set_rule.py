@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from scipy.special import gammaincinv as gamma_quantile
+
 from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.recommendation_result import Opinion, SetRule
-from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.recommend.arm_evidence import ArmEvidence
 from collaudit.core.recommend.joint_thresholds import JointEvidence, recommend_joints
 

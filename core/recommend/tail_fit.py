@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+from scipy.special import stdtr as student_share
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.special_functions import student_quantile, student_share
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.recommend.sustained_levels import SustainedPeaks
 from collaudit.core.recommend.tail_likelihood import TailLikelihood, tail_likelihood

@@ -15,7 +15,6 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
 _TRAVEL_CONSTANTS = 5.0
@@ -152,12 +151,9 @@ class Travel:
             forward, backward = v > 0, v < 0
             anew[0] = True
             anew[1:] = (forward[1:] & backward[:-1]) | (backward[1:] & forward[:-1])
-            for block in blocks(way.size - 1):
-                step = np.abs(position[1:][block] - position[:-1][block])
-                if not np.isfinite(step.sum()):
-                    step[~np.isfinite(step)] = 0.0
-                step[0] += way[block.start]
-                np.cumsum(step, out=way[1:][block])
+            step = np.abs(np.diff(position))
+            step[~np.isfinite(step)] = 0.0
+            way[1:] = np.cumsum(step)
         return cls(turned, travel)
 
     def settled(
@@ -172,24 +168,11 @@ class Travel:
             if len(segment) == 0:
                 continue
             s = segment.slice
-            resting, cumulated = _resting(velocity[s], slowest), self.way[s]
+            resting, cumulated = np.abs(velocity[s]) < slowest, self.way[s]  # an unknown velocity does not rest
             starts = np.flatnonzero(resting | self.turned[s])  # the first sample is one
-            for block in blocks(cumulated.size):
-                first, last = np.searchsorted(starts, (block.start, block.stop))
-                since = starts[max(first - 1, 0) : last]
-                count = np.diff(np.maximum(since, block.start), append=block.stop)
-                np.subtract(cumulated[block], np.repeat(cumulated[since], count), out=travel[s][block])
-            np.greater_equal(travel[s], travel_rad, out=steady[s])
-            steady[s] &= ~resting
+            travel[s] = cumulated - np.repeat(cumulated[starts], np.diff(starts, append=cumulated.size))
+            steady[s] = (travel[s] >= travel_rad) & ~resting
         return steady, travel
-
-
-def _resting(velocity: FloatArray, slowest: float) -> BoolArray:
-    """(n,) |velocity| < slowest; not where it is unknown."""
-    out = np.empty(velocity.shape, dtype=np.bool_)
-    for block in blocks(velocity.size):
-        np.less(np.abs(velocity[block]), slowest, out=out[block])
-    return out
 
 
 def _last_known(x: FloatArray) -> FloatArray:

@@ -16,7 +16,6 @@ from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_b
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.gear.load_term import load_doubt
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.blocks import blocks, exceeds
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.sparse_column import SparseColumn
@@ -193,7 +192,7 @@ def _fill_joint(
     total = np.ascontiguousarray(balance.total_nm[:, j])  # not sooner: it may be made here
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
-    beyond = exceeds(velocity, BEYOND_RANGE * law.speed_range[1])
+    beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]
     sliding, friction = band.sliding_nm[:, None], columns.torque_nm  # where the residual will be
     balance.kernel.apply(sliding, series.segments, series.period_s, out=friction[:, None])
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
@@ -215,7 +214,7 @@ def _fill_joint(
     columns.torque_nm[rows] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
     columns.state[rows] = State.FRICTION_INTERVAL
     doubt: FloatArray | None = None
-    if exceeds(velocity, law.speed_range[1]).any():
+    if (np.abs(velocity) > law.speed_range[1]).any():
         seen = ~(undecided | series.edge | balance.unsettled | series.saturated[:, j])
         shown = scatter_beyond(law, velocity, columns.torque_nm, seen, series.period_s)
         doubt = np.minimum(extrapolation_doubt(law, velocity), shown)
@@ -234,14 +233,10 @@ def _fill_joint(
 
 def _take_off(total: FloatArray, level: FrictionLevel, columns: _Columns) -> None:
     """Residual as of sliding friction at its level, in the place of that friction, and what the level's error adds."""
-    for block in blocks(total.size):
-        friction, uncertainty = columns.torque_nm[block], columns.uncertainty_nm[block]
-        np.abs(friction, out=uncertainty)
-        uncertainty *= SIGMAS * level.sd[block]
-        if not np.isfinite(uncertainty.sum()):
-            uncertainty[~np.isfinite(uncertainty)] = 0.0
-        friction *= 1.0 + level.deviation[block]
-        np.subtract(total[block], friction, out=friction)
+    friction = columns.torque_nm
+    uncertainty = np.abs(friction) * (SIGMAS * level.sd)
+    columns.uncertainty_nm[...] = np.where(np.isfinite(uncertainty), uncertainty, 0.0)
+    friction[...] = total - friction * (1.0 + level.deviation)
 
 
 def _span(

@@ -1,19 +1,19 @@
-"""A robot's joints at a position, and the motion of its links, as values that are recorded.
+"""A robot's joints at many positions, and the motion of its links there.
 
 Each link's quantities are vectors in its joint's axes, about its joint's origin.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.link_constants import Link
-from collaudit.core.robot.recorded_program import Recorder, Scalar, Value
-from collaudit.core.robot.recorded_vectors import ZERO, Vector, add_z, matrix_times, plus, vector_of
+from collaudit.core.robot.vectors import ZERO, Scalar, Vector, add_z, matrix_times, plus, vector_of
 
 #: Rotations' entries this near to 0, 1 or -1 are meant to be it.
 _EXACT = 1e-15
@@ -21,11 +21,10 @@ _EXACT = 1e-15
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint at a position: ways into and out of its axes."""
+    """A joint at its positions (m,): ways into and out of its axes."""
 
     link: Link
-    position: Value
-    recorder: Recorder
+    position: FloatArray
 
     @cached_property
     def rotation(self) -> list[list[float]]:
@@ -36,7 +35,7 @@ class Joint:
 
     @cached_property
     def _cos_sin(self) -> tuple[Scalar, Scalar]:
-        return self.recorder.cosine(self.position), self.recorder.sine(self.position)
+        return np.cos(self.position), np.sin(self.position)
 
     @cached_property
     def offset(self) -> Vector:
@@ -73,19 +72,13 @@ class Motion:
     spin_matrix: list[Vector]
 
 
-def recording(
-    links: Sequence[Link], derivatives: int, more: int = 0
-) -> tuple[Recorder, list[Joint], list[list[Value]]]:
-    """A recorder, the joints at their positions, and for each derivative its value of each joint."""
-    count = len(links)
-    recorder = Recorder((1 + derivatives) * count + more)
-    inputs = recorder.inputs()
-    joints = [Joint(link, inputs[k], recorder) for k, link in enumerate(links)]
-    return recorder, joints, [inputs[(d + 1) * count : (d + 2) * count] for d in range(derivatives)]
+def joints_at(links: Sequence[Link], q: FloatArray) -> list[Joint]:
+    """The joints at positions (j, m)."""
+    return [Joint(link, position) for link, position in zip(links, q, strict=True)]
 
 
 def motions_of(
-    joints: Sequence[Joint], speeds: Sequence[Value], rates: Sequence[Value], base: Vector
+    joints: Sequence[Joint], speeds: Iterable[FloatArray], rates: Iterable[FloatArray], base: Vector
 ) -> Iterator[Motion]:
     """Of each link in turn, on a base that accelerates by ``base``."""
     out: list[Motion] = []
@@ -106,8 +99,8 @@ def motions_of(
 def _spin_matrix(turn: Vector, turning: Vector) -> list[Vector]:
     """U = [α×] + [ω×][ω×]."""
     (x, y, z), (ax, ay, az) = turn, turning
-    return [(-(y * y + z * z), x * y - az, x * z + ay), (x * y + az, -(x * x + z * z), y * z - ax),
-            (x * z - ay, y * z + ax, -(x * x + y * y))]  # fmt: skip
+    xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
+    return [(-(yy + zz), xy - az, xz + ay), (xy + az, -(xx + zz), yz - ax), (xz - ay, yz + ax, -(xx + yy))]
 
 
 def into_link(joints: Sequence[Joint], link: int, vector: Vector) -> Vector:

@@ -110,6 +110,10 @@ class PinocchioModel:
         """Reflected rotor inertia (j,), kg·m² or kg; Pinocchio adds it to the diagonal of the mass matrix."""
         self._model.armature = armature
 
+    def library_model(self) -> Any:
+        """A copy of the ``pinocchio.Model``, for shapes of links, which the library places itself."""
+        return self._model.copy()
+
     def copy(self) -> PinocchioModel:
         """An independent copy."""
         return PinocchioModel(self._model.copy())

@@ -1,4 +1,4 @@
-"""An arm's dynamics for many samples at once: recorded programs, with Pinocchio as their reference and in their stead.
+"""An arm's dynamics for many samples at once, from the constants that Pinocchio reads of its description.
 
 A model is built first (:mod:`pinocchio_model`); nothing changes it once it is here.
 """
@@ -6,19 +6,18 @@ A model is built first (:mod:`pinocchio_model`); nothing changes it once it is h
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot import newton_euler, reference_dynamics
+from collaudit.core.robot import newton_euler
 from collaudit.core.robot.forward_dynamics import ForwardModel
 from collaudit.core.robot.link_constants import FramePlacement, Link
 from collaudit.core.robot.pinocchio_model import PinocchioModel
-from collaudit.core.robot.sample_batches import Batched, OneByOne, checked
-
-#: Programs that are kept of one model.
-_PROGRAMS = 128
+from collaudit.core.robot.sample_batches import Batched
+from collaudit.core.robot.vectors import Scalar
 
 
 class RigidBodies:
@@ -27,7 +26,6 @@ class RigidBodies:
     def __init__(self, model: PinocchioModel) -> None:
         """``model``: with gravity, rotor inertia and tool; a copy of it is kept."""
         self._model = model.copy()
-        self._programs: dict[object, Batched] = {}
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -55,6 +53,12 @@ class RigidBodies:
         model.set_armature(np.asarray(armature, dtype=float))
         return RigidBodies(model)
 
+    def without_gravity(self) -> RigidBodies:
+        """The arm under no gravity."""
+        model = self._model.copy()
+        model.set_gravity(np.zeros(3))
+        return RigidBodies(model)
+
     def frame_joint(self, frame: str) -> str | None:
         """The joint that moves a frame; None for the base."""
         return self._model.frame_joint(frame)
@@ -73,30 +77,21 @@ class RigidBodies:
 
     def inverse_dynamics(self) -> Batched:
         """From q, v, a to the joint torques M(q) a + C(q, v) v + G(q), rotor inertia included."""
-        return self._program(
-            "inverse dynamics",
-            lambda: newton_euler.inverse_dynamics_program(self.links, self._model.gravity_m_s2),
-            lambda: reference_dynamics.inverse_dynamics(self._model),
-        )
+        return self._batched(3, self._count, partial(newton_euler.inverse_dynamics, self.links, self._gravity))
 
     def momentum(self) -> Batched:
         """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
-        return self._program(
-            "momentum",
-            lambda: newton_euler.momentum_program(self.links, self._model.gravity_m_s2),
-            lambda: reference_dynamics.momentum(self._model),
-        )
+        return self._batched(2, 2 * self._count, partial(newton_euler.momentum, self.links, self._gravity))
 
     def force(self, frame: str, carried: tuple[str, float, FloatArray] | None = None) -> Batched:
         """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes.
 
         ``carried``: frame, mass in kg and (3,) centre of a point mass that is accelerated, without weight.
         """
-        return self._program(
-            ("force", frame, _key(carried)),
-            lambda: newton_euler.force_program(self.links, self.place(frame), self._body(carried)),
-            lambda: reference_dynamics.force(self._model, frame, carried),
-        )
+        place, body = self.place(frame), self._body(carried)
+        if body is None:
+            return self._batched(1, self._count, partial(newton_euler.force, self.links, place), 6)
+        return self._batched(3, self._count, partial(newton_euler.force_less_body, self.links, place, body), 6)
 
     def torques(self, frame: str, carried: tuple[str, float, FloatArray] | None = None) -> Batched:
         """From q, v, a and what a sensor in a frame reads to :meth:`inverse_dynamics`, then the reading at the joints.
@@ -104,21 +99,13 @@ class RigidBodies:
         Last, the square of the force. ``carried`` as for :meth:`force`, on the sensor's link, is taken out of the
         reading with its weight, which is the force on the environment.
         """
-        return self._program(
-            ("torques", frame, _key(carried)),
-            lambda: newton_euler.torques_program(
-                self.links, self._model.gravity_m_s2, self.place(frame), self._body(carried)
-            ),
-            lambda: reference_dynamics.torques(self._model, frame, carried),
-        )
+        known = (self.links, self._gravity, self.place(frame), self._body(carried))
+        return self._batched(3, 2 * self._count + 1, partial(newton_euler.torques, *known), 6)
 
     def weight(self, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray) -> Batched:
         """From q to the weight (6,) of a point mass in a frame's axes at its origin."""
-        return self._program(
-            ("weight", frame, mass_kg, *map(float, com_m), *map(float, gravity_m_s2)),
-            lambda: newton_euler.weight_program(self.links, self.place(frame), mass_kg, com_m, gravity_m_s2),
-            lambda: reference_dynamics.weight(self._model, frame, mass_kg, com_m, gravity_m_s2),
-        )
+        known = (self.links, self.place(frame), mass_kg, com_m, np.asarray(gravity_m_s2))
+        return self._batched(1, 6, partial(newton_euler.weight, *known))
 
     def rotation(self, q: FloatArray, frame: str) -> FloatArray:
         """(3, 3) axes of a frame in the base at one position (j,)."""
@@ -142,6 +129,10 @@ class RigidBodies:
             out[k] = work.torque_regressor(q[k], v[k], a[k])
         return out
 
+    def library_model(self) -> Any:
+        """A copy of the library's own model; see :mod:`collaudit.core.robot.arm_shapes`."""
+        return self._model.library_model()
+
     def forward(self) -> ForwardModel:
         """Forward dynamics of this model, for simulation."""
         return ForwardModel(self._model)
@@ -159,15 +150,18 @@ class RigidBodies:
         """A point mass that is carried, its frame as the recursions want it."""
         return None if carried is None else (self.place(carried[0]), carried[1], np.asarray(carried[2]))
 
-    def _program(self, key: object, record: Callable[[], Batched], slow: Callable[[], OneByOne]) -> Batched:
-        """A program, recorded when it is first asked for, and Pinocchio in its place if the two should not agree."""
-        found = self._programs.get(key)
-        if found is None:
-            found = self._programs[key] = checked(record(), slow())
-            while len(self._programs) > _PROGRAMS:  # a model serves many logs, and each may carry another load
-                self._programs.pop(next(iter(self._programs)), None)
-        return found
+    def _batched(
+        self, motions: int, outputs: int, recursion: Callable[..., Sequence[Scalar]], more: int = 0
+    ) -> Batched:
+        """A recursion on so many of q, v, a, and on so many more rows."""
+        edges = [k * self._count for k in range(1, motions + (more > 0))]
+        inputs = motions * self._count + more
+        return Batched(inputs, outputs, lambda rows: recursion(*np.split(rows, edges)))
 
+    @property
+    def _count(self) -> int:
+        return self._model.joint_count
 
-def _key(carried: tuple[str, float, FloatArray] | None) -> object:
-    return None if carried is None else (*carried[:2], *map(float, carried[2]))
+    @property
+    def _gravity(self) -> FloatArray:
+        return self._model.gravity_m_s2

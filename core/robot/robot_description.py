@@ -17,6 +17,7 @@ from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import RobotError
 from collaudit.core.robot.urdf_file import read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
+from collaudit.core.robot.xacro_file import expanded
 from collaudit.core.small_files import read_small
 
 
@@ -30,6 +31,7 @@ class JointFacts:
         link: the link it moves.
         lower, upper: position limits, rad or m; NaN where there are none.
         effort_limit: N·m or N; NaN where there is none.
+        speed_limit: rad/s or m/s; NaN where there is none.
         leader: the joint it mimics, or None.
         multiplier, offset: position = multiplier · leader + offset.
     """
@@ -43,6 +45,7 @@ class JointFacts:
     leader: str | None = None
     multiplier: float = 1.0
     offset: float = 0.0
+    speed_limit: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +103,7 @@ def _describe_urdf(path: Path, where: str) -> Description:
             expected="a URDF file",
             hint="check robot.urdf in the configuration; relative paths start at the configuration's folder",
         ) from error
-    return _described(data, where)
+    return _described(expanded(data, path, where), where)
 
 
 @lru_cache(maxsize=8)  # the logs of a night share their robots
@@ -117,6 +120,7 @@ def _described(data: bytes, where: str) -> Description:
             leader=joint.leader,
             multiplier=joint.multiplier,
             offset=joint.offset,
+            speed_limit=joint.speed,
         )
         for joint in urdf.joints
         if joint.kind != "fixed"

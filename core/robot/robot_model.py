@@ -185,6 +185,10 @@ class RobotModel:
         """The same arm with other inertial parameters (p,) and rotor inertias (k,)."""
         return replace(self, bodies=self._with_inertials().with_parameters(parameters, armature))
 
+    def without_gravity(self) -> RobotModel:
+        """The same arm whose joint torques hold no gravity; what a sensor or a tool weighs stays as it is."""
+        return self if self.bodies is None else replace(self, bodies=self.bodies.without_gravity())
+
     def wrench_torque(self, q: FloatArray, wrench: FloatArray, frame: str) -> FloatArray:
         """Joint torque J(q)^T F of a wrench, eq. (2).
 

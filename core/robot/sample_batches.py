@@ -1,10 +1,9 @@
-"""Programs over long, narrow arrays: by blocks of samples in threads, in the joints of a log."""
+"""Computations over long, narrow arrays: by blocks of samples in threads, in the joints of a log."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -12,40 +11,24 @@ from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.tables import table
+from collaudit.core.robot.vectors import Scalar
 
-#: Samples at a time: long enough that calling NumPy costs little, short enough that a program's buffers stay in cache.
+#: Samples at a time: long enough that calling NumPy costs little, short enough that results stay in the cache.
 _BLOCK = 16384
-Sample: TypeAlias = Callable[[FloatArray], FloatArray]
-_AGREE = 1e-9  # of the largest value: rounding alone leaves 1e-14
 
 
-class Run(Protocol):
-    """A computation with its memory: fill ``inputs`` (k, m), run, read ``outputs`` (r, m)."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Batched:
+    """A computation for many samples at once.
 
-    @property
-    def inputs(self) -> FloatArray:
-        """(k, m)."""
-        ...
-
-    @property
-    def outputs(self) -> FloatArray:
-        """(r, m)."""
-        ...
-
-    def run(self) -> None:
-        """Compute the outputs."""
-        ...
-
-
-class Batched(Protocol):
-    """A computation of ``outputs`` numbers from ``inputs`` numbers for many samples at once."""
+    Attributes:
+        inputs, outputs: how many numbers of a sample go in and come out.
+        compute: from (inputs, m) to as many arrays (m,), or numbers, as there are outputs.
+    """
 
     inputs: int
     outputs: int
-
-    def run_of(self, count: int) -> Run:
-        """Memory for that many samples at a time."""
-        ...
+    compute: Callable[[FloatArray], Sequence[Scalar]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,28 +40,26 @@ class Signal:
     offset: FloatArray | None = None
     scale: float = 1.0
 
-    def fill(self, rows: FloatArray, block: slice) -> None:
-        """Put a block of samples into (r, m) rows."""
-        if self.matrix is None:
-            rows[...] = self.values[block].T
-        else:
-            np.matmul(self.matrix, self.values[block].T, out=rows)
+    def rows(self, block: slice) -> FloatArray:
+        """(r, m) rows of a block of samples."""
+        rows = self.values[block].T
+        if self.matrix is not None:
+            rows = np.matmul(self.matrix, rows)
         if self.offset is not None:
-            rows += self.offset[:, None]
-        if self.scale != 1.0:
-            rows *= self.scale
+            rows = rows + self.offset[:, None]
+        return np.asarray(rows if self.scale == 1.0 else rows * self.scale)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """So many of a program's outputs that are one array; by the transpose of ``back`` (rows, c) they become c."""
+    """So many of the outputs that are one array; by the transpose of ``back`` (rows, c) they become c."""
 
     rows: int
     back: FloatArray | None = None
 
 
 def evaluate(program: Batched, signals: Sequence[Signal], parts: Sequence[Part] = ()) -> list[FloatArray]:
-    """Run a program over all samples; one with any input that is not finite is NaN altogether.
+    """Compute over all samples; one with any input that is not finite is NaN altogether.
 
     Args:
         program: its inputs are the rows of the signals, one after the other.
@@ -91,65 +72,19 @@ def evaluate(program: Batched, signals: Sequence[Signal], parts: Sequence[Part] 
     count = signals[0].values.shape[0]
     parts = parts or (Part(program.outputs),)
     out = [table(count, p.rows if p.back is None else p.back.shape[1]) for p in parts]
-    idle: list[Run] = []
 
     def one(block: slice) -> None:
-        try:
-            run = idle.pop()
-        except IndexError:
-            run = program.run_of(min(_BLOCK, count))
-        samples = len(range(*block.indices(count)))
-        inputs, first = run.inputs[:, :samples], 0
-        for signal in signals:
-            height = signal.values.shape[1] if signal.matrix is None else signal.matrix.shape[0]
-            signal.fill(inputs[first : first + height], block)
-            first += height
-        run.run()
-        known, first = np.isfinite(inputs).all(axis=0), 0
+        rows = np.concatenate([signal.rows(block) for signal in signals])
+        with np.errstate(invalid="ignore"):  # the sine of what is not finite is not a number, and that is right
+            results = np.array(np.broadcast_arrays(*program.compute(rows), rows[0])[:-1])
+        known, first = np.isfinite(rows).all(axis=0), 0
         for part, array in zip(parts, out, strict=True):
-            rows = run.outputs[first : first + part.rows, :samples]
-            array[block] = rows.T if part.back is None else np.matmul(rows.T, part.back)
+            values = results[first : first + part.rows].T
+            array[block] = values if part.back is None else np.matmul(values, part.back)
             if not known.all():
                 array[block][~known] = np.nan
             first += part.rows
-        idle.append(run)
 
     for _ in ordered_map(one, [slice(start, start + _BLOCK) for start in range(0, count, _BLOCK)]):
         pass
     return out
-
-
-class OneByOne:
-    """A computation that is given as a function of one sample: the reference, and slow."""
-
-    def __init__(self, inputs: int, outputs: int, sampler: Callable[[], Sample]) -> None:
-        """``sampler``: makes a function from (inputs,) to (outputs,) that works in memory of its own."""
-        self.inputs, self.outputs = inputs, outputs
-        self._sampler = sampler
-
-    def run_of(self, count: int) -> Run:
-        """Memory for that many samples at a time."""
-        return _Loop(np.zeros((self.inputs, count)), np.zeros((self.outputs, count)), self._sampler())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Loop:
-    inputs: FloatArray
-    outputs: FloatArray
-    sample: Sample
-
-    def run(self) -> None:
-        """Compute the outputs."""
-        for k in range(self.inputs.shape[1]):
-            self.outputs[:, k] = self.sample(np.ascontiguousarray(self.inputs[:, k]))
-
-
-def checked(program: Batched, reference: Batched) -> Batched:
-    """The program, if it gives what the reference gives at a few samples without a pattern; else the reference."""
-    fast, slow = program.run_of(5), reference.run_of(5)
-    squares = np.arange(1.0, 5.0 * program.inputs + 1.0) ** 2
-    fast.inputs[:] = slow.inputs[:] = 2.0 * np.cos(squares).reshape(-1, 5)  # numpy.random would have to be imported
-    fast.run()
-    slow.run()
-    close = np.abs(fast.outputs - slow.outputs) <= _AGREE * max(1.0, float(np.abs(slow.outputs).max(initial=0.0)))
-    return program if close.all() else reference

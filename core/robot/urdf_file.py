@@ -20,7 +20,7 @@ _NO_LIMIT = "1e9"
 
 @dataclass(frozen=True, slots=True)
 class UrdfJoint:
-    """One joint element; limits are NaN where there are none (rad or m, N·m or N)."""
+    """One joint element; limits are NaN where there are none (rad or m, N·m or N, rad/s or m/s)."""
 
     name: str
     kind: str
@@ -29,6 +29,7 @@ class UrdfJoint:
     lower: float
     upper: float
     effort: float
+    speed: float
     leader: str | None
     multiplier: float
     offset: float
@@ -103,7 +104,7 @@ def _joint(element: ET.Element, where: str) -> UrdfJoint:
         raise RobotError("a joint needs a name, a parent link and a child link", where=place)
     limit, mimic = element.find("limit"), element.find("mimic")
     bounded = kind in ("revolute", "prismatic")
-    effort = _number(limit, "effort", math.nan, place)
+    effort, speed = (_number(limit, key, math.nan, place) for key in ("effort", "velocity"))
     return UrdfJoint(
         name=name,
         kind=kind,
@@ -112,6 +113,7 @@ def _joint(element: ET.Element, where: str) -> UrdfJoint:
         lower=_number(limit, "lower", math.nan, place) if bounded else math.nan,
         upper=_number(limit, "upper", math.nan, place) if bounded else math.nan,
         effort=effort if effort > 0 else math.nan,
+        speed=speed if speed > 0 else math.nan,
         leader=None if mimic is None else mimic.get("joint"),
         multiplier=_number(mimic, "multiplier", 1.0, place),
         offset=_number(mimic, "offset", 0.0, place),

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from math import ceil, sqrt
 
 import numpy as np
+from scipy.special import bdtrik as binomial_quantile
 
 from collaudit.core.data.rule_study_result import ContactSensitivity, ForceNoticed, MissRate, Motion
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.special_functions import binomial_quantile
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.rule_study.contact_shapes import ContactShape

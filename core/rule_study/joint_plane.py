@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from math import log
 
 import numpy as np
+from scipy.special import gammaincinv as gamma_quantile
 
 from collaudit.core.data.rule_study_result import JointPlane, PlanePoint
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.numeric.stats import robust_sd
 from collaudit.core.rule_study.alarm_grid import alarm_grid, excess, grid_counts, grid_gammas, sustained_level
 from collaudit.core.rule_study.shown_torque import Windows, shown

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.tables import blocks
 from collaudit.core.rule_study.shown_torque import Windows, shown
 
 #: Forces between which the smallest is looked for, N: beyond the largest no contact with a person is.

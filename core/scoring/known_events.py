@@ -94,11 +94,12 @@ def label_times(labels: Sequence[Annotation], wanted: Sequence[str]) -> list[tup
     return sorted(interval for label in marks for interval in label.intervals_s) if marks else None
 
 
-def missing_labels(series: UniformSeries, config: DetectConfig) -> list[Finding]:
-    """That the log lacks labels which mark true events, unless its reader has said so of a column or topic."""
-    absent = [name for name in config.true_events if not any(is_named(one, [name]) for one in series.annotations)]
-    said = any(found.code == "log-label-missing" for found in series.findings)
-    return [] if said else absent_labels(absent, "[detect] true_events", series.source.name)
+def missing_labels(series: UniformSeries, config: Config) -> list[Finding]:
+    """That the log lacks labels which mark true events; of columns and topics of labels its reader says so."""
+    read = {*config.log.csv.labels, *config.log.label_topics}
+    names = [name for name in config.detect.true_events if name not in read]
+    absent = [name for name in names if not any(is_named(one, [name]) for one in series.annotations)]
+    return absent_labels(absent, "[detect] true_events", series.source.name)
 
 
 def _no_label(labels: Sequence[Annotation], wanted: Sequence[str]) -> ConfigError:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from scipy.special import gammaincinv as gamma_quantile
+
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.special_functions import gamma_quantile
 from collaudit.core.verdict.exclusions import seconds_text
 
 

@@ -12,7 +12,6 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import range_exceeds
 from collaudit.core.prepare.quiet_level import STILL_TRAVEL
@@ -92,8 +91,8 @@ def travelling_velocity(series: UniformSeries, j: int) -> FloatArray:
 
 def moving_samples(velocity: FloatArray, state: NDArray[np.int8]) -> BoolArray:
     """(n,) samples at which a joint with these velocities and states moved while it was watched."""
-    moving = exceeds(velocity, _STANDING_RAD_S)
-    moving &= (state != State.FRICTION_INTERVAL) | exceeds(velocity, _CREEPING_RAD_S)
+    moving = np.abs(velocity) > _STANDING_RAD_S
+    moving &= (state != State.FRICTION_INTERVAL) | (np.abs(velocity) > _CREEPING_RAD_S)
     moving &= state != State.NOT_WATCHED
     return moving
 

@@ -9,9 +9,9 @@ import numpy as np
 from collaudit.core.data.signals import State
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.sliding_extremes import lowest_in_row
+from collaudit.core.numeric.tables import blocks
 
 #: Of a push less than this share of its height is not waited for in the detector's filter.
 _LEAST_RESPONSE = 0.05

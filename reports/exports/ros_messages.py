@@ -1,8 +1,9 @@
 """ROS 2 messages as CDR bytes, many of one shape at a time.
 
 The definitions hold the fields of the published ROS 2 interfaces ``sensor_msgs/JointState``,
-``diagnostic_msgs/DiagnosticArray`` and ``rcl_interfaces/Log``, in their order. CDR (XTypes 1.3, plain, little endian):
-four bytes of encapsulation, then every number at a multiple of its size, counted from there.
+``trajectory_msgs/JointTrajectory``, ``diagnostic_msgs/DiagnosticArray`` and ``rcl_interfaces/Log``, in their order.
+CDR (XTypes 1.3, plain, little endian): four bytes of encapsulation, then every number at a multiple of its size,
+counted from there.
 """
 
 from __future__ import annotations
@@ -23,6 +24,13 @@ _HEADER = (
 DEFINITIONS = {
     "sensor_msgs/msg/JointState": (
         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n" + _HEADER
+    ),
+    "trajectory_msgs/msg/JointTrajectory": (
+        "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint[] points\n"
+        + _HEADER
+        + f"{_RULE}\nMSG: trajectory_msgs/JointTrajectoryPoint\nfloat64[] positions\nfloat64[] velocities\n"
+        "float64[] accelerations\nfloat64[] effort\nbuiltin_interfaces/Duration time_from_start\n"
+        f"{_RULE}\nMSG: builtin_interfaces/Duration\nint32 sec\nuint32 nanosec\n"
     ),
     "diagnostic_msgs/msg/DiagnosticArray": (
         "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n"
@@ -95,6 +103,26 @@ def joint_states(stamps_ns: NDArray[np.int64], names: Sequence[str], effort: NDA
     out[:, 8:12] = rest.astype("<u4")[:, None].view(np.uint8)
     out[:, start:] = np.ascontiguousarray(effort, "<f8").view(np.uint8).reshape(len(stamps_ns), 8 * effort.shape[1])
     return out
+
+
+def joint_trajectory(
+    names: Sequence[str], times_s: NDArray[np.float64], position: NDArray[np.float64], velocity: NDArray[np.float64]
+) -> bytes:
+    """A ``JointTrajectory`` of (n,) times from its start, s, with positions and velocities (n, j)."""
+    cdr = _Cdr()
+    cdr.stamp(0)
+    cdr.text("")
+    cdr.number("I", len(names))
+    for name in names:
+        cdr.text(name)
+    cdr.number("I", len(times_s))
+    for time, *rows in zip(times_s.tolist(), position.tolist(), velocity.tolist(), strict=True):
+        for row in (*rows, [], []):
+            cdr.number("I", len(row))
+            for value in row:
+                cdr.number("d", value)
+        cdr.stamp(round(time * _NANO))
+    return bytes(cdr.data)
 
 
 def diagnostics(stamp_ns: int, statuses: Sequence[tuple[int, str, str, Mapping[str, str]]]) -> bytes:

@@ -20,12 +20,14 @@ from collaudit.core.data import (
     friction_result,
     identification_result,
     left_out,
+    plan_result,
     policy_result,
     rule_study_result,
     sensitivity_result,
     threshold_result,
 )
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
+from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.findings import Finding
@@ -70,6 +72,11 @@ def policy_schema() -> dict[str, Any]:
     return _published(PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)")
 
 
+def plan_schema() -> dict[str, Any]:
+    """The JSON Schema of ``plan.json``."""
+    return _published(PlanFile, PLAN_SCHEMA, "collaudit plan of a motion (plan.json)")
+
+
 def manifest_schema() -> dict[str, Any]:
     """The JSON Schema of ``manifest.json``."""
     return _published(Manifest, MANIFEST_SCHEMA, "collaudit manifest of an audit (manifest.json)")
@@ -85,6 +92,7 @@ def schema_texts() -> dict[str, str]:
         "comparison-1.schema.json": comparison_schema(),
         "policy-1.schema.json": policy_schema(),
         "manifest-1.schema.json": manifest_schema(),
+        "plan-1.schema.json": plan_schema(),
     }
     return {name: json_text(document) for name, document in documents.items()}
 
@@ -116,6 +124,7 @@ def _dataclass(name: str) -> type:
         identification_result,
         left_out,
         manifest_file,
+        plan_result,
         policy_result,
         rule_study_result,
         sensitivity_result,

@@ -7,6 +7,7 @@ cut it. Names are ``torque_alarms_JOINT`` and ``force_alarms_PLACE``, each with 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import assert_never
 from xml.etree import ElementTree
 
 from collaudit.core.data.audit_result import AuditResult
@@ -54,14 +55,17 @@ def _suite(
     case = ElementTree.SubElement(suite, "testcase", classname="collaudit", name=visible(entry.name))
     reasons = visible("; ".join(entry.reasons)) or "no reason was recorded"
     body = "\n".join(visible(line) for line in details.splitlines())
-    if entry.verdict == "fail":
-        ElementTree.SubElement(case, "failure", type="policy", message=reasons).text = body
-    elif entry.verdict == "not_judged":
-        problem = ElementTree.SubElement(case, "error", type="not-judged", message=f"not judged: {reasons}")
-        problem.text = body
-    else:
-        head = "".join(f"excluded: {visible(text)}\n" for text in entry.exclusions)
-        ElementTree.SubElement(case, "system-out").text = head + body
+    match entry.verdict:
+        case "fail":
+            ElementTree.SubElement(case, "failure", type="policy", message=reasons).text = body
+        case "not_judged":
+            problem = ElementTree.SubElement(case, "error", type="not-judged", message=f"not judged: {reasons}")
+            problem.text = body
+        case "pass":
+            head = "".join(f"excluded: {visible(text)}\n" for text in entry.exclusions)
+            ElementTree.SubElement(case, "system-out").text = head + body
+        case _:
+            assert_never(entry.verdict)
 
 
 def _properties(entry: IndexEntry) -> list[tuple[str, str]]:

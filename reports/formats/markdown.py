@@ -3,34 +3,40 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contact_rows
-from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
+from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
+from collaudit.reports.values.night import night_sentence
 from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT
 
 _MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
 _MOST_ROWS = 50
+#: Logs that a summary names.
+_MOST_LOGS = 12
 _SPECIAL = re.compile(r"([\\`*_{}\[\]|~$])")
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "@": "&#64;", "#": "&#35;"})
 _LINK = re.compile(r"(?i)(https?|ftp|mailto|www)([:.])")
 
 
-def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = ()) -> str:
-    """A table of logs, worst first, then the events of each.
+def markdown_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (), sentence: str = "") -> str:
+    """What is said of all logs, and a table of those that do not pass, worst first; of a single log what it shows.
 
     Args:
         results: the audits.
         unread: logs that could not be audited.
+        sentence: what is said of all logs; empty: made of these.
     """
     entries = worst_first([*(entry_of(result) for result in results), *unread])
-    lines = ["# Collision audit", "", *_log_table(entries)]
-    for result in results:
-        lines += _events(result)
+    lines = ["# Collision audit", "", escaped(sentence or night_sentence(entries)), ""]
+    if len(entries) == 1:
+        lines += _one_log(entries[0]) + [line for result in results for line in _events(result)]
+    else:
+        lines += _log_table([entry for entry in entries if entry.verdict != "pass"])
     lines += ["", f"> {STATEMENT}"]
     return "\n".join(lines) + "\n"
 
@@ -41,38 +47,38 @@ def escaped(text: str) -> str:
     return _LINK.sub(lambda match: f"{match[1]}&#{ord(match[2])};", plain)
 
 
-def _log_table(entries: Iterable[IndexEntry]) -> list[str]:
-    return _table(
-        ("Verdict", "Log", "Would have noticed", "Contacts", "Near misses", "Reasons"),
-        [
-            (
-                f"{_MARKS[entry.verdict]} {entry.word}",
-                escaped(entry.name),
-                escaped(entry.noticed or rows.NONE),
-                entry.counted(entry.contacts),
-                entry.counted(entry.near_misses),
-                "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
-            )
-            for entry in entries
-        ],
+def _log_table(entries: Sequence[IndexEntry]) -> list[str]:
+    """A line a log, as short as a CI server's page wants it."""
+    lines = [
+        (
+            f"{_MARKS[entry.verdict]} {entry.word}",
+            escaped(entry.name),
+            entry.counted(entry.contacts),
+            entry.counted(entry.near_misses),
+            escaped(brief_reason(entry)),
+        )
+        for entry in entries[:_MOST_LOGS]
+    ]
+    left = len(entries) - len(lines)
+    more = ["", f"{left} more that do not pass are in index.html."] if left else []
+    return [*_table(("Verdict", "Log", "Contacts", "Near misses", "Why"), lines), *more] if lines else []
+
+
+def _one_log(entry: IndexEntry) -> list[str]:
+    cells = (
+        f"{_MARKS[entry.verdict]} {entry.word}",
+        escaped(entry.name),
+        escaped(entry.noticed or rows.NONE),
+        entry.counted(entry.contacts),
+        entry.counted(entry.near_misses),
+        "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
     )
+    return _table(("Verdict", "Log", "Would have noticed", "Contacts", "Near misses", "Reasons"), [cells])
 
 
 def _events(result: AuditResult) -> list[str]:
-    lines: list[str] = []
     name = escaped(result.log.name)
-    lines += _table_of_contacts(result, name) + _tables_of_sensitivity(result, name)
-    if result.collisions:
-        listed = [rows.collision_row(event, result) for event in rows.in_time(result.collisions)]
-        cells = [(r.joint, r.onset, r.detected, r.lasted, r.peak, r.gamma, r.phase) for r in listed]
-        head = ("Joint", "Onset", "Detected", "Above γ for", "Peak", "γ", "Phase")
-        lines += ["", f"## Alarms of single joints in {name}", "", *_escaped_table(head, cells)]
-    if result.near_misses:
-        near = [rows.near_miss_row(event, result) for event in rows.in_time(result.near_misses)]
-        rest = [(r.joint, r.kind, r.onset, r.lasted, r.peak, r.gamma, r.closeness) for r in near]
-        head = ("Joint", "Kind", "Onset", "Lasted", "Peak", "γ", "How close")
-        lines += ["", f"## Near misses in {name}", "", *_escaped_table(head, rest)]
-    return lines
+    return _table_of_contacts(result, name) + _tables_of_sensitivity(result, name)
 
 
 def _table_of_contacts(result: AuditResult, name: str) -> list[str]:

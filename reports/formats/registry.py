@@ -30,6 +30,7 @@ class ReportFormat:
         files: whether the function writes files instead: it takes ``(path, audits)`` and returns the files written.
         slow: whether it takes a keyword ``progress`` too, called with steps done and in all.
         stamped: whether it takes a keyword ``made``: when and where the report is made, or None.
+        nightly: whether it takes a keyword ``sentence``: what is said of all logs together.
     """
 
     suffix: str
@@ -38,6 +39,7 @@ class ReportFormat:
     files: bool = False
     slow: bool = False
     stamped: bool = False
+    nightly: bool = False
 
 
 #: Name, as on the command line, to format; the order is that of help and messages.
@@ -46,7 +48,7 @@ FORMATS: dict[str, ReportFormat] = {
     "json": ReportFormat(".json", "collaudit.reports.formats.audits_json:audits_json"),
     "junit": ReportFormat(".xml", "collaudit.reports.formats.junit:junit_text", of_many=True),
     "sarif": ReportFormat(".sarif", "collaudit.reports.formats.sarif:sarif_text", of_many=True),
-    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True),
+    "markdown": ReportFormat(".md", "collaudit.reports.formats.markdown:markdown_text", of_many=True, nightly=True),
     "github": ReportFormat(".txt", "collaudit.reports.formats.github:github_text", of_many=True),
     "csv": ReportFormat(".csv", "collaudit.reports.exports.export_files:write_csv", files=True, slow=True),
     "parquet": ReportFormat(".parquet", "collaudit.reports.exports.export_files:write_parquet", files=True, slow=True),
@@ -113,27 +115,30 @@ def report_text(
     return _call(known, audits, **_tells(known, progress), **({"made": made} if known.stamped else {}))
 
 
-def summary_text(results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = ()) -> str:
+def summary_text(
+    results: Sequence[AuditResult], fmt: str, unread: Sequence[IndexEntry] = (), sentence: str = ""
+) -> str:
     """The report of many logs as text; for it, results do without their signals.
 
     Args:
         results: of the logs that could be audited.
         fmt: one of :func:`formats_of_many`.
         unread: the logs that could not.
+        sentence: what is said of all logs together; empty: how many were judged, and contacts.
 
     Raises:
         ConfigError: an unknown format, or one that needs signals.
     """
     from dataclasses import replace
 
-    from collaudit.core.numeric.distinct_names import distinct
+    from collaudit.core.data.distinct_names import distinct
 
     known = format_named(fmt)
     if not known.of_many:
         raise ConfigError("this format is not for many logs", found=fmt, expected=", ".join(formats_of_many()))
     names = distinct([result.log.name for result in results])
     named = [replace(one, log=replace(one.log, name=name)) for one, name in zip(results, names, strict=True)]
-    return _call(known, named, unread)
+    return _call(known, named, unread, **({"sentence": sentence} if known.nightly else {}))
 
 
 def format_named(name: str) -> ReportFormat:

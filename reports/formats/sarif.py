@@ -109,5 +109,6 @@ def _count_fingerprints(found: Sequence[dict[str, Any]]) -> None:
 
 
 def _uri(name: str) -> str:
-    """The log's name as a relative URI reference."""
-    return quote(name.encode("utf-8", "surrogateescape"), safe="+,=@")
+    """The log's name as a relative URI reference that leads nowhere else."""
+    parts = [part for part in name.split("/") if part not in ("", ".", "..")]
+    return "/".join(quote(part.encode("utf-8", "surrogateescape"), safe="+,=@") for part in parts)

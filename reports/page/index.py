@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
+
+from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Verdict
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.page.environment import environment
-from collaudit.reports.page.joint_trends import joint_trends
 from collaudit.reports.page.scripts import own_script
 from collaudit.reports.values.entries import (
     IndexEntry,
+    brief_reason,
     entry_of,
     entry_of_error,
     verdict_counts,
     worst_first,
     worst_verdict,
 )
+from collaudit.reports.values.night import NightBefore, night_sentence
 
 __all__ = ["IndexEntry", "entry_of", "entry_of_error", "summary_json", "write_index"]
 
 SUMMARY_SCHEMA = "collaudit/summary/1"
+#: Width of a night's bar, height of each verdict's, pixels; and so many nights make a history.
+_BAR, _LEAST_NIGHTS = 5, 2
+_HEIGHTS: dict[Verdict, int] = {"fail": 14, "not_judged": 8, "pass": 3}
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,19 +52,26 @@ class Summary:
     contacts: int = 0
 
 
-def write_index(out_dir: Path, entries: Sequence[IndexEntry]) -> None:
+def write_index(
+    out_dir: Path,
+    entries: Sequence[IndexEntry],
+    sentence: str = "",
+    before: Mapping[str, Sequence[NightBefore]] | None = None,
+) -> None:
     """Write ``index.html`` and ``summary.json``; the same entries in any order give the same bytes.
 
     Args:
         out_dir: folder, made when missing.
         entries: one per log.
+        sentence: what is said of the night; empty: made of the entries.
+        before: by name of log, what became of it in the nights that a store holds.
 
     Raises:
         CollauditError: a file cannot be written.
     """
     summary = summarise(entries)
     atomic_write(out_dir / "summary.json", json_text(summary))
-    atomic_write(out_dir / "index.html", _page(summary))
+    atomic_write(out_dir / "index.html", _page(summary, sentence or night_sentence(summary.logs), before or {}))
 
 
 def summary_json(entries: Sequence[IndexEntry]) -> str:
@@ -81,19 +94,57 @@ def summarise(entries: Sequence[IndexEntry]) -> Summary:
     )
 
 
-def _page(summary: Summary) -> str:
-    links = [_link(entry.report) for entry in summary.logs]
-    scripts = (own_script("index_table.js"),)
+@dataclass(frozen=True, slots=True)
+class IndexLine:
+    """A log on the page: its entry, link to its report, first reason, what else is said of it, its last nights."""
+
+    entry: IndexEntry
+    link: str | None
+    brief: str
+    more: tuple[str, ...]
+    nights: Markup | None
+
+
+def _page(summary: Summary, sentence: str, before: Mapping[str, Sequence[NightBefore]]) -> str:
+    lines = [_line(entry, before.get(entry.name, ())) for entry in summary.logs]
     return (
         environment()
         .get_template("index.html.j2")
         .render(
             summary=summary,
-            lines=list(zip(summary.logs, links, strict=True)),
-            trends=joint_trends(summary.logs),
-            scripts=scripts,
+            sentence=sentence,
+            lines=lines,
+            with_robots=any(entry.robot for entry in summary.logs),
+            with_new=any(entry.new_contacts is not None for entry in summary.logs),
+            with_nights=any(line.nights for line in lines),
+            scripts=(own_script("index_table.js"),),
         )
     )
+
+
+def _line(entry: IndexEntry, nights: Sequence[NightBefore]) -> IndexLine:
+    """A pass without events says in a word that something is left out of it; all else begins with its reason."""
+    every = (*(entry.error or "").splitlines()[1:], *entry.reasons, *entry.exclusions)
+    brief = brief_reason(entry)
+    if entry.verdict == "pass" and not entry.contacts and not entry.near_misses:
+        brief = f"{len(entry.exclusions)} exclusions" if entry.exclusions else ""
+    return IndexLine(entry, _link(entry.report), brief, () if every == (brief,) else every, _nights(nights))
+
+
+def _nights(nights: Sequence[NightBefore]) -> Markup | None:
+    """A bar a night, tonight last: high where the log failed, of half the height where it was not judged."""
+    if len(nights) < _LEAST_NIGHTS:
+        return None
+    drawn = "".join(_bars(nights, verdict) for verdict in _HEIGHTS)
+    failed = sum(one.verdict == "fail" for one in nights)
+    label = f"{failed} of {len(nights)} nights failed, {sum(one.verdict == 'not_judged' for one in nights)} not judged"
+    head = f'<svg class="nights" viewBox="0 0 {_BAR * len(nights)} 16" width="{_BAR * len(nights)}" height="16"'
+    return Markup(f'{head} role="img" aria-label="{label}">{drawn}</svg>')
+
+
+def _bars(nights: Sequence[NightBefore], verdict: Verdict) -> str:
+    d = "".join(f"M{_BAR * k + 2} 15v-{_HEIGHTS[verdict]}" for k, one in enumerate(nights) if one.verdict == verdict)
+    return f'<path class="night is-{verdict}" d="{d}"/>' if d else ""
 
 
 def _link(report: str | None) -> str | None:

@@ -40,5 +40,5 @@ def write_assets(out: Path) -> None:
 
 @cache
 def _files() -> tuple[tuple[str, str], ...]:
-    """Names and texts. The names tell the content: reports of an earlier version keep theirs."""
+    """Names and texts. The names tell the content: reports of another version keep theirs."""
     return tuple((f"{stem}-{sha256(text.encode()).hexdigest()[:12]}.js", text) for stem, text in script_texts())

@@ -8,7 +8,6 @@ import numpy as np
 from tsdownsample import MinMaxDownsampler
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import distinct
 
 
 def thin(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
@@ -28,7 +27,7 @@ def thin(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArra
     if len(values) <= points:
         return time_s, np.where(finite, values, np.nan)
     clean = np.where(finite, values, np.nan)
-    index = distinct(MinMaxDownsampler().downsample(clean, n_out=2 * (points // 2)))  # type: ignore[no-untyped-call]
+    index = np.unique(MinMaxDownsampler().downsample(clean, n_out=2 * (points // 2)))  # type: ignore[no-untyped-call]
     index = index[finite[index]]
     breaks = np.flatnonzero(np.diff(np.cumsum(~finite)[index]) > 0) + 1
     kept_time, kept = time_s[index], clean[index]

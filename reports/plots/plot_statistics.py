@@ -8,7 +8,6 @@ import numpy as np
 from markupsafe import Markup
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.stats import distinct
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
@@ -66,7 +65,7 @@ def autocorrelation(trace: JointTrace) -> tuple[FloatArray, FloatArray]:
         return np.empty(0), np.empty(0)
     x = np.where(known, trace.residual_nm[: known.size], 0.0)
     x = np.where(known, x - x[known].mean(), 0.0)
-    samples = distinct(np.linspace(0, min(_LAG_S / trace.period_s, known.size / 2), _LAGS).astype(int))
+    samples = np.unique(np.linspace(0, min(_LAG_S / trace.period_s, known.size / 2), _LAGS).astype(int))
     length = 1 << int(np.ceil(np.log2(x.size + samples[-1] + 1)))
     sums, pairs = (_products(y, length)[samples] for y in (x, known.astype(np.float64)))
     told = pairs >= _LEAST / 2

@@ -11,7 +11,6 @@ from tsdownsample import MinMaxDownsampler
 
 from collaudit.core.data.signals import State
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stats import distinct
 from collaudit.reports.plots.joint_trace import JointTrace, Series
 from collaudit.reports.plots.plot_contact import model_range
 
@@ -44,7 +43,7 @@ def kept_samples(trace: JointTrace, points: int, windows_s: Sequence[tuple[float
         found.append(_extremes(np.where(mask, shown, np.float32(np.nan)), round(share * points)))
     found.append(_extremes(trace.measured_nm, round(0.25 * points)))
     found += _in_windows(trace, windows_s, most)
-    kept = distinct(np.concatenate(found))
+    kept = np.unique(np.concatenate(found))
     return np.asarray(kept[(kept >= 0) & (kept < n)], dtype=np.int64)
 
 
@@ -100,7 +99,7 @@ def _with_steps(kept: IntArray) -> IntArray:
     """The samples and some between those that lie further apart than a uint16 can say."""
     wide = np.flatnonzero(np.diff(kept, prepend=0) > _MOST_STEP)
     between = [np.arange(kept[k - 1] if k else 0, kept[k], _MOST_STEP) for k in wide]
-    return np.asarray(distinct(np.concatenate([kept, *between])), dtype=np.int64)
+    return np.asarray(np.unique(np.concatenate([kept, *between])), dtype=np.int64)
 
 
 def scale_of(values: FloatArray, steps: int) -> tuple[float, float]:

@@ -1,7 +1,4 @@
-"""Records as an Arrow table and back: the columns of store schema 2, which never change.
-
-A new schema gets a new number, a new folder, and a way to read the older ones (``older_schemas``); docs/history.md.
-"""
+"""Records as an Arrow table and back: the columns of store schema 2, which never change."""
 
 from __future__ import annotations
 

@@ -52,8 +52,7 @@ class ResultStore:
 
         if not records:
             return None
-        if self.check() < STORE_SCHEMA:
-            self._begin()  # versions that know only the older schema are to refuse it from now on
+        self.check()
         buffer = io.BytesIO()
         pq.write_table(record_table(records), buffer, compression="zstd", compression_level=9)
         month = max(record.night for record in records)[:7]
@@ -67,11 +66,10 @@ class ResultStore:
         Raises:
             CollauditError: it is no store, or of a later version.
         """
-        from collaudit.reports.store.older_schemas import schema_of
-
         self.check(must_exist=True)
         names = sorted(self._list(), key=lambda name: name.rpartition("/")[2])
-        self._refuse_later(max(map(schema_of, names), default=0))
+        for name in names:
+            self._refuse_other(name.partition("/")[0].removeprefix("v"))
         return names
 
     def _begin(self) -> None:
@@ -90,7 +88,6 @@ class ResultStore:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        from collaudit.reports.store.older_schemas import as_latest, schema_of
         from collaudit.reports.store.record_table import LIGHT_SCHEMA, SCHEMA, column_paths
 
         schema = LIGHT_SCHEMA if light else SCHEMA
@@ -105,9 +102,7 @@ class ResultStore:
                     found=str(error),
                     hint="move the file out of the store; the audit it came from can append again",
                 ) from error
-            number = schema_of(name)
-            part = part.select(schema.names) if number == STORE_SCHEMA else as_latest(part, number, schema)
-            part = part.append_column("batch", pa.array([name] * part.num_rows, pa.string()))
+            part = part.select(schema.names).append_column("batch", pa.array([name] * part.num_rows, pa.string()))
             parts.append(part.append_column("batch_row", pa.array(range(part.num_rows), pa.int64())))
         empty = pa.schema([*schema, ("batch", pa.string()), ("batch_row", pa.int64())]).empty_table()
         return pa.concat_tables(parts) if parts else empty
@@ -124,11 +119,8 @@ class ResultStore:
         latest = {record.identity: record for record in records_of(rows)}
         return sorted(latest.values(), key=lambda r: (r.robot, r.night, r.start or "", r.log, r.log_sha256 or ""))
 
-    def check(self, must_exist: bool = False) -> int:
+    def check(self, must_exist: bool = False) -> None:
         """Make a new store, or see that this is one that can be read.
-
-        Returns:
-            Number of the latest schema in it.
 
         Raises:
             CollauditError: it is not.
@@ -138,7 +130,7 @@ class ResultStore:
         content = self._read_if_there(_NAME)
         if content is None and not must_exist and not self._holds_other():
             self._begin()
-            return STORE_SCHEMA
+            return
         try:
             schema = str(json.loads(content or b"{}").get("schema", ""))
         except (ValueError, AttributeError, RecursionError):
@@ -151,17 +143,16 @@ class ResultStore:
                 expected=f"a folder or URL that collaudit audit --store made, with {_NAME}",
                 hint=None if must_exist else "name a new or empty folder",
             )
-        self._refuse_later(int(number))
-        return int(number)
+        self._refuse_other(number)
 
-    def _refuse_later(self, number: int) -> None:
-        if number > STORE_SCHEMA:
+    def _refuse_other(self, number: str) -> None:
+        if number != str(STORE_SCHEMA):
             raise CollauditError(
-                "this store was begun by a later version of collaudit",
+                "this store, or a batch in it, was written by another version of collaudit",
                 where=self.place,
                 found=f"schema {number}",
-                expected=f"schema {STORE_SCHEMA} or older",
-                hint="update collaudit",
+                expected=f"schema {STORE_SCHEMA}",
+                hint="name a new folder, or use the version that wrote it",
             )
 
     def _holds_other(self) -> bool:
@@ -175,7 +166,7 @@ class ResultStore:
             )
         else:
             names = _names_in(Path(self.place))
-        own = (_NAME, *(f"v{number}" for number in range(1, STORE_SCHEMA + 1)))
+        own = (_NAME, _FOLDER)
         return any(name not in own and not name.startswith(f".{_NAME}.") for name in names)
 
     def _write(self, name: str, content: bytes) -> None:

@@ -11,7 +11,7 @@ from collaudit.reports.terminal.screen_text import contact_table, sensitivity_te
 from collaudit.reports.terminal.text_table import table, table_with_text, without_unit, wrapped
 from collaudit.reports.values import rows
 from collaudit.reports.values.contact_rows import contacts_of
-from collaudit.reports.values.entries import IndexEntry, verdict_counts, worst_first
+from collaudit.reports.values.entries import IndexEntry, brief_reason, verdict_counts, worst_first
 from collaudit.reports.values.sensitivity_rows import sensitivity_row
 from collaudit.reports.values.words import STATEMENT, VERDICT_WORD, counted, plural
 
@@ -53,7 +53,7 @@ def _reasons(entry: IndexEntry, brief: bool) -> str:
     every = (*entry.reasons, *entry.exclusions)
     if not brief or not every:
         return "; ".join(every)
-    first = every[0] if len(every[0]) <= _REASON else every[0][:_REASON].rpartition(" ")[0] + "…"
+    first = brief_reason(entry, _REASON)
     return f"{first} (and {len(every) - 1} more)" if len(every) > 1 else first
 
 

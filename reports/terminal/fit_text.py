@@ -6,18 +6,20 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identification
 from collaudit.reports.terminal.text_table import table, table_with_text, wrapped
-from collaudit.reports.values.identified import identification_tables, threshold_table
+from collaudit.reports.values.identified import NONE, identification_tables, threshold_table
 from collaudit.reports.values.joint_lines import joint_lines
 
 
-def fit_text(friction: FrictionFile, width: int | None = None) -> str:
-    """Friction of every joint, then sensor delays, gains, inertials and trends.
+def fit_text(friction: FrictionFile, width: int | None = None, detail: bool = False) -> str:
+    """Friction and threshold of every joint, and what to do; in detail sensor delays, gains, inertials and trends, too.
 
     Args:
         friction: the fit.
         width: columns of the terminal that tables are cut to; None: any.
+        detail: all that was identified.
     """
-    return f"{_fit_table(friction, width)}\n{_left_out_text(friction)}{_identification_text(friction, width)}"
+    text = f"{_fit_table(friction, width)}\n{_left_out_text(friction)}"
+    return text + (_identification_text(friction, width) if detail else "")
 
 
 def _left_out_text(friction: FrictionFile) -> str:
@@ -51,20 +53,24 @@ def _identification_text(friction: FrictionFile, width: int | None) -> str:
 
 
 def _fit_table(friction: FrictionFile, width: int | None) -> str:
-    """One line a joint: model, parameters with intervals, quality; below it what is not identifiable."""
+    """One line a joint: model, threshold, quality, parameters with intervals; below it what to do for the rest."""
     rows = []
     said: list[tuple[str, str]] = []
+    gamma = {}
+    if friction.thresholds is not None:
+        for joint, level, _, _, why in threshold_table(friction.thresholds).rows:
+            gamma[joint] = level
+            said += [(joint, f"no threshold from this fit: {why}")] if level == NONE else []
     for name, fit in friction.joints.items():
-        rows.append(
-            (name, fit.model or "not fitted", str(fit.n_points), *_quality(fit), _speeds(fit), _parameters(fit))
-        )
+        told = (name, fit.model or "not fitted", gamma.get(name, NONE), _quality(fit), _speeds(fit), _parameters(fit))
+        rows.append(told)
         if fit.reason:
             said.append((name, fit.reason))
         said += [(name, text) for text in fit.not_identifiable]
         if fit.identifiability is not None and fit.identifiability.motion_needed:
             said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
     remarks = [wrapped(f"  {line}", width, "    ") for line in joint_lines(said, len(friction.joints), brief=True)]
-    head = ("joint", "model", "points", "RMSE (of rated)", "R²", "speeds", "parameters [95 % interval]")
+    head = ("joint", "model", "auto gamma N·m", "RMSE (of rated)", "speeds rad/s", "parameters [95 % interval]")
     return "\n".join([table_with_text(head, rows, (2,), width).rstrip(), *remarks])
 
 
@@ -83,12 +89,12 @@ def _bound(value: float | None) -> str:
     return "open" if value is None else f"{value:.3g}"
 
 
-def _quality(fit: FrictionFit) -> tuple[str, str]:
-    """RMSE with its share of the joint's rated torque, and R²."""
+def _quality(fit: FrictionFit) -> str:
+    """RMSE with its share of the joint's rated torque."""
     if fit.rmse_nm is None:
-        return "", ""
+        return ""
     share = "" if fit.rmse_share is None else f" ({100 * fit.rmse_share:.2g} %)"
-    return f"{fit.rmse_nm:.3g} {fit.effort_unit}{share}", "" if fit.r_squared is None else f"{fit.r_squared:.4f}"
+    return f"{fit.rmse_nm:.3g} {fit.effort_unit}{share}"
 
 
 def _speeds(fit: FrictionFit) -> str:

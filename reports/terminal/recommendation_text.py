@@ -149,8 +149,8 @@ def _claim(arm: ArmRate) -> str:
 def _alone(arm: ArmRate) -> str:
     assert arm.extrapolated_per_hour is not None and arm.observed_per_hour is not None
     return (
-        f"Bounds (95 %): extrapolated from the tails {rate_words(arm.extrapolated_per_hour)}, "
-        f"from observed hours only {rate_words(arm.observed_per_hour)}"
+        f"False alarms of the arm (95 %): at most {rate_words(arm.extrapolated_per_hour)} if rarer peaks follow those "
+        f"seen, at most {rate_words(arm.observed_per_hour)} by counting alone"
     )
 
 

@@ -12,13 +12,14 @@ from collaudit.core.verdict.noticed_words import time_text
 from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.text_table import table, table_with_text, without_unit, wrapped
 from collaudit.reports.values.contact_rows import contact_row, contacts_of
-from collaudit.reports.values.rows import NONE
+from collaudit.reports.values.rows import NONE, near_miss_row
 from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, noticed_line, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import BRIEF_STATEMENT, nothing_judged, plural, verdict_word
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
+_MOST_NEAR = 3
 _MOST_REASONS = 6
 
 
@@ -36,6 +37,7 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
         worst = _highest(result, contacts, _MOST_CONTACTS)
         note = f", the {_MOST_CONTACTS} highest" if len(worst) < len(contacts) else ""
         parts += [f"\nContacts ({len(contacts)}{note})\n", _brief_contacts(result, worst, width)]
+    parts += _near_misses(result, width)
     if not nothing_judged(result):
         parts += sensitivity_text(result, width)
     parts += _findings(result, width)
@@ -79,6 +81,18 @@ def _brief_contacts(result: AuditResult, contacts: Sequence[Contact], width: int
     plain, unit = without_unit(lines, (3,))
     head = ("onset", "lasted", "joint", f"residual{unit}", "gamma", "link or further out", "force", "kind")
     return table(head, plain, (0, 1, 3, 4), width, fold=True)
+
+
+def _near_misses(result: AuditResult, width: int | None) -> list[str]:
+    """The closest near misses, a line each."""
+    if not result.near_misses:
+        return []
+    closest = sorted(result.near_misses, key=lambda near: -near.ratio)[:_MOST_NEAR]
+    rows = [near_miss_row(near, result) for near in sorted(closest, key=lambda near: near.onset_s)]
+    lines = [(r.onset, r.lasted, r.joint, r.peak, r.gamma, r.closeness) for r in rows]
+    more = f", the {_MOST_NEAR} closest" if len(result.near_misses) > _MOST_NEAR else ""
+    head = ("onset", "lasted", "joint", "peak", "gamma", "how close")
+    return [f"\nNear misses ({len(result.near_misses)}{more})\n", table(head, lines, (0, 1, 3, 4), width, fold=True)]
 
 
 def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:

@@ -91,7 +91,7 @@ def set_rule_text(set_rules: Mapping[str, SetRule], units: Mapping[str, str], wi
         return ""
     if all(rule.opinion == "not judged" for rule in set_rules.values()):
         return wrapped("Verdict on what is set: not judged, as the evidence supports no threshold.", width, "  ") + "\n"
-    title = "Verdict on what is set (false alarms extrapolated from the tails, beyond what the hours support)"
+    title = "Verdict on what is set (false alarms as they follow from the largest peaks, rarer than the hours show)"
     return _titled(title, SET_RULE_HEAD, list(set_rule_rows(set_rules, units)), width, 1, words=2)
 
 

@@ -35,6 +35,7 @@ class IndexEntry:
         level_nm: RMS of each watched joint's judged residual, N·m; None where nothing was judged.
         units: by joint, of what its drive exerts: N·m, or N of a prismatic joint.
         robot: whose log it is; None without a fleet.
+        new_contacts: contacts that the baseline does not have; None without one.
     """
 
     name: str
@@ -53,6 +54,12 @@ class IndexEntry:
     level_nm: dict[str, float | None] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     robot: str | None = None
+    new_contacts: int | None = None
+
+    @property
+    def place(self) -> str:
+        """The name without the robot."""
+        return self.name.removeprefix(f"{self.robot}/")
 
     @property
     def word(self) -> str:
@@ -100,6 +107,12 @@ def entry_of(result: AuditResult, report: str | None = None) -> IndexEntry:
 def entry_of_error(name: str, error: CollauditError, robot: str | None = None) -> IndexEntry:
     """The line of a log, and robot of a fleet, that could not be audited."""
     return IndexEntry(name, "not_judged", (error.message,), None, 0, 0, 0.0, error.render(), robot=robot)
+
+
+def brief_reason(entry: IndexEntry, most: int = 72) -> str:
+    """The first of its reasons, or else exclusions, cut to so many characters."""
+    first = next(iter((*entry.reasons, *entry.exclusions)), "")
+    return first if len(first) <= most else first[:most].rpartition(" ")[0] + "…"
 
 
 def worst_first(entries: Iterable[IndexEntry]) -> list[IndexEntry]:

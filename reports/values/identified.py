@@ -14,6 +14,7 @@ from collaudit.core.data.identification_result import (
     Identified,
     SensorFacts,
     Trend,
+    TriedEstimate,
 )
 from collaudit.core.data.threshold_result import FittedThresholds
 from collaudit.reports.values.joint_lines import joint_lines
@@ -56,16 +57,20 @@ def _choice(choice: EstimateChoice) -> Table:
     joints = tuple(dict.fromkeys(joint for one in choice.tried for joint in one.held_out_rms_nm))
     rows = [
         (
-            f"{'→ ' if one.what == choice.taken else ''}{one.what}",
+            f"{'→ ' if one.what == choice.taken else ''}{one.what}{_why_not(one)}",
             *(significant(one.held_out_rms_nm.get(joint)) for joint in joints),
         )
         for one in choice.tried
     ]
     note = (
         f"Taken: {choice.taken}. It is the simplest whose error on motion left out of the fit lies within one standard "
-        "error of the least."
+        "error of the least among those that can be."
     )
     return Table("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
+
+
+def _why_not(one: TriedEstimate) -> str:
+    return f" (not taken: {one.refused})" if one.refused else ""
 
 
 def threshold_table(found: FittedThresholds) -> Table:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeVar, assert_never
 
-from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule
+from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule, RuleFacts
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
 from collaudit.core.friction.parameter_units import parameter_symbol
@@ -149,11 +149,6 @@ def near_miss_row(event: NearMiss, result: AuditResult) -> NearMissRow:
     """A near miss as text."""
     unit = torque_unit(result, event.joint)
     peak, gamma = against(event.peak_nm, event.gamma_nm)
-    if event.kind == "amplitude":
-        shares = [100 * event.ratio, 100 * result.rule.near_miss_amplitude, 100.0]
-        closeness = f"{apart(shares)[0]} % of γ"
-    else:
-        closeness = f"{round(event.ratio * result.rule.n)} of {result.rule.n} samples above γ"
     return NearMissRow(
         joint=event.joint,
         kind=event.kind,
@@ -161,9 +156,23 @@ def near_miss_row(event: NearMiss, result: AuditResult) -> NearMissRow:
         lasted=_beside_persistence(event.duration_s, result.rule.persistence_s),
         peak=f"{peak} {unit}",
         gamma=f"{gamma} {unit}",
-        closeness=closeness,
+        closeness=_closeness(event, result.rule),
         phase=event.phase,
     )
+
+
+def _closeness(event: NearMiss, rule: RuleFacts) -> str:
+    """How close to an alarm a near miss came, in what its kind is told by."""
+    match event.kind:
+        case "amplitude":
+            return f"{apart([100 * event.ratio, 100 * rule.near_miss_amplitude, 100.0])[0]} % of γ"
+        case "persistence":
+            return f"{round(event.ratio * rule.n)} of {rule.n} samples above γ"
+        case "impulse":
+            share, _ = apart([100 * event.ratio, 100 * rule.near_miss_impulse])
+            return f"{share} % of the impulse of γ for {rule.n} samples"
+        case _:
+            assert_never(event.kind)
 
 
 def residual_row(joint: str, result: AuditResult) -> ResidualRow:

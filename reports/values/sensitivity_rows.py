@@ -56,7 +56,7 @@ class ForceRow:
 
 
 def sensitivity_row(joint: str, result: AuditResult) -> SensitivityRow | None:
-    """A joint's sensitivity as text; None for joints that were not watched and for files of earlier versions."""
+    """A joint's sensitivity as text; None for joints that were not watched."""
     s = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
     if s is None:
         return None

@@ -141,6 +141,20 @@ def test_what_the_log_says_is_taken(friction: FrictionFile, flag: str, code: str
     assert [f.forbids_pass for f in found.result.findings if f.code == code] == [forbids]
 
 
+def test_a_state_without_power_begins_when_braking_does(friction: FrictionFile) -> None:
+    """The flag comes when the arm stands; before that its brakes take torques that no model knows."""
+    log = run(brakes=True)
+    assert log.effort is not None
+    effort = log.effort.copy()
+    effort[(log.time_s > STOP_S) & (log.time_s < STOP_S + 0.2)] -= 40.0
+    flagged = replace(log, effort=effort, annotations=(Annotation("power_off", "/mode", ((STOP_S + 0.24, END_S),)),))
+    found = audit(flagged, friction)
+    assert states(found) == ["arm-braked"]
+    assert not_driven(found)[0] == pytest.approx(STOP_S, abs=0.03)
+    assert found.result.collisions == ()
+    assert audit(replace(flagged, annotations=()), friction).result.collisions, "without the state it is an alarm"
+
+
 def test_a_flag_that_marks_true_events_is_no_state(friction: FrictionFile) -> None:
     log = run()
     assert log.effort is not None

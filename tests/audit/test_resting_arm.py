@@ -25,7 +25,7 @@ LOAD_NM = 6.0 * 9.80665 * 0.4 * np.cos(0.3)
 
 def config(source: str, **detect: Any) -> Config:
     robot = dh_robot([dh_row(6.0, (0, 0, 0), (0, 0, 0.05), a=0.4)], **LEVEL)
-    return Config.of({"robot": robot, "log": {"effort_source": source}, "detect": detect})
+    return Config.of({"robot": robot, "log": {"effort_kind": f"{source}-torque"}, "detect": detect})
 
 
 def resting(seconds: float = 20.0, *, every_s: float = 0.0, lasting_s: float = 0.5, push_nm: float = 3.0) -> JointLog:

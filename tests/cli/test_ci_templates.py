@@ -65,13 +65,15 @@ def test_the_actions_script_audits_for_real(arm, tmp_path: Path) -> None:
     body = f"#!{sys.executable}\nimport sys\nfrom collaudit.cli.main import main\n"
     body += 'if __name__ == "__main__":\n    sys.exit(main())\n'
     env = _stand_in(tmp_path / "bin", body)
-    run = _night(env, tmp_path, logs=str(arm.pushed), config=str(arm.config), friction=str(arm.friction), jobs="1")
+    settings = {"config": str(arm.config), "friction": str(arm.friction), "store": "nights", "robot": "cell1"}
+    run = _night(env, tmp_path, logs=str(arm.pushed), jobs="1", **settings)
     assert run.returncode == 1, run.stderr
     assert "::error title=FAIL" in run.stdout and "# Collision audit" in (tmp_path / "step.md").read_text()
     out = tmp_path / "collaudit-out"
     assert {"summary.xml", "summary.sarif", "summary.md", "summary.txt"} <= {path.name for path in out.iterdir()}
     events = [json.loads(line) for line in (tmp_path / "collaudit-run.jsonl").read_text().splitlines()]
     assert [event["event"] for event in events] == ["started", "log", "finished"]
+    assert (tmp_path / "collaudit-trend.html").is_file() and (tmp_path / "nights" / "store.json").is_file()
     assert events[1]["verdict"] == "fail" and events[-1]["exit_code"] == 1
 
 
@@ -86,6 +88,8 @@ def test_the_action_hands_over_inputs_as_environment_only() -> None:
     handed = {name for step in steps for name in step.get("env", {})} - {"COLLAUDIT_PACKAGE"}
     assert handed == set(re.findall(r"COLLAUDIT_[A-Z_]+", script.split("set -uo", 1)[1]))
     used = set(re.findall(r"inputs\.([a-z-]+)", json.dumps(steps)))
+    uploads = {step["with"].get("sarif_file", step["with"].get("path")) for step in steps if "uses" in step}
+    assert {"${{ inputs.out }}/summary.sarif", "${{ inputs.out }}/summary.xml"} <= uploads
     assert used == set(action["inputs"])
     assert all(item.get("required") or "default" in item for item in action["inputs"].values())
 
@@ -142,10 +146,10 @@ def test_every_extra_is_told_of_where_one_installs() -> None:
 
 
 def test_the_nightly_job_of_the_page_runs_as_it_is_written(arm, collaudit, tmp_path: Path) -> None:
-    """Its three commands, in a folder with the logs, the configuration and the baseline that they name."""
+    """Its four commands, in a folder with the logs, the configuration and the baseline that they name."""
     page = (PROJECT / "docs" / "ci.md").read_text(encoding="utf-8")
     block = next(text for text in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) if "collaudit check" in text)
-    assert len(block.strip().splitlines()) == 3
+    assert len(block.strip().splitlines()) == 4
     (tmp_path / "nightly").mkdir()
     shutil.copyfile(arm.pushed, tmp_path / "nightly" / "pushed.csv")
     shutil.copyfile(arm.friction, tmp_path / "friction.json")
@@ -157,6 +161,7 @@ def test_the_nightly_job_of_the_page_runs_as_it_is_written(arm, collaudit, tmp_p
     ends = "".join(f"{line} || echo ended with $?\n" for line in block.strip().splitlines())
     run = subprocess.run(["sh", "-uc", ends], env=env, cwd=tmp_path, capture_output=True, text=True)
     assert re.findall(r"ended with (\d+)", run.stdout) == ["1"], run.stdout + run.stderr
+    assert (tmp_path / "trend.html").is_file() and "cell1" in run.stdout
     assert "ok  collaudit.toml" in run.stdout and "AS WRITTEN" in run.stdout
     written = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"index.html", "policy.json", "summary.xml", "summary.sarif", "summary.md", "summary.txt"} <= written

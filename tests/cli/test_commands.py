@@ -150,7 +150,7 @@ def test_recommend_on_runs_and_logs(arm, collaudit, tmp_path: Path) -> None:
     assert on_run["joints"] == json.loads(on_log.out)["joints"]
     assert on_run["schema"] == "collaudit/recommend/1"
     assert {"arm", "set", "ranges", "to_confirm", "assumptions"} <= set(on_run)
-    screen = collaudit("recommend", tmp_path / "run").out
+    screen = collaudit("recommend", tmp_path / "run", "-v").out
     assert "Asked: false alarms of the arm below 1 per 1,000 h" in screen and "gamma" in screen
 
 

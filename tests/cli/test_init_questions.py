@@ -111,6 +111,24 @@ def test_the_folder_s_configuration_is_used_and_said(folder: Path, collaudit) ->
     assert "urdf" not in tomllib.loads(Path("collaudit.toml").read_text()).get("robot", {})
 
 
+def test_a_guess_of_the_folder_s_configuration_stays_one(folder: Path, collaudit) -> None:  # type: ignore[no-untyped-def]
+    robot = ("--urdf", urdf(folder / "arm.urdf", ["a", "b"]))
+    run = log(folder / "run.csv", "t,q1,q2,tau1,tau2")
+    collaudit("init", run, *robot, "-o", "collaudit.toml")
+    first = (folder / "collaudit.toml").read_text(encoding="utf-8")
+    assert "GUESS:" in first
+    collaudit("init", run, *robot, "-o", "again.toml")
+    again = (folder / "again.toml").read_text(encoding="utf-8")
+    assert again.count("GUESS:") == first.count("GUESS:")
+    stated = first.replace("  # GUESS: rounded up to whole samples", "")
+    (folder / "collaudit.toml").write_text(stated, encoding="utf-8")
+    collaudit("init", run, "--set", "robot.tool.mass_kg=0.5", "-o", "third.toml")
+    third = (folder / "third.toml").read_text(encoding="utf-8")
+    assert "persistence_ms = 25.0  # as given" in third
+    assert "mass_kg = 0.5  # as given" in third
+    assert third.count("GUESS:") == first.count("GUESS:") - 2
+
+
 def test_wrench_columns_stand_in_the_file(folder: Path, collaudit) -> None:
     log(Path("x.csv"), "t,q1,q2,q3,tau1,tau2,tau3,Fx,Fy,Fz,Mx,My,Mz")
     collaudit("init", "x.csv", "--urdf", "arm.urdf", "-o", "c.toml")

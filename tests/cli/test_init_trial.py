@@ -170,3 +170,51 @@ def test_the_order_of_the_joints_has_its_evidence(arm, collaudit, tmp_path: Path
 
 def _text(folder: Path) -> str:
     return (folder / "c.toml").read_text()
+
+
+def test_constants_of_currents_are_estimated_and_judged(arm, collaudit, tmp_path: Path) -> None:
+    """From the description, with their intervals; the second motor turns against its joint."""
+    log = _moved(arm, tmp_path / "currents.csv", 0)
+    values = np.loadtxt(log, delimiter=",", skiprows=1)
+    values[:, 5:] /= [12.5, -8.0]
+    np.savetxt(log, values, delimiter=",", header="t,q1,q2,dq1,dq2,tau1,tau2", comments="", fmt="%.9g")
+    given = ("-c", arm.config, "--set", 'log.units.effort="A"')
+    outcome = collaudit("init", log, *given, "-o", tmp_path / "c.toml")
+    assert outcome.code == 0 and "2 of 2 joints judged" in outcome.err, outcome.err
+    text = (tmp_path / "c.toml").read_text(encoding="utf-8")
+    units = tomllib.loads(text)["log"]["units"]
+    assert units["effort"] == "A" and units["effort_sign"] == {"joint2": -1}
+    assert units["torque_constant_nm_per_a"] == pytest.approx({"joint1": 12.5, "joint2": 8.0}, rel=0.02)
+    assert re.search(r"torque_constant_nm_per_a = .*# GUESS: by gravity and inertia", text)
+    spans = re.findall(r"(joint\d) [\d.]+ \[([\d.]+)\s+(?:#\s+)?to\s+(?:#\s+)?([\d.]+)\]", text)
+    true = {"joint1": 12.5, "joint2": 8.0}
+    assert [float(low) <= true[joint] <= float(high) for joint, low, high in spans[:2]] == [True, True]
+    seen = collaudit("inspect", log, *given)
+    assert seen.code == 2 and "currents.csv" in seen.out and "tau1" in seen.out, "what is in it, before what is missing"
+    assert "no torque constant of 'joint1', 'joint2'" in seen.err
+
+
+def test_a_constant_that_the_motion_does_not_tell_is_said(arm, collaudit, tmp_path: Path) -> None:
+    """The second joint hardly moves and carries next to nothing that gravity could pull."""
+    log = _moved(arm, tmp_path / "currents.csv", 0)
+    values = np.loadtxt(log, delimiter=",", skiprows=1)
+    noise = np.random.default_rng(2).normal(size=len(values))
+    values[:, 6] = np.sign(values[:, 4]) + 0.3 * noise  # friction, and nothing of the arm
+    values[:, 5] /= 12.5
+    np.savetxt(log, values, delimiter=",", header="t,q1,q2,dq1,dq2,tau1,tau2", comments="", fmt="%.9g")
+    outcome = collaudit("init", log, "-c", arm.config, "--set", 'log.units.effort="A"', "-o", tmp_path / "c.toml")
+    text = (tmp_path / "c.toml").read_text(encoding="utf-8").replace("\n#", "")
+    assert 'effort = "raw"  # GUESS' in text and "torque_constant_nm_per_a = {" not in text.partition("#")[0]
+    assert "does not tell those of joint2. What would: motion that lifts" in text
+    assert re.search(r"joint1 12\.\d+ \[", text)
+    assert "1 of 2 joints have a residual" in outcome.err and "guided by hand" not in outcome.err, outcome.err
+
+
+def test_any_key_may_be_set(arm, collaudit, tmp_path: Path) -> None:
+    """Those of tables too that a draft does not have."""
+    keys = {"fit.estimate": '["friction"]', "study.run": "false"}
+    flags = [part for key, value in keys.items() for part in ("--set", f"{key}={value}")]
+    outcome = collaudit("init", arm.clean, "-c", arm.config, *flags, "-o", tmp_path / "c.toml")
+    assert outcome.code == 0, outcome.err
+    made = tomllib.loads((tmp_path / "c.toml").read_text(encoding="utf-8"))
+    assert made["fit"] == {"estimate": ["friction"]} and not made["study"]["run"]

@@ -32,6 +32,7 @@ def test_a_name_is_robot_folders_and_file(tmp_path: Path, monkeypatch: pytest.Mo
     logs = ["n/2026-01-01/cell1/run1.mcap", "n/2026-01-01/cell2/run1.mcap"]
     below = ["cell1/run1.mcap", "cell2/run1.mcap"]
     assert _names("n/2026-01-01", logs=logs) == below
+    assert _names("run1.mcap", logs=["run1.mcap"]) == ["run1.mcap"], "the working folder is named by nobody"
     assert _names("n/2026-01-01/*/*.mcap", logs=logs) == below
     assert _names(*logs, logs=logs) == below
     assert _names("n/2026-01-01/cell1", "n/2026-01-01/cell2", logs=logs) == below
@@ -91,6 +92,7 @@ def test_every_log_is_one_case_to_jenkins_gitlab_and_github(night: tuple[Path, i
     prints = [one["partialFingerprints"]["primaryLocationLineHash"] for one in results]
     assert len(set(prints)) == len(prints)
     named = [one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] for one in results]
+    assert {name.partition("/")[2] for name in named} == {"cell1/run2.csv", "cell2/run2.csv"}
     assert len(set(named)) == failed and {one["ruleId"] for one in results} == {"policy-broken", "contact"}
     assert len([line for line in (out / "summary.txt").read_text().splitlines() if "title=PASS" in line]) == 4
 
@@ -105,7 +107,13 @@ def test_the_same_name_stands_in_every_file(night: tuple[Path, int]) -> None:
         assert log["folder"] == log["log"].removesuffix(".csv").replace("/", "_")
         assert json.loads((out / log["folder"] / "audit.json").read_text())["log"]["name"] == log["log"]
     assert {case.get("name") for case in ElementTree.parse(out / "summary.xml").iter("testcase")} == names
-    assert all(name in (out / "index.html").read_text() for name in names)
+    page = (out / "index.html").read_text()
+    for name in names:
+        robot, _, place = name.partition("/")  # in columns of their own
+        assert (
+            page.count(f"<bdi>{place}</bdi>") == 2
+            and f"{robot}_{place.removesuffix('.csv').replace('/', '_')}/" in page
+        )
 
 
 _FILES = ("summary", "policy", "manifest")

@@ -7,13 +7,11 @@ import os
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from collaudit.cli.log_arguments import audit_files
 from collaudit.core.config import load_config
 from collaudit.core.logs.inputs import group_inputs
 from collaudit.core.numeric.parallel import threads, use_threads
-from collaudit.core.robot import rigid_bodies
 from collaudit.core.robot.shared_robots import shared_robot
 
 
@@ -54,18 +52,6 @@ def test_a_changed_urdf_is_another_robot(tmp_path: Path) -> None:
 
     first = robot(1.0)
     assert robot(1.0) is first and robot(2.0) is not first
-
-
-def test_a_shared_model_keeps_few_programs(arm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rigid_bodies, "_PROGRAMS", 3)
-    loaded = load_config(arm.config, {})
-    bodies = shared_robot(loaded.config.robot, loaded.base_dir, ["joint1", "joint2"]).bodies
-    first = bodies.weight("joint2", 0.0, np.zeros(3), np.array([0.0, 0.0, -9.81]))
-    for mass in (1.0, 2.0, 3.0, 4.0):
-        last = bodies.weight("joint2", mass, np.zeros(3), np.array([0.0, 0.0, -9.81]))
-    assert len(bodies._programs) <= 3
-    assert bodies.weight("joint2", 4.0, np.zeros(3), np.array([0.0, 0.0, -9.81])) is last
-    assert bodies.weight("joint2", 0.0, np.zeros(3), np.array([0.0, 0.0, -9.81])) is not first
 
 
 def test_parts_of_one_recording_are_found_among_many_logs(tmp_path: Path) -> None:

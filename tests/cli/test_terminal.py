@@ -6,10 +6,12 @@ import json
 import os
 import pty
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -272,3 +274,40 @@ def test_a_fit_of_several_logs_says_whose_a_finding_is(arm, collaudit, tmp_path:
     assert collaudit("fit", arm.clean, arm.pushed, "-c", arm.config, "-o", out).code == 0
     places = {f["where"] for f in json.loads(out.read_text())["findings"] if f["code"] == "phases-unknown"}
     assert places == {"clean.csv", "pushed.csv"}
+
+
+@pytest.mark.parametrize("name", ["audit", "detect", "recommend"])
+def test_help_explains_what_is_common_and_names_the_rest(name: str, collaudit) -> None:
+    command = import_module(f"collaudit.cli.commands.{name}").command
+    options = {opt for param in command.params for opt in param.opts}
+    assert command.common <= options, "each of them exists"
+    short, whole = collaudit(name, "--help"), collaudit(name, "--more")
+    assert short.code == whole.code == 0 and len(short.out.splitlines()) <= 62 and short.out.startswith("Examples:")
+    assert len(short.out.splitlines()) < 0.75 * len(whole.out.splitlines())
+    named = short.out.split("More:")[1]
+    rest = [
+        param.opts[0]
+        for param in command.params
+        if param.opts[0].startswith("-") and not command.common & {*param.opts}
+    ]
+    assert all(opt in named for opt in rest) and all(opt in whole.out for opt in options if opt.startswith("-"))
+
+
+def test_a_report_does_not_say_that_it_uses_settings_it_does_not_read(arm, collaudit, tmp_path, monkeypatch) -> None:
+    shutil.copyfile(arm.config, tmp_path / "collaudit.toml")
+    monkeypatch.chdir(tmp_path)
+    judged = collaudit("detect", arm.pushed, "--friction", arm.friction, "-o", "run")
+    assert judged.code == 1 and judged.err.count("settings of collaudit.toml in this folder are used") == 1
+    assert "settings of" not in collaudit("report", "run", "-o", "report.html").err
+
+
+def test_detect_shows_near_misses(arm, collaudit) -> None:
+    said = collaudit("detect", arm.pushed, "-c", arm.config, "--friction", arm.friction, "--gamma", "13.5")
+    assert "\nNear misses (1)\n" in said.out and "% of γ" in said.out and said.out.count("joint1") >= 2
+
+
+def test_fit_prints_a_table_and_what_to_do(arm, collaudit) -> None:
+    short = collaudit("fit", arm.clean, "-c", arm.config)
+    whole = collaudit("fit", arm.clean, "-c", arm.config, "-v")
+    assert "auto gamma" in short.out.splitlines()[0] and len(short.out.split()) < 150
+    assert "Ways to fit" in whole.out and "Ways to fit" not in short.out and len(whole.out) > 1.5 * len(short.out)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from collaudit.core.conditioning import interpolation
 from collaudit.core.conditioning.interpolation import interpolated
-from collaudit.core.numeric import blocks
 
 COUNT = 40_000
 RNG = np.random.default_rng(3)
@@ -34,7 +34,7 @@ CLOCKS = {
 @pytest.mark.parametrize("clocks", CLOCKS)
 @pytest.mark.parametrize("lost", [False, True], ids=["known", "with holes"])
 def test_it_gives_the_digits_of_numpy(clocks: str, lost: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(blocks, "samples_at_once", lambda: 9000)  # several blocks, whatever the number of threads
+    monkeypatch.setattr(interpolation, "_AT_ONCE", 36_000)  # several blocks
     x, at = CLOCKS[clocks]
     values = RNG.standard_normal((at.size, 5))
     values[::3, 1] = -0.0

@@ -9,7 +9,6 @@ import numpy as np
 from collaudit.core.contacts.external_force import Unsmoothed
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.signals import State
-from collaudit.core.numeric.blocks import SAMPLES
 from collaudit.fixtures.robots.robot_registry import robot_named
 
 
@@ -33,7 +32,7 @@ def test_lever_arms_of_all_samples_are_those_of_each() -> None:
 
 def test_residuals_before_the_kernel_and_their_noise_are_those_of_all_samples_at_once() -> None:
     rng = np.random.default_rng(6)
-    n, order = SAMPLES + 700, [2, 0]
+    n, order = 17_000, [2, 0]
     effort, rigid, contact = (np.asfortranarray(rng.normal(size=(n, 3))) for _ in range(3))
     smoothed, total = (np.asfortranarray(rng.normal(size=(n, 2))) for _ in range(2))
     effort[:40, 2] = effort[9_000, 0] = np.nan

@@ -162,13 +162,13 @@ def test_a_dynamic_threshold_never_fires_on_what_it_was_learnt_from() -> None:
     rng = np.random.default_rng(1)
     v, a = np.sin(np.linspace(0, 90, 50_000)), 3 * np.cos(np.linspace(0, 400, 50_000))
     residual = rng.normal(0, 0.2 + 0.5 * np.abs(v) + 0.1 * np.abs(a))
-    law = learn_dynamic(residual, lambda part: (v[part], a[part]), np.ones(v.size, bool), 5)
+    law = learn_dynamic(residual, v, a, np.ones(v.size, bool), 5)
     assert law is not None
     assert law.speed_nm_s_per_rad > law.acceleration_nm_s2_per_rad > 0
     above = np.abs(residual) > dynamic_level(law, v, a)
     longest = max((len(run) for run in "".join("x" if x else " " for x in above).split()), default=0)
     assert longest < 5
-    assert learn_dynamic(residual[:500], lambda part: (v[:500][part], a[:500][part]), np.ones(500, bool), 5) is None
+    assert learn_dynamic(residual[:500], v[:500], a[:500], np.ones(500, bool), 5) is None
 
 
 @pytest.mark.parametrize("rows", [None, 9, 4000])
@@ -195,7 +195,7 @@ def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monke
     shape = dynamic_shape(np.abs(residual[use]), columns)
     lasting = ndimage.minimum_filter1d(np.where(use, np.abs(residual), 0.0), 5, mode="constant")
     scale = max(1.0, float(np.max(lasting[use] / (columns @ shape))))
-    law = learn_dynamic(residual, lambda part: (v[part], a[part]), clean, 5, np.full((5000, 3), 7.0))
+    law = learn_dynamic(residual, v, a, clean, 5)
     assert law is not None
     assert scale < 20.0, "not what lasts n samples only with those that are not clean"
     found = (law.base_nm, law.speed_nm_s_per_rad, law.acceleration_nm_s2_per_rad)
@@ -205,7 +205,7 @@ def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monke
 
 def test_a_residual_of_zero_has_no_dynamic_threshold() -> None:
     v = np.sin(np.linspace(0, 90, 5000))
-    assert learn_dynamic(np.zeros(5000), lambda part: (v[part], v[part]), np.ones(5000, bool), 5) is None
+    assert learn_dynamic(np.zeros(5000), v, v, np.ones(5000, bool), 5) is None
 
 
 def _blocks(count: int, rows: int) -> list[slice]:

@@ -12,7 +12,6 @@ from collaudit.core.detection.knocks import _impulse_ratio, knock_width, knocks
 from collaudit.core.detection.rule import rule_events
 from collaudit.core.detection.shortest_push import RATIOS, shortest_pushes
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.blocks import SAMPLES
 from collaudit.core.numeric.kernel import identity
 from collaudit.core.residual.detectors.direct import direct_kernel
 
@@ -116,16 +115,16 @@ def test_the_shortest_push_is_that_of_trying_every_length() -> None:
 
 @pytest.mark.parametrize("varies", [False, True])
 def test_the_impulse_is_that_of_each_window(varies: bool) -> None:
-    """Over several blocks, with samples that do not count and thresholds that are none."""
+    """With samples that do not count and thresholds that are none."""
     rng = np.random.default_rng(8)
-    x, evidence = rng.normal(size=SAMPLES + 900), np.ones(SAMPLES + 900, dtype=bool)
-    evidence[[40, SAMPLES - 3, SAMPLES + 700]], x[9000] = False, np.nan
+    x, evidence = rng.normal(size=16_000 + 900), np.ones(16_000 + 900, dtype=bool)
+    evidence[[40, 16_000 - 3, 16_000 + 700]], x[9000] = False, np.nan
     gamma = rng.uniform(1.0, 3.0, x.size)
     gamma[3000], gamma[5000] = np.nan, 0.0
     level = gamma if varies else GAMMA
     ratio = _impulse_ratio(x, evidence, level, N, WIDTH)
     usable = sliding_window_view(evidence & np.isfinite(x), WIDTH + 2 * N).all(axis=1)
-    for k in (*range(120), *range(SAMPLES - 120, SAMPLES + 60), *range(2900, 3000), *range(8900, 9020)):
+    for k in (*range(120), *range(16_000 - 120, 16_000 + 60), *range(2900, 3000), *range(8900, 9020)):
         before, inside, after = x[k : k + N], x[k + N : k + N + WIDTH], x[k + N + WIDTH :][:N]
         sign, middle = np.sign(inside.sum()), 0.5 * (before.mean() + after.mean())
         higher = max(sign * before.mean(), sign * after.mean())

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from synthetic import PERIOD, make_log, strokes
 
+from collaudit.core.api import load_robot
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.config.schema import ConditioningConfig, SectionsConfig
+from collaudit.core.config.load import LoadedConfig
+from collaudit.core.config.schema import ConditioningConfig, Config, SectionsConfig
 from collaudit.core.friction import sections
+from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.sections import find_sections
+from collaudit.core.prepare.prepared import prepare
 
 SPEEDS = (0.05, 0.1, 0.3, 0.8)
 
@@ -125,10 +131,42 @@ def test_constant_speed_is_looked_for_inside_each_stretch_alone(least: int, monk
     v = 0.3 + 0.002 * np.cumsum(rng.normal(size=3000))
     v[700:760] = np.nan
     v[1500:1503] = 9.0
-    quiet = sections._quiet(v, least, config)
+    quiet = sections._quiet(v, least, config, 0.0)
     for start, stop in ((0, 700), (760, 1500), (1503, 3000), (760, 760 + least)):
         seen: list[tuple[int, int]] = []
-        monkeypatch.setattr(sections, "_grow", lambda _, seed, __: seen.append((seed.start, seed.stop)) or (0, 0))  # noqa: B023
-        sections._plateaus(v[start:stop], quiet[start:stop], least, config)
+        monkeypatch.setattr(sections, "_grow", lambda _, seed, *__: seen.append((seed.start, seed.stop)) or (0, 0))  # noqa: B023
+        sections._plateaus(v[start:stop], quiet[start:stop], least, config, 0.0)
         assert seen == [(a, b) for a, b in seeds_of(v[start:stop], least, config) if b - a >= least]
         assert seen or stop - start == least
+
+
+def sweep(noise: float) -> tuple[np.ndarray, ...]:
+    """Holds of one second at ten speeds and both directions, 48 Hz: a motor alone, its friction 0.5 + 0.1 |v|."""
+    rng = np.random.default_rng(5)
+    speeds = np.repeat([0.0, *(sign * speed for speed in np.linspace(0.4, 4.0, 10) for sign in (1, -1)), 0.0], 48)
+    q = np.cumsum(speeds) / 48
+    tau = np.sign(speeds) * 0.5 + 0.1 * speeds + rng.normal(0, 0.02, q.size)
+    return np.arange(q.size) / 48, q, speeds + rng.normal(0, noise, q.size), tau
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.03, 0.05])
+def test_holds_of_a_second_are_sections_in_noise_too(noise: float) -> None:
+    t, q, v, tau = sweep(noise)
+    log = make_log(t, q[:, None], v[:, None], tau[:, None], ["motor"])
+    series = condition(log, ConditioningConfig(velocity="log"))
+    found = find_sections(series, SectionsConfig()).sections
+    assert len(found) == 20
+    expected = [sign * (0.5 + 0.1 * speed) for speed in np.linspace(0.4, 4.0, 10) for sign in (1, -1)]
+    assert [s.effort for s in found] == pytest.approx(expected, abs=0.04)
+
+
+def test_every_section_gives_a_point_or_a_reason() -> None:
+    t, q, v, tau = sweep(0.02)
+    far = q + np.cumsum(np.where(v < -0.2, 0.0, 0.02))  # no stroke is passed again
+    log = make_log(t, far[:, None], np.gradient(far, t)[:, None], tau[:, None], ["motor"])
+    loaded = LoadedConfig(Config.of({"robot": {"joints": ["motor"]}}), Path(), "", None)
+    prepared = prepare(log, load_robot(loaded, ["motor"]), loaded.config)
+    (fit,) = fit_joints([prepared], loaded.config).values()
+    alone = sum(count for reason, count in fit.rejected.items() if "without a model" in reason)
+    assert fit.section_count > 0
+    assert fit.section_count == 2 * fit.n_pairs + (fit.n_points - fit.n_pairs) + alone

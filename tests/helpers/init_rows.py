@@ -111,6 +111,31 @@ def _mat(path: Path, columns: Columns) -> None:
     savemat(path, columns, appendmat=False)
 
 
+def _variable_each(folder: Path, motion: Motion) -> list[Path]:
+    q, dq, tau = motion.signals
+    for name, values in (("t", motion.time_s), ("q", q), ("dq", dq), ("tau", tau)):
+        _mat(folder / f"{name}.mat", {name: values})
+    return [folder / f"{name}.mat" for name in ("t", "q", "dq", "tau")]
+
+
+def _structs(folder: Path, motion: Motion) -> list[Path]:
+    q, dq, tau = motion.signals
+    held = {"time": motion.time_s, "data": {"q": q.T, "dq": dq.T, "tau": tau.T}}
+    _mat(folder / "run.mat", {"rec": held, "setup": {"gear": [100.0, 50.0]}})
+    return [folder / "run.mat"]
+
+
+def _matrix(folder: Path, motion: Motion) -> list[Path]:
+    np.save(folder / "run.npy", np.column_stack(list(motion.plain().values())))
+    return [folder / "run.npy"]
+
+
+def _nameless_each(folder: Path, motion: Motion) -> list[Path]:
+    for name, values in zip(("ang", "vel", "torque"), motion.signals, strict=True):
+        np.savetxt(folder / f"joint_{name}.txt", np.column_stack([motion.time_s, values]), fmt="%.9g")
+    return [folder / f"joint_{name}.txt" for name in ("ang", "vel", "torque")]
+
+
 def _no_names(folder: Path, motion: Motion) -> list[Path]:
     values = np.column_stack(list(motion.plain().values()))
     np.savetxt(folder / "run.csv", values, delimiter=",", fmt="%.9g")
@@ -203,6 +228,12 @@ ROWS: tuple[Row, ...] = (
         _binary("run.feather", lambda path, columns: feather.write_feather(pa.table(columns), path))),
     Row("Format", "NumPy `.npz`", _binary("run.npz", _npz)),
     Row("Format", "MATLAB `.mat`", _binary("run.mat", _mat)),
+    Row("Format", "MATLAB, one variable a `.mat`", _variable_each),
+    Row("Format", "MATLAB, structs in structs, one row a joint", _structs),
+    Row("Format", "NumPy `.npy`, a matrix", _matrix),
+    Row("Format", "NumPy `.npy`, a matrix, columns stated", _matrix,
+        ("--set", "log.csv={ time = 1, position = [2, 3], velocity = [4, 5], effort = [6, 7] }")),
+    Row("Format", "`*ang*`, `*vel*`, `*torque*`, no names of columns", _nameless_each),
     Row("Format", "Excel `.xlsx`", _workbook),
     Row("Format", "MCAP, ROS 2", _messages("mcap-zstd")),
     Row("Format", "MCAP, ROS 1", _messages("mcap-ros1")),

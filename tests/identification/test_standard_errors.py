@@ -7,10 +7,10 @@ import pytest
 import statsmodels.api as sm
 from scipy.stats import t
 
-from collaudit.core.identification.identification_problem import Unknowns, solve, terms_of
-from collaudit.core.identification.identification_samples import Motion
-from collaudit.core.identification.nuisance import friction_columns
-from collaudit.core.identification.standard_errors import standard_errors
+from collaudit.core.identification.problem.identification_problem import Unknowns, solve, terms_of
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.nuisance import friction_columns
+from collaudit.core.identification.problem.standard_errors import standard_errors
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 
 CLUSTERS, EACH = 12, 60

@@ -135,7 +135,7 @@ def test_units_in_headers_and_in_the_configuration(tmp_path: Path) -> None:
     np.testing.assert_allclose(stated.position_rad, np.array(ROWS)[:, 1:3])
     assert stated.effort_unit == "raw"
     currents = write(tmp_path / "i.csv", table(header="t,q1,q2,actual_current_0,actual_current_1"))
-    with pytest.raises(ConfigError, match="currents by their names"):
+    with pytest.raises(ConfigError, match="the efforts are currents"):
         read(currents)
 
 

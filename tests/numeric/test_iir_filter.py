@@ -1,4 +1,4 @@
-"""Filters by blocks of time against SciPy's over the whole signal."""
+"""Filters over stretches and columns against SciPy's over the whole signal."""
 
 from __future__ import annotations
 
@@ -13,19 +13,14 @@ from collaudit.core.numeric.iir_filter import blank, filtered
 B, A = butter(2, 0.08)
 
 
-@pytest.fixture(autouse=True)
-def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(iir_filter, "_BLOCK", 64)
-
-
-@pytest.mark.parametrize("length", [2, 63, 64, 65, 1000])
+@pytest.mark.parametrize("length", [2, 64, 1000, 70_000])
 @pytest.mark.parametrize("columns", [1, 2, 7])
 def test_both_ways_is_filtfilt(length: int, columns: int) -> None:
     x = np.random.default_rng(1).normal(size=(length, columns))
     pad = min(50, length - 1)
     out, bridged = filtered(B, A, x, [Span(0, length)], both_ways=True, pad=50)
     assert bridged is None
-    np.testing.assert_allclose(out, filtfilt(B, A, x, axis=0, padtype="odd", padlen=pad), atol=1e-12)
+    np.testing.assert_array_equal(out, filtfilt(B, A, x, axis=0, padtype="odd", padlen=pad))
 
 
 @pytest.mark.parametrize("length", [1, 64, 1000])
@@ -48,29 +43,6 @@ def test_stretches_do_not_see_each_other_and_holes_are_told() -> None:
     straight = x.copy()
     straight[150, 1] = 0.5 * (x[149, 1] + x[151, 1])
     np.testing.assert_allclose(out, filtered(B, A, straight, spans, both_ways=True, pad=20)[0], atol=1e-12)
-
-
-@pytest.mark.parametrize("pad", [0, 20])
-@pytest.mark.parametrize("both_ways", [False, True])
-@pytest.mark.parametrize("columns", [1, 3])
-def test_many_short_stretches_give_the_digits_of_each_alone(
-    columns: int, both_ways: bool, pad: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(iir_filter, "_BLOCK", 700)  # several matrices, of lengths that differ
-    rng = np.random.default_rng(6)
-    lengths = rng.integers(1, 90, 60)
-    starts = 5 + np.cumsum(lengths + 3) - lengths
-    spans = [Span(int(a), int(a + n)) for a, n in zip(starts, lengths, strict=True)] + [Span(2, 2)]
-    x = rng.normal(size=(spans[-2].stop + 10, columns))
-    x[spans[7].start] = x[spans[30].stop - 1] = np.nan
-    out, bridged = filtered(B, A, x, spans, both_ways=both_ways, pad=pad)
-    assert bridged is not None and bridged.any(axis=1).sum() == 2
-    seen = np.zeros(len(x), dtype=bool)
-    for span in spans[:-1]:
-        alone, _ = filtered(B, A, x[span.slice], [Span(0, len(span))], both_ways=both_ways, pad=pad)
-        np.testing.assert_array_equal(out[span.slice], alone)
-        seen[span.slice] = True
-    assert np.isnan(out[~seen]).all()
 
 
 def test_blank_is_nan_outside_the_stretches() -> None:

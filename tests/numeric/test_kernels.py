@@ -180,3 +180,11 @@ def test_a_kernel_has_coefficients_of_its_own_for_each_sample_period() -> None:
         t = period * np.arange(round(0.5 / period))
         ramp = kernel.apply(t[:, None], [Span(0, t.size)], period)[:, 0]
         np.testing.assert_allclose(ramp, t - (1.0 - np.exp(-20.0 * t)) / 20.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("gain", [20.0, 900.0])
+def test_a_kernel_is_exact_for_inputs_that_are_straight_between_samples(gain: float) -> None:
+    """The double pole's answer to a ramp of slope 1 is t - 2/w + (t + 2/w) exp(-w t)."""
+    t = T * np.arange(600)
+    out = double_pole(gain, True).apply(t[:, None], whole(600), T)[:, 0]
+    assert np.allclose(out, t - 2.0 / gain + (t + 2.0 / gain) * np.exp(-gain * t), atol=1e-12)

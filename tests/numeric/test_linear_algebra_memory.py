@@ -15,7 +15,6 @@ LIMITED = """
 import resource, threading, sys
 import numpy as np
 from collaudit.core.numeric.allocator import settle_within_memory_limit
-from collaudit.core.numeric.filter_design import matrix_exponential
 from collaudit.core.numeric.parallel import by_name, threads, use_threads
 
 def limit(more_mb):
@@ -33,7 +32,8 @@ square = np.ones((400, 400))
 def product(name):
     return float((square @ square)[0, 0])
 print(by_name(product, ("a", "b")), threads(), threading.active_count())
-print(matrix_exponential(np.array([[0.0, -0.2], [0.2, 0.0]]))[0, 0].round(6))
+import scipy
+print(scipy.linalg.expm(np.array([[0.0, -0.2], [0.2, 0.0]]))[0, 0].round(6))
 """
 NO_ROOM = """
 limit(30)

@@ -22,7 +22,7 @@ SIZES = (1, 2, 3, 4, 7, 13, 100, 999, 1000)
 
 @pytest.fixture
 def x(monkeypatch: pytest.MonkeyPatch) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    monkeypatch.setattr(sliding_extremes, "samples_at_once", lambda: 64)  # several blocks, and windows longer than one
+    monkeypatch.setattr(sliding_extremes, "_AT_ONCE", 64)  # several blocks, and windows longer than one
     values = np.abs(np.random.default_rng(3).standard_normal(1000))
     values[::97] = np.inf
     values[5::101] = 0.0

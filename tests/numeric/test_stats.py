@@ -48,15 +48,6 @@ def test_medians_and_quantiles_are_numpys_to_the_last_bit() -> None:
     assert np.isnan(stats.median_of(np.empty(0)))
 
 
-def test_distinct_values_are_numpys() -> None:
-    rng = np.random.default_rng(5)
-    for size in (0, 1, 2, 50, 20_000):
-        for x in (np.round(rng.normal(size=size), 1), rng.integers(0, 30, size), np.zeros(size)):
-            found = stats.distinct(x)
-            np.testing.assert_array_equal(found, np.unique(x))
-            assert found.dtype == x.dtype
-
-
 def _long_columns(size: int = 600_001) -> dict[str, FloatArray]:
     rng, k = np.random.default_rng(4), np.arange(size)
     normal = rng.normal(size=size)

@@ -21,7 +21,9 @@ ALLOWED = {
 }
 #: Libraries that are imported only below these folders.
 BELONGS = {
-    "pinocchio": ("core/robot/pinocchio_model.py",),
+    "pinocchio": ("core/robot/pinocchio_model.py", "core/robot/arm_shapes.py"),
+    "coal": ("core/robot/arm_shapes.py",),
+    "ruckig": ("core/plan/timing.py",),
     "mcap": ("core/logs/mcap/", "fixtures/", "reports/exports/"),
     "mcap_ros1": (),
     "mcap_ros2": (),

@@ -186,7 +186,9 @@ def test_tiago_csvs_are_one_log_in_an_unknown_unit(cli, data_dir: Path) -> None:
     fitted = cli("fit", *parts, "-c", cfg, "-o", "friction.json")
     assert fitted.code == 0
     file = load("friction.json")
-    assert {f["effort_unit"] for f in file["joints"].values()} == {"raw"}
+    in_torque = {joint for joint, f in file["joints"].items() if f["effort_unit"] == "N·m"}
+    assert in_torque == {"arm_2_joint", "arm_3_joint", "arm_4_joint"}, "those that gravity loads"
+    assert {f["effort_unit"] for joint, f in file["joints"].items() if joint not in in_torque} == {"raw"}
     assert set(file["joints"]["arm_1_joint"]["parameters"]) == {"A_raw", "D_raw_s_per_rad"}
     assert set(file["joints"]["torso_lift_joint"]["parameters"]) == {"A_raw", "D_raw_s_per_m"}
     assert "effort-unit-raw" in codes(file)

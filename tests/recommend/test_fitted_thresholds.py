@@ -17,6 +17,9 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.threshold_result import JointThreshold, ThresholdLevel
 from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS
+from collaudit.core.recommend.fitted_thresholds import _too_little
 from collaudit.core.recommend.held_out_residual import fold_of_sample
 from collaudit.core.scoring.truth_events import read_truth
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -63,6 +66,25 @@ def test_one_joint_without_a_threshold_is_no_pass(hits: Path, friction: Friction
     (said,) = [f for f in found.findings if f.code == "gamma-missing"]
     assert said.joint == "joint2" and "only 3 s" in said.text
     assert found.coverage.joints["joint2"].watched is False
+
+
+def test_a_joint_that_hardly_moves_is_an_exclusion_and_no_obstacle(hits: Path, friction: FrictionFile) -> None:
+    loaded = load_config(hits.with_suffix(".toml"), {"detect.gamma_nm": "auto"})
+    series = prepare((hits,), loaded).judged_series
+    assert friction.thresholds is not None
+    none = JointThreshold((), None, None, None, 0.0, 0.0, None, "its friction could not be fitted")
+    still = series.position_rad.copy()
+    still[:, series.column("joint2")] *= 0.04 / np.ptp(still[:, series.column("joint2")])
+
+    def effects(position: FloatArray, *without: str) -> dict[str | None, str]:
+        joints = {**friction.thresholds.joints, **dict.fromkeys(without, none)}  # type: ignore[union-attr]
+        on_file = replace(friction.thresholds, joints=joints)  # type: ignore[type-var]
+        _, _, found = with_fitted_thresholds(loaded.config, on_file, {}, replace(series, position_rad=position))
+        return {f.joint: f.effect for f in found if f.code == "gamma-missing"}
+
+    assert effects(still, "joint2") == {"joint2": "excludes"}
+    assert effects(series.position_rad, "joint2") == {"joint2": "not-judged-joint"}
+    assert set(effects(still, *series.joint_names).values()) == {"not-judged-joint"}, "nothing would be judged"
 
 
 def test_the_level_follows_the_rules_persistence(hits: Path, friction: FrictionFile) -> None:
@@ -124,3 +146,10 @@ def test_folds_are_dealt_out_in_turn(hits: Path) -> None:
     changes = np.flatnonzero(np.diff(fold))
     assert changes.size >= 11, "each fold comes back at least three times"
     assert np.bincount(fold).min() > 0.15 * fold.size
+
+
+def test_too_little_motion_and_motion_in_pieces_are_different_reasons() -> None:
+    least = FEWEST_BLOCKS * BLOCK_S
+    assert f"at least {least:g} s are needed" in _too_little(0.9 * least)
+    assert "at least" not in _too_little(1.2 * least), "what is enough is not called too little"
+    assert "pieces that are too short" in _too_little(1.2 * least)

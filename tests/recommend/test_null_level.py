@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from collaudit.core.data.threshold_result import ThresholdLevel
 from collaudit.core.detection.motion_scale import motion_features, relative_scale, scale_over
-from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_level
+from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_levels
 
 PERIOD = 0.002
 N = 13
@@ -36,8 +36,7 @@ def evidence(residual: np.ndarray) -> NullEvidence:
 def level_of(one: NullEvidence, n: int = N) -> ThresholdLevel:
     scale = scale_of([one])
     assert scale is not None
-    found = threshold_level([one], scale, [n], 6)
-    assert found is not None
+    (found,) = threshold_levels([one], scale, [[n]], 6)
     return found
 
 

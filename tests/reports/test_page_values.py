@@ -14,7 +14,6 @@ from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.detection_result import ControllerAlarmComparison
 from collaudit.core.errors import LogError
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
-from collaudit.reports.page.joint_trends import joint_trends
 from collaudit.reports.values.controller_words import mark_text
 from collaudit.reports.values.rows import falling, residual_row
 from collaudit.reports.values.times import clock_text
@@ -58,18 +57,6 @@ def test_labels_are_labels_and_not_the_controllers_alarms() -> None:
     assert mark_text(flag) == "label grasp at 4.000 s: not judged: no contact could have been noticed here"
     own = ControllerAlarmComparison(4.0, 3.9, "agreed", 0.1)
     assert mark_text(own) == "controller alarm at 4.000 s, 100 ms after the detection: agrees with a contact"
-
-
-def test_trends_follow_the_recording_date() -> None:
-    result = samples.failed(2000).result
-    entry = entry_of(result)
-    dated = [
-        replace(entry, name=name, start=f"2024-03-{day}", level_nm={"elbow": level})
-        for name, day, level in (("a", "03", 3.0), ("b", "01", 1.0), ("c", "02", 2.0))
-    ]
-    (trend,) = joint_trends([*dated, replace(entry, start=None)])
-    assert (trend.joint, trend.first, trend.last, trend.logs) == ("elbow", "1.00 N·m", "3.00 N·m", 3)
-    assert joint_trends(dated[:1]) == ()
 
 
 def test_an_index_of_a_thousand_logs_is_quick(tmp_path: Path) -> None:

@@ -159,7 +159,7 @@ def test_the_model_is_a_band_where_friction_is_a_range() -> None:
     assert 'class="model-range"' in card(replace(audit, signals=open_), contact)
     untold = contact_window(TracesInMemory(replace(open_, least_nm=None, most_nm=None)).trace(0), contact)
     assert untold is not None
-    assert np.isnan(untold.least_nm).all(), "an earlier version's file does not tell the range: no line, no band"
+    assert np.isnan(untold.least_nm).all(), "what does not tell the range: no line, no band"
 
 
 def test_labels_are_escaped() -> None:

@@ -14,8 +14,6 @@ from collaudit.core.data.audit_result import Audit, Coverage
 from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity, Sensitivity
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.reports.files.rule_snippets import snippet
-from collaudit.reports.page.index import entry_of
-from collaudit.reports.page.joint_trends import joint_trends
 from collaudit.reports.page.shared_planes import shared_planes
 from collaudit.reports.page.study_section import study_section
 from collaudit.reports.terminal.recommendation_text import recommendation_text
@@ -76,13 +74,6 @@ def test_of_a_comparison(audit: Audit) -> None:
     by_joint = {row[0]: row for row in residual.rows}
     assert by_joint[SLIDES][1].endswith(" N")
     assert by_joint[JOINTS[1]][1][-1].isdigit()
-
-
-def test_of_the_trends_of_an_index(audit: Audit) -> None:
-    entry = entry_of(audit.result)
-    dated = [replace(entry, start=f"2024-03-0{day}", level_nm=dict.fromkeys(JOINTS[:2], 2.0)) for day in range(1, 4)]
-    trends = {trend.joint: trend for trend in joint_trends(dated)}
-    assert (trends[SLIDES].last, trends[JOINTS[1]].last) == ("2.00 N", "2.00 N·m")
 
 
 def test_of_a_verdict() -> None:

@@ -13,7 +13,6 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.blocks import SAMPLES
 from collaudit.core.residual.friction_bounds import Travel, friction_bounds
 from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level
 
@@ -183,12 +182,11 @@ def test_friction_of_the_load_goes_with_the_temperature_too() -> None:
     assert bounds.sliding_nm[-1] == pytest.approx(0.8 * (law().torque(v)[-1] + 0.1 * 15.0))
 
 
-def test_the_way_since_the_last_rest_is_that_of_each_stretch_whatever_the_blocks() -> None:
+def test_the_way_since_the_last_rest_is_that_of_each_stretch() -> None:
     rng = np.random.default_rng(4)
     v = np.repeat(rng.choice([-0.3, 0.0, 0.2], 700), rng.integers(1, 120, 700))
     v[rng.integers(0, v.size, 5)] = np.nan
     series = replace(motion(np.nan_to_num(v)), segments=(Span(0, 300), Span(300, 300), Span(340, v.size - 7)))
-    assert v.size > 2 * SAMPLES
     steady, travel = Travel.of(series, 0, v).settled(series, v, 0.1, 0.02)
     known = v[0]
     for k in range(v.size):

@@ -1,4 +1,4 @@
-"""Recorded recursions against Lagrange's equations that SymPy derives: no recursion, no rigid-body library."""
+"""The recursions against Lagrange's equations that SymPy derives: no recursion, no rigid-body library."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import pytest
 import sympy as sp
 
 from collaudit.core.robot.link_constants import Link
-from collaudit.core.robot.newton_euler import inverse_dynamics_program, momentum_program
-from collaudit.core.robot.sample_batches import Signal, evaluate
+from collaudit.core.robot.newton_euler import inverse_dynamics, momentum
 
 G = np.array([0.5, -1.0, -9.5])
 #: About the x axis by asin(3/5), about y by acos(5/13): exact in fractions.
@@ -81,9 +80,9 @@ def lagrange() -> Any:
     return sp.lambdify([*Q, *V, *A], [list(torque), list(momentum), list(rest)], modules="numpy", cse=True)
 
 
-def test_programs_obey_lagranges_equations(lagrange: Any) -> None:
+def test_recursions_obey_lagranges_equations(lagrange: Any) -> None:
     x = np.random.default_rng(4).uniform(-2.0, 2.0, (50, 9))
-    torque, momentum, rest = (np.column_stack(part) for part in lagrange(*x.T))
-    np.testing.assert_allclose(evaluate(inverse_dynamics_program(links(), G), [Signal(x)])[0], torque, atol=1e-11)
-    both = evaluate(momentum_program(links(), G), [Signal(x[:, :6])])[0]
-    np.testing.assert_allclose(both, np.column_stack([momentum, rest]), atol=1e-11)
+    torque, *momenta = (np.column_stack(part) for part in lagrange(*x.T))
+    q, v, a = np.split(x.T, 3)
+    np.testing.assert_allclose(np.stack(inverse_dynamics(links(), G, q, v, a), axis=1), torque, atol=1e-11)
+    np.testing.assert_allclose(np.stack(momentum(links(), G, q, v), axis=1), np.column_stack(momenta), atol=1e-11)

@@ -38,7 +38,7 @@ def load(tmp_path: Path, text: str | bytes, joints: Any = ("j1", "j2"), **settin
         ("", "not well-formed XML"),
         (b"\x89PNG\r\n\x1a\n\x00\x00", "not well-formed XML"),
         ("<sdf/>", "expected: <robot>"),
-        ("<robot xmlns:xacro='http://ros.org/wiki/xacro'><xacro:include/></robot>", "unexpanded xacro"),
+        ("<robot xmlns:xacro='http://ros.org/wiki/xacro'><xacro:include/></robot>", "xacro"),
         ("<robot name='r'/>", "no links"),
         (arm(kind="floating"), "found:    floating"),
         (arm().replace("child link='l2'", "child link='l9'"), "found:    l9"),

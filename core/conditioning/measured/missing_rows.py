@@ -15,7 +15,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import distinct, median_of, quantile_of
+from collaudit.core.numeric.stats import median_of, quantile_of
 
 #: A position goes too far where it bends on both sides of a step by so many times what it does in 99 of 100 steps.
 _BEYOND, _USUAL = 10.0, 0.99
@@ -71,9 +71,11 @@ def missing_rows(
     joints = range(len(log.joint_names))
     leaps = list(ordered_map(lambda j: _leaps(log, position[:, j], j, order, period), joints)) if period > 0.0 else []
     least_s = _ABOUT * shortest_stretch(detect, period) * period if period > 0.0 else 0.0
-    found = distinct(np.concatenate([np.zeros(0, dtype=np.int64), *(one.rows[one.lost_s >= least_s] for one in leaps)]))
+    found = np.unique(
+        np.concatenate([np.zeros(0, dtype=np.int64), *(one.rows[one.lost_s >= least_s] for one in leaps)])
+    )
     found = found[:0] if found.size > max(3.0, _MOST * order.size) else found
-    rows = distinct(np.concatenate([found, *jumps.values()]))
+    rows = np.unique(np.concatenate([found, *jumps.values()]))
     return MissingRows(rows, (_finding(log, position, rows, leaps, jumps),) if rows.size else ())
 
 

@@ -30,7 +30,6 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.numeric.blocks import exceeds
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
@@ -165,7 +164,7 @@ def _driven(effort: FloatArray) -> BoolArray:
     out = np.zeros(effort.shape[0], dtype=np.bool_)
     for x in effort.T:
         known = x[np.isfinite(x)]
-        out |= exceeds(x, _NO_EFFORT * quantile_of(np.abs(known), _USUAL) if known.size else np.inf)
+        out |= np.abs(x) > (_NO_EFFORT * quantile_of(np.abs(known), _USUAL) if known.size else np.inf)
     return out
 
 

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
 from collaudit.core.data.friction_result import DirectionDifference
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.special_functions import student_quantile
 
 _FEWEST_PAIRS = 14
 #: One-sided level at which the change with speed counts. Two shapes are tried: of a hundred joints that are the same

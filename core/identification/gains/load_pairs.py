@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.identification.problem_terms import Terms
+from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.special_functions import student_quantile
 from collaudit.core.numeric.stats import HUBER_BOUND, STANDARD_ERRORS_95, robust_sd
 
 #: A gain is told when its standard error is below this share of it; share of the load's torque that is left at least.

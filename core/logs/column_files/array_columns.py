@@ -68,8 +68,8 @@ def _plain(values: Any) -> Any:
 
 
 def _rows(arrays: Mapping[str, Any], path: Path) -> int:
-    """How many rows the table has: the length of most arrays."""
-    lengths = Counter(size for value in arrays.values() for size in set(value.shape) if size >= _ROWS)
+    """How many rows the table has: the longer side of most arrays; there are fewer joints than samples."""
+    lengths = Counter(max(value.shape) for value in arrays.values() if max(value.shape) >= _ROWS)
     best = lengths.most_common()
     if not best:
         held = ", ".join(f"{name} {value.shape}" for name, value in list(arrays.items())[:12]) or "no arrays of numbers"

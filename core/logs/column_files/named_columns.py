@@ -26,12 +26,11 @@ class NamedColumns:
         columns: name to an Arrow array of n values, all of one length.
         stated: keys of ``[log.csv]`` that the file itself states.
         left_out: arrays of the file that are no columns because of their length, each with its shape.
+        named: whether the names are the file's, and no numbers.
 
     Raises:
         LogError: there are no columns, or no rows.
     """
-
-    named = True
 
     def __init__(
         self,
@@ -41,13 +40,14 @@ class NamedColumns:
         columns: Mapping[str, Any],
         stated: Mapping[str, str] | None = None,
         left_out: tuple[str, ...] = (),
+        named: bool = True,
     ) -> None:
         if not columns or not len(next(iter(columns.values()))):
             raise LogError("the file holds no rows of data", where=str(path), found=f"{len(columns)} columns")
         self.path, self.format, self.layout = path, kind, layout
         self.names = tuple(columns)
         self.stated: Mapping[str, str] = stated or {}
-        self.left_out = left_out
+        self.left_out, self.named = left_out, named
         self._columns = list(columns.values())
 
     def first_cells(self, column: int) -> tuple[str, ...]:

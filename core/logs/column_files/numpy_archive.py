@@ -1,4 +1,4 @@
-"""NumPy archives (.npz) as tables."""
+"""NumPy archives (.npz) and single arrays (.npy) as tables."""
 
 from __future__ import annotations
 
@@ -43,3 +43,18 @@ def open_npz(path: Path, settings: CsvConfig) -> NamedColumns:
         raise LogError(f"cannot be read as a NumPy archive: {str(error)[:200]}", where=str(path)) from error
     columns, left_out = columns_of(arrays, path)
     return NamedColumns(path, "npz", f"NumPy archive, {len(columns)} columns", columns, left_out=left_out)
+
+
+def open_npy(path: Path, settings: CsvConfig) -> NamedColumns:
+    """Open one array: a matrix whose columns (or rows, where there are fewer of these) are numbered from 1, or records.
+
+    Raises:
+        LogError: it cannot be read, or is no matrix of numbers.
+    """
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)  # mapped: a header may claim more than there is
+    except Exception as error:  # NumPy raises what the damage happens to cause
+        raise LogError(f"cannot be read as a NumPy array: {str(error)[:200]}", where=str(path)) from error
+    fields = array.dtype.names
+    columns, _ = columns_of({"": array} if fields is None else {name: array[name] for name in fields}, path)
+    return NamedColumns(path, "npy", f"NumPy array, {len(columns)} columns", columns, named=fields is not None)

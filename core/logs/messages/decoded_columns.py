@@ -10,7 +10,6 @@ import numpy as np
 from collaudit.core.logs.messages.growing_columns import Column, Growing
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.parallel import Beside
 
 #: Numbers of a row besides its quantities: stamps and place.
@@ -96,10 +95,10 @@ class Group:
         return None if column is None else column.so_far().copy()
 
     def holds(self, name: str) -> bool:
-        """Whether a column is there and any of its numbers is one; mostly the first row tells."""
+        """Whether a column is there and any of its numbers is one."""
         column = self.columns.get(name)
         values = None if column is None else column.so_far()
-        return values is not None and any(bool(np.isfinite(values[part]).any()) for part in blocks(values.shape[0]))
+        return values is not None and bool(np.isfinite(values).any())
 
     @property
     def rows(self) -> int:

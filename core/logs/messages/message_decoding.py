@@ -25,7 +25,6 @@ from collaudit.core.logs.storage.message_places import rows_at
 from collaudit.core.logs.storage.packed_messages import packing_of, unpacked
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stats import distinct
 
 #: More layouts than this on one channel, and the rest goes through the generic decoder.
 MAX_PLANS = 256
@@ -102,7 +101,7 @@ class ChannelDecoder:
         if low == high:
             self._equal_size(batch, None, low, first)
             return
-        for size in distinct(batch.length).tolist():
+        for size in np.unique(batch.length).tolist():
             self._equal_size(batch, np.flatnonzero(batch.length == size), int(size), first)
 
     def _equal_size(self, batch: Batch, picked: IntArray | None, size: int, first: int) -> None:

@@ -21,7 +21,6 @@ from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.stats import distinct
 
 MAGIC = b"#ROSBAG V2.0\n"
 MSG, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
@@ -206,7 +205,7 @@ class BagFile(NotedFile):
             elif located.rest:
                 self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
             data = np.frombuffer(chunk.data, dtype=np.uint8)
-            numbers = distinct(located.connection).tolist()
+            numbers = np.unique(located.connection).tolist()
             for number in numbers:
                 mine = located.connection == number if len(numbers) > 1 else slice(None)
                 start = located.start[mine]

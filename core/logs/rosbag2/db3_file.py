@@ -17,7 +17,6 @@ from collaudit.core.logs.rosbag2.db3_open import connect
 from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.numeric.stats import distinct
 
 _ROWS = 4096
 #: Topics, times and payloads of rows.
@@ -138,7 +137,7 @@ class Db3File:
             batch = _arrays(*zip(*good, strict=True))
         topic, log_ns, length, data = batch
         start = np.cumsum(length) - length
-        for key in distinct(topic).tolist():
+        for key in np.unique(topic).tolist():
             mine = np.flatnonzero(topic == key)
             yield Batch(key, data, start[mine], length[mine], log_ns[mine])
 

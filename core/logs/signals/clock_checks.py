@@ -9,7 +9,6 @@ import numpy as np
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.sample_clock import EPOCH_FLOOR_NS, steadiness
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.stats import median_of
 
 #: A drift is told from this share of the time on, when it adds up to ``DRIFT_S`` at least.
@@ -82,18 +81,8 @@ def _simulated(clocks: _Clocks, topic: str) -> list[Finding]:
 def _jumps(clocks: _Clocks) -> IntArray:
     """Messages at which one clock moved away from the other for good."""
     count = clocks.log_ns.shape[0]
-    found: list[IntArray] = []
-    short = 0
-    for block in blocks(count - 1):
-        part = slice(block.start, block.stop + 1)
-        log_s = clocks.log_s(part)
-        short += int(np.count_nonzero(np.diff(log_s) <= JUMP_S / JUMP_PERIODS))
-        apart = np.abs(np.diff(clocks.header_s(part) - log_s))
-        found.append(np.flatnonzero(apart > JUMP_S) + (block.start + 1))
-    limit = JUMP_S
-    if 2 * short <= count:  # else the median step is among the short ones, and the limit as it is
-        limit = max(JUMP_S, JUMP_PERIODS * median_of(np.diff(clocks.log_s(_ALL))))
-    at = np.concatenate(found)
+    limit = max(JUMP_S, JUMP_PERIODS * median_of(np.diff(clocks.log_s(_ALL))))
+    at = np.flatnonzero(np.abs(np.diff(clocks.ahead_s(_ALL))) > JUMP_S) + 1
     steps = at[np.abs(clocks.ahead_s(at) - clocks.ahead_s(at - 1)) > limit]
     if steps.shape[0] > count // 10:
         return np.empty(0, dtype=np.int64)

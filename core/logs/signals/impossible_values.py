@@ -9,8 +9,6 @@ import numpy as np
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, frozen
-from collaudit.core.numeric.blocks import blocks
-from collaudit.core.numeric.parallel import ordered_map
 
 #: A stamp so far from the middle of the log, s (12 days), and so many times the usual distance, is garbage where few
 #: are: a recording with a long break has many on both sides.
@@ -133,15 +131,7 @@ def arrays_of(log: JointLog) -> dict[str, FloatArray]:
 
 
 def _beyond(values: FloatArray, largest: float) -> bool:
-    """Whether any of the numbers (n, …) is larger; in blocks, each read from memory once."""
-
-    def one(rows: slice) -> bool:
-        return any(_one_beyond(values[rows][block], largest) for block in blocks(values[rows].shape[0]))
-
-    return any(ordered_map(one, list(blocks(values.shape[0], _ROWS))))
-
-
-def _one_beyond(values: FloatArray, largest: float) -> bool:
+    """Whether any of the numbers (n, …) is larger."""
     if not values.size:
         return False
     low, high = float(values.min()), float(values.max())

@@ -8,7 +8,6 @@ import numpy as np
 
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.blocks import steps_exceed
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import marked
 from collaudit.core.numeric.stats import median_of
@@ -103,7 +102,7 @@ def _springing(values: FloatArray) -> IntArray:
     some = some[np.isfinite(some) & (some > 0)]
     if some.size < _CROWD:
         return np.zeros(0, dtype=np.int64)
-    far = steps_exceed(values, _MEDIANS * median_of(some))
+    far = np.abs(np.diff(values)) > _MEDIANS * median_of(some)
     at: IntArray = np.flatnonzero(far[:-1] & far[1:])
     before, after = values[at + 1] - values[at], values[at + 2] - values[at + 1]
     least = np.minimum(np.abs(before), np.abs(after))

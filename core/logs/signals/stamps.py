@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.blocks import blocks
 from collaudit.core.numeric.stats import median_of
 
 #: A value is interpolated only between neighbours closer than this many of their own periods.
@@ -14,10 +13,7 @@ NEIGHBOUR_PERIODS = 2.5
 
 def seconds_since(stamps_ns: IntArray, origin_ns: int) -> FloatArray:
     """(n,) seconds since an origin; the difference is taken in whole nanoseconds before it becomes a float."""
-    out = np.empty(stamps_ns.shape)
-    for block in blocks(stamps_ns.shape[0]):
-        np.divide(stamps_ns[block] - np.int64(origin_ns), 1e9, out=out[block])
-    return out
+    return np.asarray((stamps_ns - np.int64(origin_ns)) / 1e9)
 
 
 def interpolate(at_s: FloatArray, time_s: FloatArray, values: FloatArray) -> FloatArray:

@@ -52,7 +52,7 @@ def with_currents(settings: UnitsConfig, where: str) -> UnitsConfig:
         return settings
     if not settings.torque_constant_nm_per_a:
         raise ConfigError(
-            "the efforts are currents by their names, and their unit is not stated",
+            "the efforts are currents, and their torque constants are not stated",
             where=where,
             expected='[log.units] effort = "A" with torque_constant_nm_per_a, or effort = "raw"',
             hint='effort = "raw" fits friction in the log\'s own unit',
@@ -97,20 +97,22 @@ def scale_effort(
     Raises:
         ConfigError: efforts are currents and a joint has no torque constant.
     """
-    factors = []
-    for name, alias in zip(model, log, strict=True):
-        factor = float(_for(settings.effort_sign, name, alias) or 1)
-        if settings.effort == "A" and effort is not None:
-            constant = _for(settings.torque_constant_nm_per_a, name, alias)
-            if constant is None:
-                raise ConfigError(
-                    f"effort is in A, and the joint {name!r} has no torque constant",
-                    where=where,
-                    expected="[log.units] torque_constant_nm_per_a = { " + f'"{name}" = … ' + "}",
-                    hint='without one, set effort = "raw": friction can then be fitted in the log\'s own unit',
-                )
-            factor *= constant
-        factors.append(factor)
+    joints = list(zip(model, log, strict=True))
+    factors = [float(_for(settings.effort_sign, name, alias) or 1) for name, alias in joints]
+    if settings.effort == "A" and effort is not None:
+        constants = [_for(settings.torque_constant_nm_per_a, name, alias) for name, alias in joints]
+        missing = [name for name, constant in zip(model, constants, strict=True) if constant is None]
+        if missing:
+            raise ConfigError(
+                f"effort is in A, and there is no torque constant of {', '.join(map(repr, missing))}",
+                where=where,
+                expected="[log.units] torque_constant_nm_per_a = { "
+                + ", ".join(f'"{name}" = …' for name in missing)
+                + " }",
+                hint='collaudit init estimates them from the robot\'s description; or set effort = "raw": collaudit '
+                "fit then identifies a gain for each joint whose motion tells it",
+            )
+        factors = [factor * (constant or 1.0) for factor, constant in zip(factors, constants, strict=True)]
     if effort is not None and any(factor != 1.0 for factor in factors):
         effort *= factors
     return "raw" if settings.effort == "raw" else "Nm"

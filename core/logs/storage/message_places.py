@@ -6,7 +6,6 @@ import numpy as np
 
 from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.numeric.stats import distinct
 
 
 def ascending(offsets: IntArray) -> IntArray:
@@ -14,7 +13,7 @@ def ascending(offsets: IntArray) -> IntArray:
     if not (offsets[1:] > offsets[:-1]).all():
         offsets = np.sort(offsets, kind="stable")  # a few sorted runs, one a channel, are merged
         if (offsets[1:] == offsets[:-1]).any():
-            offsets = distinct(offsets)
+            offsets = np.unique(offsets)
     return offsets
 
 

@@ -94,7 +94,8 @@ def guess_findings(file: AssignedTable) -> list[Finding]:
             recognised.append(f"time = {file.reader.names[assignment.time or 0]!r}")
         else:
             found = assignment.quantities[quantity]
-            recognised.append(f"{quantity} = {found.pattern!r} ({len(found.columns)} columns)")
+            pattern = found.pattern or ", ".join(file.reader.names[k] for k in found.columns)
+            recognised.append(f"{quantity} = {pattern!r} ({len(found.columns)} columns)")
     if not any(quantity in assignment.quantities for quantity in assignment.guessed):
         return []
     text = f"Columns were recognised by their names, not by the configuration: {'; '.join(recognised)}."

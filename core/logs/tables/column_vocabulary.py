@@ -119,6 +119,7 @@ _KNOWN: dict[str, Meaning] = {
     "rawjointtorque": Meaning("effort", "measured", "torque", ""),  # Doosan: joint torque sensor
     "dynamictor": Meaning("effort", "model", "tor", "Nm"),  # Doosan
     "commandedtorque": Meaning("effort", "commanded", "torque", ""),
+    "observationstate": Meaning("position", "measured", "state", ""),  # LeRobot
     "positionsraw": Meaning("position", "measured", "positions", "rad"),  # FloBaRoID: as recorded, beside filtered ones
     "velocitiesraw": Meaning("velocity", "measured", "velocities", "rad/s"),
     "torquesraw": Meaning("effort", "measured", "torques", "Nm"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -20,11 +20,13 @@ if TYPE_CHECKING:
 
 #: Words in the names of files that say which quantity all their columns hold.
 _WORDS = {
-    "position": ("position", "positions", "pos", "q", "angle", "angles", "jointpos", "joint_position"),
+    "position": ("position", "positions", "pos", "q", "ang", "angle", "angles"),
     "velocity": ("velocity", "velocities", "vel", "dq", "qd", "qdot", "speed", "speeds"),
     "effort": ("effort", "efforts", "eff", "tau", "torque", "torques", "trq", "moment", "current", "currents", "curr"),
     "temperature": ("temperature", "temperatures", "temp"),
 }
+#: Names of files that hold the time of the others.
+_TIMES = frozenset({"t", "time", "times", "timestamp", "timestamps", "stamp", "stamps"})
 #: Shorter words stand in too many names for a pattern of file names.
 _SHORTEST = 3
 _KEYS = (*QUANTITIES, "time")
@@ -45,23 +47,73 @@ def assign_columns(readers: Sequence[TableReader], settings: CsvConfig) -> list[
         LogError: a table lacks columns the configuration names.
     """
     out = []
+    first = _time_in_first(readers)
     for reader in readers:
         try:
-            out.append(AssignedTable(reader, _assigned(reader, settings)))
+            out.append(AssignedTable(reader, _assigned(reader, settings, first)))
         except LogError as error:
             raise LogError(error.message, where=str(reader.path), found=error.found, hint=error.hint) from error
     return out
 
 
-def _assigned(reader: TableReader, settings: CsvConfig) -> Assignment:
+def as_stated(parts: Sequence[tuple[AssignedTable, Found]]) -> str | list[str]:
+    """The columns of one quantity as the configuration states them: by their pattern, or by their names.
+
+    In tables without names each is a number behind its file's name.
+    """
+    patterns = {found.pattern for _, found in parts}
+    if len(patterns) == 1 and "" not in patterns:
+        return patterns.pop()
+    return [_front(table) + table.reader.names[column] for table, found in parts for column in found.columns]
+
+
+def time_as_stated(files: Sequence[AssignedTable]) -> str | None:
+    """The time column as the configuration states it; None without."""
+    timed = [file for file in files if file.assignment.time is not None]
+    if not timed:
+        return None
+    alone = len(timed) < len(files)  # the numbers of columns without names are the other files', too
+    return (_front(timed[0]) if alone else "") + timed[0].reader.names[timed[0].assignment.time or 0]
+
+
+def written(files: Sequence[AssignedTable]) -> Mapping[str, str]:
+    """How the tables are written; a file of one column does not show what stands between columns."""
+    return max(files, key=lambda file: len(file.reader.names)).reader.stated
+
+
+def _front(table: AssignedTable) -> str:
+    return "" if table.reader.named else f"{table.reader.path.name}:"
+
+
+def _time_in_first(readers: Sequence[TableReader]) -> int | None:
+    """0 where several tables without names begin with the same column: quantities differ, their time does not."""
+    unnamed = [reader for reader in readers if not reader.named and len(reader.names) > 1]
+    return 0 if len(unnamed) > 1 and len({reader.first_cells(0) for reader in unnamed}) == 1 else None
+
+
+def _assigned(reader: TableReader, settings: CsvConfig, first: int | None) -> Assignment:
     own = settings.changed(_of_this_file(reader, settings))
     assignment = with_named_joints(reader, assign(reader.names, own, header=reader.named))
-    if assignment.quantities or not reader.named or any(getattr(settings, key) is not None for key in QUANTITIES):
+    if assignment.quantities or any(getattr(settings, key) is not None for key in QUANTITIES):
         return assignment
+    if assignment.time is None and settings.row_period_s is None:
+        time = 0 if holds_time_alone(reader) else first if not reader.named else None
+        assignment = assignment if time is None else replace(assignment, time=time, guessed=("time",))
     found = by_file_name(reader, assignment)
     if found is None:
         return assignment
     return replace(assignment, quantities=dict([found]), guessed=(found[0], *assignment.guessed))
+
+
+def holds_time_alone(reader: TableReader) -> bool:
+    """Whether a file is named as the time of others, and holds one column."""
+    return len(reader.names) == 1 and not _TIMES.isdisjoint(_words(reader.path.name))
+
+
+def _words(name: str) -> list[str]:
+    """Words of a file's name; ``joint`` in front of one says nothing."""
+    text = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name.rpartition(".")[0]).lower()
+    return [word.removeprefix("joints").removeprefix("joint") for word in re.split(r"[^a-z]+", text)]
 
 
 def _of_this_file(reader: TableReader, settings: CsvConfig) -> dict[str, ColumnPattern | int]:
@@ -88,17 +140,25 @@ def _strip(pattern: str, file: str) -> str:
 
 def quantity_of_file(name: str) -> tuple[str, str] | None:
     """The quantity that a file's name states, and the word that does; None for none or several."""
-    words = re.split(r"[^a-z]+", name.rpartition(".")[0].lower())
-    found = {quantity: word for word in words for quantity, known in _WORDS.items() if word in known}
+    found = {quantity: word for word in _words(name) for quantity, known in _WORDS.items() if word in known}
     return next(iter(found.items())) if len(found) == 1 else None
 
 
 def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Found] | None:
-    """The quantity that the file's name states, of its numbered columns; None where they are of several kinds."""
+    """The quantity that the file's name states, of its numbered columns; None where they are of several kinds.
+
+    In a table without names all columns but the time are numbered.
+    """
     stated = quantity_of_file(reader.path.name)
     if stated is None:
         return None
     names = [name for index, name in enumerate(reader.names) if name and index != assignment.time]
+    quantity, word = stated
+    file = f"*{word}*" if len(word) >= _SHORTEST else reader.path.name
+    if not reader.named:
+        joints = tuple(f"joint{number}" for number in range(1, len(names) + 1))
+        columns = tuple(index for index in range(len(reader.names)) if index != assignment.time)
+        return quantity, Found(joints, columns, "" if assignment.time is not None else f"{file}:{{i}}")
     kinds = {re.sub(r"\d+", "#", name) for name in names}
     if len(kinds) != 1 or (kind := kinds.pop()).count("#") != 1:
         return None
@@ -106,7 +166,5 @@ def by_file_name(reader: TableReader, assignment: Assignment) -> tuple[str, Foun
         pattern = kind.replace("#", number)
         found = match_pattern(reader.names, pattern)
         if found is not None and len(found.columns) == len(names):
-            quantity, word = stated
-            file = f"*{word}*" if len(word) >= _SHORTEST else reader.path.name
             return quantity, replace(found, pattern=f"{file}:{pattern}")
     return None

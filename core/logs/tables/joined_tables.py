@@ -90,8 +90,10 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
     findings: list[Finding] = []
     texts: dict[str, tuple[str, ...]] = {}
     runs: FloatArray | None = None
-    for file in files:
+    for file in sorted(files, key=lambda file: file.assignment.time is None):
         own_time, start, unit, columns_read = _read_one(file, settings)
+        if time_s is not None and file.assignment.time is None and own_time.shape == time_s.shape:
+            own_time = time_s
         values = columns_read.values
         runs = values.pop(RUN, runs)
         texts |= {file.reader.names[index]: words for index, words in columns_read.texts.items()}
@@ -112,6 +114,7 @@ def join_tables(readers: Sequence[TableReader], settings: LogConfig) -> JointTab
             blocks[quantity].append((joints, block))
         findings += left_out_findings(file.reader.left_out, own_time.shape[0], file.reader.path.name)
         findings += [*guess_findings(file), *column_findings(file.assignment, file.reader.path.name)]
+    findings += _rows_matched(files) if settings.csv.row_period_s is None else []
     assert time_s is not None
     time_s, run_findings = split_runs(time_s, runs, settings.csv, files[0])
     findings += run_findings
@@ -150,13 +153,23 @@ def _check_signals(files: Sequence[AssignedTable], settings: CsvConfig) -> None:
             hint=hint,
         )
     timeless = [file for file in files if file.assignment.time is None]
-    if timeless and settings.row_period_s is None:
+    if len(timeless) == len(files) and settings.row_period_s is None:
         raise LogError(
             "no time column was recognised",
             where=str(timeless[0].reader.path),
             found=f"columns {listed(timeless[0].reader.names, 40)}",
             hint=NO_TIME_HINT,
         )
+
+
+def _rows_matched(files: Sequence[AssignedTable]) -> list[Finding]:
+    """That files without a time column took that of another one."""
+    timeless = [file.reader.path.name for file in files if file.assignment.time is None]
+    if not timeless:
+        return []
+    timed = next(file.reader.path.name for file in files if file.assignment.time is not None)
+    text = f"{listed(timeless)} hold no time: their rows, which are as many, were taken to be those of {timed}."
+    return [Finding("log-columns-guessed", "warning", text, where=timed)]
 
 
 def _refuse_by_names(files: Sequence[AssignedTable], quantity: str) -> None:
@@ -177,7 +190,10 @@ def _free(file: AssignedTable) -> list[str]:
 
 
 def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int | None, str, TableColumns]:
-    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``, or ``run``)."""
+    """Time in s, absolute start, the unit of time, and the columns by quantity (or ``wrench``, or ``run``).
+
+    The time is NaN where the file has none.
+    """
     assignment, period_s = file.assignment, settings.csv.row_period_s
     groups = {quantity: found.columns for quantity, found in assignment.quantities.items()}
     if assignment.fraction is not None and period_s is None:
@@ -195,6 +211,8 @@ def _read_one(file: AssignedTable, settings: LogConfig) -> tuple[FloatArray, int
         raise LogError("the file holds no rows of data", where=str(file.reader.path))
     if period_s is not None:
         return np.arange(rows, dtype=np.float64) * np.float64(period_s), None, "rows", columns
+    if columns.stamps is None:
+        return np.full(rows, np.nan), None, "rows", columns
     if assignment.fraction is not None and FRACTION in columns.values:
         joined = joined_stamps(columns.stamps, columns.values.pop(FRACTION), file.reader.names[assignment.fraction])
         if joined is not None:

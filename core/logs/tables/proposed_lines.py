@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.file_quantities import AssignedTable
+from collaudit.core.logs.tables.file_quantities import AssignedTable, as_stated, time_as_stated, written
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig
@@ -35,7 +35,7 @@ def proposed_lines(
     if settings.position is not None:
         return ()
     lines = ["[log.csv]"]
-    stated = files[0].reader.stated
+    stated = written(files)
     if "delimiter" in stated and stated["delimiter"] != ",":
         lines.append(f"delimiter = {_toml(stated['delimiter'])}")
     if stated.get("decimal") == ",":
@@ -44,11 +44,10 @@ def proposed_lines(
         lines.append("header = false")
     lines += _time_lines(files, columns, settings)
     for key in _KEYS:
-        found = [file.assignment.quantities[key] for file in files if key in file.assignment.quantities]
-        patterns = list(dict.fromkeys(part.pattern for part in found))
-        if len(patterns) == 1 and patterns[0]:
-            lines.append(f"{key} = {_toml(patterns[0])}")
-        elif not found:
+        found = [(file, file.assignment.quantities[key]) for file in files if key in file.assignment.quantities]
+        if found:
+            lines.append(f"{key} = {_toml(as_stated(found))}")
+        else:
             lines += _asked(key, files, columns)
     labels = [column.name for column in columns if column.role == "label?"]
     if labels:
@@ -59,9 +58,9 @@ def proposed_lines(
 def _time_lines(files: Sequence[AssignedTable], columns: Sequence[ColumnInfo], settings: CsvConfig) -> list[str]:
     if settings.row_period_s is not None or settings.time is not None:
         return []
-    named = [file.reader.names[file.assignment.time] for file in files if file.assignment.time is not None]
-    if named:
-        return [f"time = {_toml(named[0])}"]
+    named = time_as_stated(files)
+    if named is not None:
+        return [f"time = {_toml(named)}"]
     rising = [column for column in columns if column.role == "time?"]
     if rising:
         return [f"# time = {_key(rising[0], files)}  # {rising[0].why}"]

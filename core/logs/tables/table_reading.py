@@ -71,7 +71,8 @@ def read_table_log(
     check_joint_keys(settings.units, [*names, *kept.model, *(robot_joints or ())])
     picked = [names.index(log) for log in kept.log]
     linear = [joint in set(prismatic) for joint in kept.model]
-    units, unit_findings = _units(table, settings.units, name)
+    stated = with_currents(settings.units, name) if settings.effort_kind == "motor-current" else settings.units
+    units, unit_findings = _units(table, stated, name)
     time_s = table.time_s
     annotations, phases, annotations_missing = _annotations(table.texts, time_s, settings.csv, name)
     columns = dict(table.columns)

@@ -40,6 +40,9 @@ def guess_time(names: Sequence[str]) -> int | None:
     for wanted in _NAMES:
         if wanted in plain:
             return plain.index(wanted)
+    tails = [k for k, name in enumerate(plain) if re.split(r"[./]", name)[-1] in _NAMES]
+    if len(tails) == 1:  # a field of a struct, or of a message
+        return tails[0]
     words = [_words(name) if not re.search(r"\d", name) else [] for name in names]
     for index, parts in enumerate(words):
         rest = parts[:-1] if len(parts) > 1 and parts[-1] in UNIT_OF_WORD else parts

@@ -121,7 +121,8 @@ def read_message_log(
     to_radians(columns.get("position"), settings.units.position, linear)
     to_radians(columns.get("velocity"), settings.units.velocity or settings.units.position, linear)
     units = settings.units
-    if joints.profile is not None and joints.profile.effort_unit == "A" and "effort" in columns:
+    drawn = joints.profile is not None and joints.profile.effort_unit == "A"
+    if (drawn or settings.effort_kind == "motor-current") and "effort" in columns:
         units = with_currents(units, where)
     unit = scale_effort(columns.get("effort"), names.model, names.log, units, where)
     if "position" not in columns:

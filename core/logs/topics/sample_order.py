@@ -11,7 +11,6 @@ from collaudit.core.logs.messages.decoded_columns import Group
 from collaudit.core.logs.signals.clock_set_back import SetBack, straighten
 from collaudit.core.logs.signals.impossible_values import garbage_ns
 from collaudit.core.numeric.arrays import IntArray
-from collaudit.core.numeric.stats import distinct
 
 Breaks = tuple[SetBack, ...]
 
@@ -109,7 +108,7 @@ def _by_channel(stamps: IntArray, source: IntArray | None, known: Breaks | None)
         return straighten(stamps, known or None)
     found: Breaks = known or ()
     out = stamps
-    for channel in distinct(source).tolist():
+    for channel in np.unique(source).tolist():
         mine = np.flatnonzero(source == channel)
         straight, breaks = straighten(stamps[mine], found or None)
         if breaks:

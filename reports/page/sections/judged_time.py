@@ -17,7 +17,7 @@ from collaudit.reports.values.sensitivity_rows import (
 
 @dataclass(frozen=True, slots=True)
 class JudgedRow:
-    """One joint: its sensitivity (None: not watched, or not known in files of earlier versions) and its coverage."""
+    """One joint: its sensitivity (None: not watched) and its coverage."""
 
     sensitivity: SensitivityRow | None
     coverage: rows.CoverageRow

@@ -1,0 +1,139 @@
+"""``collaudit plan``: the motion that would settle what the data leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from collaudit.cli.console import note, say, say_json, terminal_width
+from collaudit.cli.group import example_command
+from collaudit.cli.progress_bar import progress
+from collaudit.cli.settings import config_option, load_settings
+from collaudit.core.errors import EXIT_PASS
+
+if TYPE_CHECKING:
+    from collaudit.core.config import LoadedConfig
+    from collaudit.core.data.audit_result import Audit, FrictionFile
+
+
+def _names(_context: click.Context, _param: click.Parameter, text: str | None) -> tuple[str, ...]:
+    return tuple(part.strip() for part in (text or "").split(",") if part.strip())
+
+
+@example_command(
+    "plan",
+    "collaudit plan friction.json -c collaudit.toml -o plan/",
+    "collaudit plan run.mcap -c collaudit.toml -o plan/ --minutes 5 --exclude joint6",
+    "collaudit plan out/*/ -c collaudit.toml -o plan/ --gamma 4 --per-hour 0.01",
+    "collaudit plan -c collaudit.toml -o plan/ --joints joint1,joint2 --speed-scale 0.3",
+    "collaudit fit planned.mcap -c collaudit.toml --plan plan/plan.json -o friction.json",
+)
+@click.argument("inputs", nargs=-1, metavar="[FRICTION|RUN|LOG]...")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, metavar="DIR", help="Folder of the plan's files."
+)
+@click.option(
+    "--minutes", type=click.FloatRange(min=0.1, max=600.0), default=10.0, show_default=True,
+    help="The motion is no longer than this.",
+)  # fmt: skip
+@click.option(
+    "--joints", callback=_names, metavar="NAMES", help="Joints to move, separated by commas; all when absent."
+)
+@click.option("--exclude", callback=_names, metavar="NAMES", help="Joints that stay where they are.")
+@click.option(
+    "--speed-scale", type=click.FloatRange(min=0.01, max=1.0), default=1.0, show_default=True,
+    help="Share of the highest speeds; accelerations shrink by its square, jerks by its cube.",
+)  # fmt: skip
+@click.option(
+    "--half-width", type=click.FloatRange(min=0.1, max=100.0), default=2.0, show_default=True, metavar="PERCENT",
+    help="Half width of a friction parameter that is enough.",
+)  # fmt: skip
+@click.option(
+    "--per-hour", type=click.FloatRange(min=0.0, min_open=True), default=1e-3, show_default=True,
+    help="False alarms of the whole arm per hour that the clean hours are for.",
+)  # fmt: skip
+@click.option(
+    "--gamma", type=click.FloatRange(min=0.0, min_open=True), metavar="NM", help="Threshold to have clean hours for."
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Same seed, same plan.")
+@click.option("--json", "as_json", is_flag=True, help="Print plan.json instead of a table.")
+@config_option
+def command(
+    inputs: tuple[str, ...],
+    output: Path,
+    minutes: float,
+    joints: tuple[str, ...],
+    exclude: tuple[str, ...],
+    speed_scale: float,
+    half_width: float,
+    per_hour: float,
+    gamma: float | None,
+    seed: int,
+    as_json: bool,
+) -> int:
+    """Plan a motion that would settle what logs so far leave open, within hard limits.
+
+    Sweeps of every joint at the speeds that its friction law lacks; moves between poses that tell inertials, rotors,
+    gains and load friction; and how many clean hours thresholds need. Known friction comes from FRICTION (a
+    friction.json), from a RUN's folder, or is fitted on LOGs; without any, all is open.
+
+    The motion starts and ends at rest at [plan] start_rad and keeps the limits of the description or of [plan]: range,
+    speed, acceleration, jerk, torque, links apart, table, workspace. A limit that neither states is refused. It is a
+    proposal: a person must check it on the robot before it runs, slowly first.
+
+    Files in DIR: plan.html, plan.json, plan.txt, motion.csv (time, q, dq), trajectory.mcap and trajectory.yaml
+    (JointTrajectory), motion.script (URScript, for six joints). `collaudit fit --plan` says what it delivered.
+    """
+    from collaudit.core.plan.planning import PlanRequest, make_plan
+    from collaudit.core.provenance import make_provenance
+    from collaudit.reports.exports.plan_files import write_plan
+    from collaudit.reports.files.plan_file import plan_json
+    from collaudit.reports.page.plan_page import plan_page
+    from collaudit.reports.terminal.plan_text import plan_text
+
+    loaded = load_settings()
+    friction, audits = _known(inputs, loaded)
+    request = PlanRequest(minutes, joints or None, exclude, speed_scale, half_width / 100.0, per_hour, gamma, seed)
+    with progress("planning") as report:
+        plan = make_plan(loaded, friction, audits, request, make_provenance(loaded, None, None), report)
+    by_model = {model: log for log, model in loaded.config.log.joint_names.items()}
+    names = [by_model.get(name, name) for name in plan.robot.joint_names]
+    files = write_plan(output, plan, names, plan_page(plan))
+    if as_json:
+        say_json(plan_json(plan.file))
+    else:
+        say(plan_text(plan.file, terminal_width()), nl=False)
+    note("a proposal, to be checked on the robot and run slowly first: " + ", ".join(str(path) for path in files))
+    return EXIT_PASS
+
+
+def _known(inputs: Sequence[str], loaded: LoadedConfig) -> tuple[FrictionFile | None, list[Audit]]:
+    """Friction and audits that the inputs give; the friction of the configuration where they give none.
+
+    Raises:
+        ConfigError: inputs that give friction in two ways.
+    """
+    from collaudit.core import api
+    from collaudit.core.errors import ConfigError
+    from collaudit.reports.files.run_files import AUDIT_NAME, FRICTION_NAME, read_friction, read_run
+
+    files = [Path(text) for text in inputs if Path(text).suffix == ".json"]
+    runs = [Path(text) for text in inputs if (Path(text) / AUDIT_NAME).is_file()]
+    logs = [text for text in inputs if Path(text) not in files and Path(text) not in runs]
+    if len(files) > 1 or (files and logs):
+        raise ConfigError(
+            "friction is given twice",
+            where="plan",
+            found=", ".join(map(str, [*files, *logs])),
+            expected="one friction.json, or logs to fit",
+        )
+    audits = [read_run(run) for run in runs]
+    if logs:
+        with progress("fitting") as report:
+            return api.fit(api.find_logs(logs, loaded), loaded, report), audits
+    paths = [*files, *(run / FRICTION_NAME for run in runs if (run / FRICTION_NAME).is_file())]
+    path = paths[0] if paths else loaded.friction_path
+    return (None if path is None else read_friction(path)), audits

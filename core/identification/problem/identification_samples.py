@@ -1,0 +1,175 @@
+"""Samples of any motion for identification: filtered alike, thinned, with what the thinning costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
+from collaudit.core.errors import ConfigError, NotJudgedError
+from collaudit.core.identification.problem.nuisance import drift_columns
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.filters import low_pass
+from collaudit.core.prepare.channel_shift import prompt_motion, steady
+from collaudit.core.prepare.prepared import Prepared
+
+_CLUSTER_S = 1.0
+#: Around a reversal or a start friction is not that of sliding, and the filter mixes before with after.
+_SETTLED_S, _SETTLED_PERIODS = 0.05, 0.5
+_MIN_SAMPLES = 200
+_STRETCH_S = 10.0  # of time held out in one piece, at least
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Samples for identification.
+
+    Attributes:
+        position, velocity, acceleration: (n, j).
+        effort: (n, j) in the log's unit, low-passed as the motion was.
+        contact: (n, j) torque of the commanded tool force, zero without a wrench.
+        moving: (n, j) where a joint has moved one way for a while and will, and its effort is known.
+        drift: (n, d) functions of time that an offset may follow.
+        coupled: (c, j) weights of the joints in the speeds of axes that turn with several.
+        cluster: (n,) stretch of one second that a sample belongs to; errors inside one are alike.
+        block: (n,) block of time to be held out together.
+        rate_hz: samples a second.
+        loss: what the thinning costs, in words.
+        load: (n, j) torque of the logs' known loads, also part of ``contact``.
+        log: (n,) number of the log that a sample is of.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    effort: FloatArray
+    contact: FloatArray
+    moving: BoolArray
+    drift: FloatArray
+    coupled: FloatArray
+    cluster: IntArray
+    block: IntArray
+    rate_hz: float
+    loss: str
+    load: FloatArray
+    log: IntArray
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return int(self.cluster.size)
+
+
+def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Motion:
+    """Gather valid samples of several logs of one arm.
+
+    Raises:
+        ConfigError: the logs have different joints, or no effort. NotJudgedError: too little motion.
+    """
+    names = {p.series.joint_names for p in prepared}
+    if len(names) > 1:
+        raise ConfigError("logs of different joints cannot be identified together", found=str(sorted(names)))
+    bandwidth = min(p.bandwidth_hz for p in prepared)
+    moved = [_motion(p.series, bandwidth) for p in prepared]
+    found = [_valid(p, bandwidth, *motion) for p, motion in zip(prepared, moved, strict=True)]
+    total = sum(rows.size for rows, _ in found)
+    if total < _MIN_SAMPLES:
+        raise NotJudgedError(
+            "there is too little motion to identify anything from",
+            found=f"{total} usable samples",
+            expected=f"at least {_MIN_SAMPLES}",
+        )
+    period = prepared[0].series.period_s
+    step = max(1, -(-total // max_samples))
+    parts = [
+        _part(p, rows[::step], effort, bandwidth, *motion)
+        for p, (rows, effort), motion in zip(prepared, found, moved, strict=True)
+    ]
+    sizes = [part[0].shape[0] for part in parts]
+    columns = [np.concatenate([part[k] for part in parts]) for k in range(7)]
+    clocks = [p.series.time_s[rows[::step]] for p, (rows, _) in zip(prepared, found, strict=True)]
+    cluster = np.concatenate([np.floor(t / _CLUSTER_S) + 1e7 * k for k, t in enumerate(clocks)])
+    _, cluster = np.unique(cluster, return_inverse=True)
+    order = np.arange(sum(sizes))
+    rate = 1.0 / (step * period)
+    # long logs often move one joint after the other: a block is then made of several stretches of time
+    rounds = int(np.clip(order.size / (rate * _STRETCH_S * blocks), 1, blocks))
+    block = (order * blocks * rounds // max(1, order.size)) % blocks
+    return Motion(
+        columns[0],
+        columns[1],
+        columns[2],
+        columns[3],
+        columns[4],
+        np.asarray(columns[5] > 0),
+        drift_columns(clocks),
+        _coupled(prepared[0]),
+        np.asarray(cluster, dtype=np.int64),
+        np.asarray(block, dtype=np.int64),
+        rate,
+        _loss(step, rate, bandwidth),
+        columns[6],
+        np.repeat(np.arange(len(sizes), dtype=np.int64), sizes),
+    )
+
+
+def _motion(series: UniformSeries, bandwidth_hz: float) -> tuple[FloatArray, FloatArray]:
+    """(n, j) velocity and acceleration up to a bandwidth: noise of the acceleration biases what is multiplied by it."""
+    v, a = prompt_motion(series)
+    if bandwidth_hz >= series.bandwidth_hz:
+        return v, a
+    v, a = (low_pass(x, series.segments, series.period_s, bandwidth_hz) for x in (v, a))
+    return v, a
+
+
+def _valid(prepared: Prepared, bandwidth_hz: float, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Rows at which the whole motion is known and settled, and the low-passed effort (n, j)."""
+    series = prepared.series
+    if series.effort is None:
+        raise ConfigError("nothing can be identified without effort", where=series.source.name)
+    effort = low_pass(series.effort, series.segments, series.period_s, bandwidth_hz)
+    known = np.isfinite(series.position_rad + v + a).all(axis=1)
+    if prepared.contact_nm is not None:
+        known &= np.isfinite(prepared.contact_nm).all(axis=1)
+    moves = (np.abs(v) > MOVING_RAD_S).any(axis=1)
+    return np.asarray(np.flatnonzero(known & moves & ~series.edge), dtype=np.int64), effort
+
+
+def _part(
+    prepared: Prepared,
+    rows: IntArray,
+    effort: FloatArray,
+    bandwidth_hz: float,
+    velocity: FloatArray,
+    acceleration: FloatArray,
+) -> tuple[FloatArray, ...]:
+    series = prepared.series
+    q, v, a = (x[rows] for x in (series.position_rad, velocity, acceleration))
+    contact = np.zeros_like(q) if prepared.contact_nm is None else prepared.contact_nm[rows]
+    use = np.isfinite(effort[rows]) & ~series.saturated[rows]
+    margin = round(max(_SETTLED_S, _SETTLED_PERIODS / bandwidth_hz) / series.period_s)
+    for j in range(v.shape[1]):
+        use[:, j] &= steady(velocity[:, j], MOVING_RAD_S, margin)[rows]
+    for weights in _coupled(prepared):  # where such an axis reverses, its friction is not that of sliding
+        use[:, weights != 0] &= steady(velocity @ weights, MOVING_RAD_S, margin)[rows, None]
+    load = np.zeros_like(q) if prepared.start.load_nm is None else prepared.start.load_nm[rows]
+    return q, v, a, np.nan_to_num(effort[rows]), contact + load, use.astype(np.float64), load
+
+
+def _coupled(prepared: Prepared) -> FloatArray:
+    """(c, j) weights of the joints in the axes that turn with several."""
+    names = prepared.series.joint_names
+    rows = [[c.weights.get(name, 0.0) for name in names] for c in prepared.series.couplings]
+    return np.array(rows).reshape(len(rows), len(names))
+
+
+def _loss(step: int, rate: float, bandwidth: float) -> str:
+    if step == 1:
+        return "every sample was used"
+    kept = min(1.0, rate / (2.0 * bandwidth))
+    text = f"one sample in {step} was used ({rate:.3g} a second); the signals are filtered at {bandwidth:.3g} Hz"
+    if kept >= 1.0:
+        return f"{text}, so that nothing is lost"
+    return f"{text}, so that standard errors of what noise limits grow by up to {100 * (kept**-0.5 - 1):.0f} %"

@@ -1,0 +1,109 @@
+"""What fits without a part of the samples leave of that part, from the normal equations of the fit to all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.identification.problem.identification_problem import (
+    Solution,
+    Unknowns,
+    jacobian,
+    reweigh,
+    solve,
+    state_of,
+    unexplained_torque,
+    weighted_joints,
+)
+from collaudit.core.identification.problem.problem_terms import Terms
+from collaudit.core.identification.problem.standard_errors import scaled_inverse
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+
+#: Gauss-Newton steps of a held-out fit; nearly all of the change is in the first.
+HELD_OUT_STEPS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """The least-squares problem about a solution, friction and offset among its f unknowns.
+
+    Attributes:
+        rest_nm: (n, j) torque that the solution leaves.
+        joints: of each joint that counts its number, the unknowns that it feels (f_j,), its columns (n, f_j) by them
+            and the weights (n,) of its samples.
+        precision: (f,) of the prior.
+        gradient: (f,) of the prior, at the solution.
+    """
+
+    rest_nm: FloatArray
+    joints: tuple[tuple[int, IntArray, FloatArray, FloatArray], ...]
+    precision: FloatArray
+    gradient: FloatArray
+
+    def without(self, out: BoolArray) -> FloatArray:
+        """(m, j) torque that is left of the samples (n,) given, by a fit to the others, N·m."""
+        hessian, gradient = np.diag(self.precision), self.gradient.copy()
+        for j, place, columns, weight in self.joints:
+            seen = columns * np.where(out, 0.0, weight)[:, None]
+            hessian[np.ix_(place, place)] += seen.T @ columns
+            gradient[place] += seen.T @ self.rest_nm[:, j]
+        step = scaled_inverse(hessian) @ gradient
+        left = self.rest_nm[out]
+        for j, place, columns, _ in self.joints:
+            left[:, j] -= columns[out] @ step[place]
+        return left
+
+
+def linearised(terms: Terms, solution: Solution, unknowns: Unknowns) -> Linearised:
+    """The problem about its solution, with the weights that its samples have there."""
+    state = state_of(terms, solution)
+    reweigh(terms, state)
+    rest = unexplained_torque(terms, state)
+    scales = np.concatenate([unknowns.inertials_prior_sd, unknowns.armature_prior_sd, unknowns.gain_prior_sd])
+    origin = np.concatenate([unknowns.inertials, unknowns.armature, unknowns.gain])
+    found = np.concatenate([solution.inertials, solution.armature, solution.gain])
+    free, kinds = solution.free, terms.nuisance.shape[2]
+    known = int(np.count_nonzero(free))
+    precision = np.zeros(known + kinds * state.gain.size)
+    precision[:known] = scales[free] ** -2.0
+    gradient = np.zeros_like(precision)
+    gradient[:known] = precision[:known] * (origin - found)[free]
+    joints = []
+    for j in weighted_joints(state):
+        friction = slice(known + kinds * j, known + kinds * (j + 1))
+        precision[friction] = _friction_precision(terms, j)
+        gradient[friction] = -precision[friction] * solution.nuisance[j]
+        place, columns = jacobian(terms, state, j, free, rest[:, j], np.ones(len(rest)))
+        place = np.concatenate([place, known + kinds * j + np.arange(kinds)])
+        columns = np.concatenate([columns, terms.nuisance[j]], axis=1)
+        joints.append((j, place, columns, state.weight[:, j] / state.sigma[j] ** 2))
+    return Linearised(rest, tuple(joints), precision, gradient)
+
+
+def _friction_precision(terms: Terms, j: int) -> FloatArray:
+    """(k,) of the coefficients of friction and offset: no part of them is expected to exceed its joint's whole torque.
+
+    Where a part's speeds were seen in no other part, the other parts leave some combinations of them open.
+    """
+    use = terms.motion.moving[:, j]
+    torque, columns = terms.motion.effort[use, j], terms.nuisance[j][use]
+    return np.asarray(np.mean(columns**2, axis=0) / max(float(np.mean(torque**2)), 1e-12))
+
+
+def held_out(terms: Terms, unknowns: Unknowns, divisions: Sequence[IntArray]) -> FloatArray:
+    """(n, j) torque left of each sample by a fit without its part, N·m; root mean square over the divisions.
+
+    The problem is linear but for Huber's weights. Those of the fit to all samples are kept, so what a fit without a
+    part finds follows from the normal equations less that part's share of them. Samples at which a joint does not count
+    are NaN.
+    """
+    told = terms.over(replace(terms.motion, moving=terms.motion.moving & np.isfinite(unknowns.gain))).without_drift()
+    moving, whole = told.motion.moving, linearised(told, solve(told, unknowns, HELD_OUT_STEPS), unknowns)
+    squares = np.zeros_like(told.motion.effort)
+    for part in divisions:
+        for number in np.unique(part):
+            out = np.asarray(part == number)
+            squares[out] += whole.without(out) ** 2
+    return np.where(moving, np.sqrt(squares / len(divisions)), np.nan)

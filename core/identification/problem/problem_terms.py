@@ -1,0 +1,67 @@
+"""The pieces of the identification problem that are the same in every step of its solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.identification.problem.identification_samples import Motion
+from collaudit.core.identification.problem.nuisance import nuisance_columns
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Terms:
+    """Columns of each joint's equation.
+
+    Attributes:
+        motion: the samples.
+        regressor: (n, j, p).
+        columns: for each joint (n, f_j): derivatives by the inertial parameters that are free and that it feels.
+        index: for each joint (f_j,): which parameters these are.
+        nuisance: (j, n, k) columns of friction and offset (``nuisance.py``).
+        one_way: (j,) joints of which the motion does not tell offset from friction.
+        starts: (c,) first sample of each cluster; clusters follow one another.
+    """
+
+    motion: Motion
+    regressor: FloatArray
+    columns: tuple[FloatArray, ...]
+    index: tuple[IntArray, ...]
+    nuisance: FloatArray
+    one_way: BoolArray
+    starts: IntArray
+
+    @classmethod
+    def of(cls, motion: Motion, regressor: FloatArray, free: BoolArray) -> Terms:
+        """Gather them.
+
+        Args:
+            motion: n samples of j joints.
+            regressor: (n, j, p).
+            free: (p,) which inertial parameters are free.
+        """
+        columns, index = [], []
+        for j in range(regressor.shape[1]):
+            pick = np.flatnonzero(free & np.any(regressor[:, j] != 0.0, axis=0))
+            columns.append(np.ascontiguousarray(regressor[:, j, pick]))
+            index.append(np.asarray(pick, dtype=np.int64))
+        nuisance, one_way = nuisance_columns(
+            motion.velocity, motion.acceleration, motion.drift, motion.moving, motion.coupled
+        )
+        starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
+        starts = np.asarray(starts, dtype=np.int64)
+        return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)
+
+    def over(self, motion: Motion) -> Terms:
+        """The same columns for the same samples of which others count."""
+        return replace(self, motion=motion)
+
+    def without_drift(self) -> Terms:
+        """The same with an offset that stays, as for predicting another time."""
+        return replace(self, nuisance=self.nuisance[:, :, : self.nuisance.shape[2] - self.motion.drift.shape[1]])
+
+    def by_cluster(self, values: FloatArray) -> FloatArray:
+        """Sums of (n,) or (n, k) values over each cluster."""
+        return np.asarray(np.add.reduceat(values, self.starts, axis=0))

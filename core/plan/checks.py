@@ -1,0 +1,95 @@
+"""Whether a move keeps within all limits: range, torque with friction, links, table and workspace."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.plan.limits import ArmLimits
+from collaudit.core.plan.timing import Motion
+from collaudit.core.robot.arm_shapes import ArmShapes, Surroundings
+from collaudit.core.robot.robot_model import RobotModel
+
+#: Links are checked with this many clearances, at positions between which no point moves farther than half of one:
+#: two points approach each other by half a clearance at most in between.
+MARGIN, STEP = 1.5, 0.5
+#: Friction of a joint without a law, as a share of its highest torque.
+UNKNOWN_FRICTION = 0.2
+_TORQUE_STEP_S = 0.01
+#: Torque between samples of 0.01 s is kept away from the limit by this share.
+_TORQUE_RESERVE = 0.97
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MoveCheck:
+    """All limits of an arm.
+
+    Attributes:
+        robot: the arm; without inertials no torque is checked.
+        limits: hard limits.
+        shapes: of links and surroundings, with ``MARGIN`` clearances.
+        reach_m: (j,) of the shapes.
+        clearance_m: as stated.
+        friction: laws by joint.
+    """
+
+    robot: RobotModel
+    limits: ArmLimits
+    shapes: ArmShapes
+    reach_m: FloatArray
+    clearance_m: float
+    friction: Mapping[str, FrictionModel]
+
+    @classmethod
+    def of(cls, robot: RobotModel, limits: ArmLimits, around: Surroundings, shapes: ArmShapes,
+           friction: Mapping[str, FrictionModel]) -> MoveCheck:  # fmt: skip
+        """``shapes``: made with :func:`padded` surroundings."""
+        return cls(robot, limits, shapes, shapes.reach_m(), around.clearance_m, friction)
+
+    def problem(self, motion: Motion) -> str | None:
+        """What a motion from rest to rest violates, in words; None where it keeps all limits."""
+        if not self.limits.inside(motion.q).all():
+            return "a joint's range"
+        if (joint := self.overloaded(motion)) is not None:
+            return f"the torque of {joint}"
+        found = self.shapes.touching(self._places(motion))
+        return None if found is None else found[1]
+
+    def torque_nm(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(n, j) torque of model and friction; friction in either direction where a joint stands."""
+        torque = self.robot.inverse_dynamics(q, v, a)
+        for j, name in enumerate(self.robot.joint_names):
+            law = self.friction.get(name)
+            highest = UNKNOWN_FRICTION * float(self.limits.torque[j])
+            size = np.full(len(q), highest) if law is None else np.maximum(np.abs(law.torque(v[:, j])), 0.0)
+            way = np.where(np.abs(v[:, j]) > 1e-6, np.sign(v[:, j]), np.sign(torque[:, j]))
+            if law is not None:
+                size = np.where(np.abs(v[:, j]) > law.speed_range[0], size, np.maximum(size, law.hold))
+            torque[:, j] += way * size
+        return torque
+
+    def overloaded(self, motion: Motion) -> str | None:
+        """A joint whose torque exceeds its limit; None where none does, or no model tells."""
+        if not self.robot.has_inertials:
+            return None
+        _, q, v, a = motion.sampled(_TORQUE_STEP_S)
+        over = np.abs(self.torque_nm(q, v, a)) > _TORQUE_RESERVE * self.limits.torque
+        return self.robot.joint_names[int(np.argmax(over.any(axis=0)))] if over.any() else None
+
+    def _places(self, motion: Motion) -> FloatArray:
+        """(m, j) positions along a motion, at most half a clearance of any point's way apart."""
+        out = [motion.q[:1]]
+        for a, b in zip(motion.q, motion.q[1:], strict=False):  # between knots of a straight move
+            way = float(np.abs(b - a) @ self.reach_m)
+            count = int(np.ceil(way / (STEP * self.clearance_m)))
+            out.append(a + np.linspace(0.0, 1.0, count + 1)[1:, None] * (b - a) if count else b[None])
+        return np.concatenate(out)
+
+
+def padded(around: Surroundings) -> Surroundings:
+    """Surroundings with the margin that checks at single positions need."""
+    return replace(around, clearance_m=MARGIN * around.clearance_m)

@@ -1,0 +1,99 @@
+"""What a planned motion should tell: half widths of every parameter before and after, and what a fit then delivered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.plan_result import Delivered, Outcome, PlanFile, Prediction
+from collaudit.core.errors import ConfigError
+from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.plan.excitation import Excitation
+from collaudit.core.plan.limits import ArmLimits
+from collaudit.core.plan.sweeps import JointSweeps
+from collaudit.core.plan.unknowns import Unknowns, reported_half_widths
+
+#: Half widths within this factor of the prediction are as predicted.
+FACTOR = 1.3
+
+
+def sweep_predictions(
+    limits: ArmLimits, sweeps: Sequence[JointSweeps], friction: FrictionFile | None
+) -> list[Prediction]:
+    """Friction parameters of all swept joints, by the law that is asked for."""
+    out = []
+    for one in sweeps:
+        joint = limits.joint_names[one.joint]
+        fit = None if friction is None else friction.joints.get(joint)
+        known = {} if fit is None else {parameter_symbol(key): half for key, half in _half_widths(fit).items()}
+        settled = len(one.design.guesses) == 1
+        middle = one.design.guesses[len(one.design.guesses) // 2]
+        for symbol, half in one.half_widths().items():
+            before, after = known.get(symbol) if settled else None, half if one.design.measured else None
+            out.append(Prediction(joint, symbol, float(middle[symbol]), before, after, not settled))
+    return out
+
+
+def excitation_predictions(unknowns: Unknowns, found: Excitation, friction: FrictionFile | None) -> list[Prediction]:
+    """Base parameters, rotor inertias, gains and load friction."""
+    before = reported_half_widths(friction, unknowns.labels)
+    after = unknowns.half_widths(found.information)
+    told = all(unknowns.measured)
+    return [
+        Prediction(None if kind == "base parameter" else name, name if kind == "base parameter" else kind, None, old,
+                   float(new) if told else None, False)
+        for (kind, name), old, new in zip(unknowns.labels, before, after, strict=True)
+    ]  # fmt: skip
+
+
+def delivered(plan: PlanFile, friction: FrictionFile) -> tuple[Delivered, ...]:
+    """What a fit on logs of the planned motion gave, beside what the plan predicted.
+
+    Args:
+        plan: the plan.
+        friction: the fit.
+
+    Raises:
+        ConfigError: the plan is for another arm.
+    """
+    if not set(plan.limits) & set(friction.joints):
+        raise ConfigError(
+            "the plan is for another arm than the logs",
+            where="--plan",
+            found=", ".join(plan.limits),
+            expected=f"some of {', '.join(friction.joints)}",
+        )
+    own = [p for p in plan.predictions if p.joint is None or p.joint in friction.joints]
+    labels = [("base parameter", p.parameter) if p.joint is None else (p.parameter, p.joint) for p in own]
+    other = reported_half_widths(friction, labels)
+    out = []
+    for prediction, found in zip(own, other, strict=True):
+        fit = friction.joints.get(prediction.joint or "")
+        by_symbol = {} if fit is None else {parameter_symbol(key): half for key, half in _half_widths(fit).items()}
+        half = by_symbol.get(prediction.parameter, found)
+        out.append(
+            Delivered(prediction.joint, prediction.parameter, prediction.after, half, _outcome(prediction.after, half))
+        )
+    return tuple(out)
+
+
+def _outcome(predicted: float | None, found: float | None) -> Outcome:
+    if predicted is None:
+        return "not predicted"
+    if found is None:
+        return "not told"
+    if found > FACTOR * predicted:
+        return "worse"
+    return "better" if found < predicted / FACTOR else "as predicted"
+
+
+def _half_widths(fit: FrictionFit) -> dict[str, float]:
+    """Half widths of closed intervals, by key."""
+    return {
+        key: 0.5 * (bounds[1] - bounds[0])
+        for key, bounds in fit.ci95.items()
+        if bounds is not None and bounds[0] is not None and bounds[1] is not None and np.isfinite(bounds[1] - bounds[0])
+    }

@@ -1,0 +1,124 @@
+"""Moves from rest to rest along a straight line in joint space, with limited speed, acceleration and jerk.
+
+Ruckig (Berscheid and Kroeger, Jerk-limited real-time trajectory generation with arbitrary target states, 2021) gives
+the fastest profile of the share of the way; its phases of constant jerk are the knots of the motion, between which
+every position is a cubic polynomial of time. So what is sampled from the knots is what was checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.errors import NotJudgedError
+from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.plan.limits import ArmLimits
+
+#: Time is stretched by this: no limit is met exactly, so that rounding in a file cannot pass it.
+RESERVE = 1.01
+_PHASES = 7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Knots of a motion whose positions are cubic in time between them.
+
+    Attributes:
+        time_s: (k,) ascending, from 0.
+        q, v: (k, j) rad and rad/s.
+    """
+
+    time_s: FloatArray
+    q: FloatArray
+    v: FloatArray
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes."""
+        return float(self.time_s[-1])
+
+    def sampled(self, period_s: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Times (n,), positions, velocities and accelerations (n, j) every ``period_s`` and at the end."""
+        count = int(np.ceil(self.duration_s / period_s - 1e-9))
+        return self.at(np.minimum(np.arange(count + 1) * period_s, self.duration_s))
+
+    def with_knots(self, period_s: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """As :meth:`sampled`, and at every knot: what is cubic between these rows is the motion itself."""
+        grid = np.arange(0.0, self.duration_s, period_s)
+        near = np.searchsorted(self.time_s, grid)
+        gap = np.minimum(
+            np.abs(grid - self.time_s[near - 1]), np.abs(self.time_s[np.minimum(near, self.time_s.size - 1)] - grid)
+        )
+        return self.at(np.union1d(self.time_s, grid[gap > 0.1 * period_s]))
+
+    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Times (n,), and positions, velocities and accelerations (n, j) there, by cubic Hermite interpolation."""
+        k = np.clip(np.searchsorted(self.time_s, t, side="right") - 1, 0, self.time_s.size - 2)
+        h = (self.time_s[k + 1] - self.time_s[k])[:, None]
+        s = (t - self.time_s[k])[:, None] / h
+        q0, q1, v0, v1 = self.q[k], self.q[k + 1], h * self.v[k], h * self.v[k + 1]
+        b, c = 3.0 * (q1 - q0) - 2.0 * v0 - v1, 2.0 * (q0 - q1) + v0 + v1
+        return (
+            t,
+            q0 + s * (v0 + s * (b + s * c)),
+            (v0 + s * (2.0 * b + 3.0 * s * c)) / h,
+            (2.0 * b + 6.0 * s * c) / h**2,
+        )
+
+
+def move(limits: ArmLimits, start: FloatArray, goal: FloatArray, speed: float | None = None) -> Motion:
+    """The fastest straight move from rest to rest.
+
+    Args:
+        limits: of the arm.
+        start, goal: (j,) rad.
+        speed: of the joint with the longest way at most, rad/s; None for as fast as the limits let it.
+
+    Raises:
+        NotJudgedError: ruckig is not installed.
+    """
+    way = goal - start
+    size = np.abs(way)
+    active = size > 1e-9
+    top, acceleration, jerk = (
+        float(np.min(limit[active] / size[active])) for limit in (limits.speed, limits.acceleration, limits.jerk)
+    )
+    top /= RESERVE
+    if speed is not None:
+        top = min(top, speed / float(size.max()))
+    time, share, rate = _profile(top, acceleration / RESERVE**2, jerk / RESERVE**3)
+    return Motion(time, start + share[:, None] * way, rate[:, None] * way)
+
+
+def _profile(top: float, acceleration: float, jerk: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times, shares of the way and their rates (k,) at the ends of the phases of the profile from 0 to 1."""
+    try:
+        from ruckig import InputParameter, Ruckig, Trajectory
+    except ImportError as error:
+        raise NotJudgedError("motions are timed with ruckig, which is not installed",
+                             hint='pip install "collaudit[plan]"') from error  # fmt: skip
+    asked, found = InputParameter(1), Trajectory(1)
+    asked.current_position, asked.target_position = [0.0], [1.0]
+    asked.max_velocity, asked.max_acceleration, asked.max_jerk = [top], [acceleration], [jerk]
+    result = Ruckig(1).calculate(asked, found)
+    if int(result.value) < 0:
+        raise RuntimeError(f"ruckig gives no profile: {result}")
+    profile = found.profiles[0][0]
+    length = np.array(profile.t)
+    kept = np.flatnonzero(np.r_[True, length > 1e-9])
+    return np.r_[0.0, np.cumsum(length)][kept], np.array(profile.p)[kept], np.array(profile.v)[kept]
+
+
+def joined(moves: Sequence[Motion], pause_s: float) -> Motion:
+    """Moves one after the other, with a pause at rest after each; each must start where the one before ends."""
+    times, q, v, now = [], [], [], 0.0
+    for part in moves:
+        times.append(part.time_s + now)
+        q.append(part.q)
+        v.append(part.v)
+        now += part.duration_s + pause_s
+    every = np.concatenate(times)
+    keep = np.r_[True, np.diff(every) > 1e-9]
+    return Motion(every[keep], np.concatenate(q)[keep], np.concatenate(v)[keep])

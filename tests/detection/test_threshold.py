@@ -1,0 +1,54 @@
+"""The level that a residual has to exceed: it follows the motion where evidence says how, and rests higher."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from collaudit.core.config.schema import DetectConfig
+from collaudit.core.data.signals import State
+from collaudit.core.data.threshold_result import MotionScale
+from collaudit.core.detection.threshold import Threshold
+
+N = 400
+#: 0.2 N·m and 0.5 for each rad/s of the joint; usually 0.4.
+SCALE = MotionScale(0.2, 0.0, 0.5, 0.0, 0.0, 0.4)
+
+
+def threshold(**rule: object) -> Threshold:
+    """Of two joints; the first moves at 0.4 rad/s, then at 1.2; friction of both is an interval in the last quarter."""
+    velocity = np.zeros((N, 2))
+    velocity[:, 0] = np.where(np.arange(N) < N // 2, 0.4, 1.2)
+    state = np.full((N, 2), State.JUDGED, dtype=np.int8)
+    state[3 * N // 4 :] = State.FRICTION_INTERVAL
+    series = SimpleNamespace(
+        joint_names=("a", "b"), time_s=0.01 * np.arange(N), velocity_rad_s=velocity, segments=(), period_s=0.01
+    )
+    kernel = SimpleNamespace(apply=lambda x, *_: x)
+    residual = SimpleNamespace(
+        uncertainty_nm=np.full((N, 2), 0.1),
+        state=state,
+        balance=SimpleNamespace(kernel=kernel, velocity_rad_s=velocity),
+    )
+    facts = SimpleNamespace(gamma_nm={"a": 4.0, "b": 2.0}, **{"follows": {}, "at_rest_nm": {}, **rule})
+    return Threshold(series, residual, facts, DetectConfig(gamma_nm="auto"))  # type: ignore[arg-type]
+
+
+def test_a_threshold_follows_the_motion_of_its_joint_only() -> None:
+    level = threshold(follows={"a": SCALE}).all_joints()
+    assert level[0, 0] == pytest.approx(0.1 + 4.0 * (0.2 + 0.5 * 0.4) / 0.4)
+    assert level[N // 2, 0] == pytest.approx(0.1 + 4.0 * (0.2 + 0.5 * 1.2) / 0.4)
+    assert level[:, 1] == pytest.approx(np.full(N, 2.1)), "no scale, no change"
+    assert threshold().all_joints()[:, 0] == pytest.approx(np.full(N, 4.1))
+
+
+def test_where_friction_is_an_interval_it_is_higher() -> None:
+    found = threshold(at_rest_nm={"b": 0.7})
+    level = found.all_joints()
+    assert level[: 3 * N // 4, 1] == pytest.approx(np.full(3 * N // 4, 2.1))
+    assert level[3 * N // 4 :, 1] == pytest.approx(np.full(N // 4, 2.8))
+    assert level[:, 0] == pytest.approx(np.full(N, 4.1))
+    rows = np.array([0, N - 1])
+    assert found.of(1, rows) == pytest.approx([2.1, 2.8]), "the same for a part of the samples"

@@ -1,0 +1,127 @@
+"""An independent look at a planned motion: its CSV at 1 kHz against every limit, without the planner's code.
+
+Positions between rows are cubic (Hermite); torques come from the robot model; links are capsules between the joints'
+origins, whose distances are worked out here.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+
+from collaudit.core.plan.planning import Plan
+from collaudit.core.robot.robot_model import RobotModel
+
+Array = np.ndarray
+
+
+def read_motion(text: str) -> tuple[Array, Array, Array, list[str]]:
+    """Times (n,), positions and velocities (n, j), and names of the joints."""
+    rows = list(csv.reader(io.StringIO("".join(x for x in text.splitlines(True) if not x.startswith("#")))))
+    names = [name.removeprefix("q_") for name in rows[0] if name.startswith("q_")]
+    data = np.array(rows[1:], dtype=float)
+    return data[:, 0], data[:, 1 : 1 + len(names)], data[:, 1 + len(names) :], names
+
+
+def at_1_khz(t: Array, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+    """Positions, velocities, accelerations (n, j) of the cubics through the rows, every millisecond; jerks between."""
+    time = np.arange(t[0], t[-1], 1e-3)
+    k = np.clip(np.searchsorted(t, time, side="right") - 1, 0, t.size - 2)
+    h = (t[k + 1] - t[k])[:, None]
+    s = (time - t[k])[:, None]
+    way, first, last = (q[k + 1] - q[k]) / h, v[k], v[k + 1]
+    c, d = (3 * way - 2 * first - last) / h, (first + last - 2 * way) / h**2
+    acceleration = 2 * c + 6 * s * d
+    jerk = np.diff(acceleration, axis=0) / 1e-3
+    return q[k] + s * (first + s * (c + s * d)), first + s * (2 * c + 3 * s * d), acceleration, jerk
+
+
+def worst(values: Array, limit: Array) -> float:
+    """The largest share of a limit that is used; above 1 is a violation."""
+    return float(np.max(np.abs(values) / limit))
+
+
+def segment_distance(a: Array, b: Array, c: Array, d: Array) -> Array:
+    """(n,) least distances of segments a-b and c-d, all (n, 3) (Ericson, Real-Time Collision Detection, 5.1.9)."""
+    u, w, r = b - a, d - c, a - c
+    uu, ww, uw = (u * u).sum(1), (w * w).sum(1), (u * w).sum(1)
+    ur, wr = (u * r).sum(1), (w * r).sum(1)
+    tiny = 1e-12
+    s = np.clip((uw * wr - ur * ww) / np.maximum(uu * ww - uw**2, tiny), 0.0, 1.0)
+    t = (uw * s + wr) / np.maximum(ww, tiny)
+    t = np.clip(t, 0.0, 1.0)
+    s = np.clip((uw * t - ur) / np.maximum(uu, tiny), 0.0, 1.0)
+    return np.linalg.norm(r + s[:, None] * u - t[:, None] * w, axis=1)
+
+
+def nearest(
+    ends: Mapping[str, tuple[Array, Array]], radius: Mapping[str, float], left_out: set[frozenset[str]]
+) -> float:
+    """Least distance of two capsules over all samples, m, pairs in ``left_out`` apart."""
+    least = np.inf
+    for one, two in combinations(ends, 2):
+        if frozenset((one, two)) not in left_out:
+            gap = segment_distance(*ends[one], *ends[two]) - radius[one] - radius[two]
+            least = min(least, float(gap.min()))
+    return least
+
+
+def lowest(
+    ends: Mapping[str, tuple[Array, Array]], radius: Mapping[str, float], table_z_m: float, fixed: set[str]
+) -> float:
+    """Least height of a capsule over the table, m."""
+    return min(
+        float(np.minimum(a[:, 2], b[:, 2]).min()) - radius[name] - table_z_m
+        for name, (a, b) in ends.items()
+        if name not in fixed
+    )
+
+
+def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> dict[str, float]:
+    """Shares of the limits that a plan's CSV uses, and distances in m; the shapes of a description are not looked at.
+
+    Args:
+        plan: its limits and its robot.
+        text: the CSV.
+        table_z_m: height of the table.
+        places: evenly spaced in time, at which links are looked at.
+    """
+    t, q, v, names = read_motion(text)
+    assert names == list(plan.robot.joint_names)
+    q, v, a, jerk = at_1_khz(t, q, v)
+    limits = [plan.file.limits[name] for name in names]
+
+    def top(key: str) -> Array:
+        return np.array([getattr(one, key) for one in limits])
+
+    ends = _capsule_ends(plan.robot, q[np.unique(np.linspace(0, len(q) - 1, places).astype(int))])
+    near = [pair.replace("the link of ", "").replace("the base", "base").split(" and ") for pair in plan.file.unchecked]
+    radius = plan.file.capsules_m
+    return {
+        "low": float(np.min(q - top("low_rad"))),
+        "high": float(np.min(top("high_rad") - q)),
+        "speed": worst(v, top("speed_rad_s")),
+        "acceleration": worst(a, top("acceleration_rad_s2")),
+        "jerk": worst(jerk, top("jerk_rad_s3")),
+        "torque": worst(plan.robot.inverse_dynamics(q, v, a), top("torque_nm")),
+        "apart": nearest(ends, radius, {frozenset(pair) for pair in near}),
+        "above": lowest(ends, radius, table_z_m, {"base", names[0]}),
+        "start": float(np.abs(q[0] - top("start_rad")).max()),
+        "rest": float(max(np.abs(v[0]).max(), np.abs(v[-1]).max())),
+        "end": float(np.abs(q[-1] - q[0]).max()),
+        "duration": float(t[-1]),
+    }
+
+
+def _capsule_ends(robot: RobotModel, q: Array) -> dict[str, tuple[Array, Array]]:
+    """Ends of the capsules of base and links: from joint to joint, the last one to its farthest frame."""
+    joints = list(robot.joint_names)
+    assert robot.bodies is not None
+    last = [frame for frame in robot.frame_names if robot.bodies.frame_joint(frame) == joints[-1]]
+    tip = max(last, key=robot.distance_in_joint)
+    at = np.array([np.vstack([np.zeros(3), robot.frame_positions(pose, [*joints, tip])]) for pose in q])
+    return {name: (at[:, k], at[:, k + 1]) for k, name in enumerate(["base", *joints])}

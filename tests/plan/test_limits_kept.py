@@ -1,0 +1,102 @@
+"""A planned motion keeps every limit, by a sampler of its own; what cannot be planned is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import plan_sampler as sampler
+import pytest
+
+pytest.importorskip("ruckig")
+
+from collaudit.core.config import load_config
+from collaudit.core.data.audit_result import Provenance
+from collaudit.core.errors import CollauditError
+from collaudit.core.plan.planning import Plan, PlanRequest, make_plan
+from collaudit.reports.exports.plan_files import csv_text
+
+NOTHING = Provenance("0", {})
+ARM = """
+[robot]
+dh_convention = "standard"
+dh = [
+  { d = 0.3, alpha = 1.5707963267948966, mass_kg = 4.0, com_m = [0.0, -0.1, 0.0], inertia_kg_m2 = [0.03, 0.02, 0.03, 0, 0, 0], effort_limit_nm = 60 },
+  { a = 0.4, mass_kg = 4.0, com_m = [-0.2, 0.0, 0.0], inertia_kg_m2 = [0.01, 0.06, 0.06, 0, 0, 0], effort_limit_nm = 60 },
+  { a = 0.3, mass_kg = 2.0, com_m = [-0.15, 0.0, 0.0], inertia_kg_m2 = [0.01, 0.02, 0.02, 0, 0, 0], effort_limit_nm = 30 },
+]
+[plan]
+start_rad = { joint2 = 1.2, joint3 = -1.0 }
+position_rad = { joint1 = [-2.0, 2.0], joint2 = [-0.5, 2.5], joint3 = [-2.2, 2.2] }
+speed_rad_s = { joint1 = 1.5, joint2 = 1.2, joint3 = 2.0 }
+"""  # noqa: E501
+
+
+def planned(folder: Path, more: str = "", request: PlanRequest | None = None) -> Plan:
+    path = folder / "arm.toml"
+    path.write_text(ARM + more)
+    return make_plan(load_config(path), None, [], request or PlanRequest(minutes=1.0), NOTHING)
+
+
+def checked(plan: Plan, table_z_m: float = 0.0) -> dict[str, float]:
+    return sampler.limits_used(plan, csv_text(plan, plan.robot.joint_names), table_z_m)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_every_limit_is_kept_at_1_khz(tmp_path: Path, seed: int) -> None:
+    found = checked(planned(tmp_path, request=PlanRequest(minutes=1.0, seed=seed)))
+    assert found["low"] >= 0 <= found["high"]
+    assert max(found[key] for key in ("speed", "acceleration", "jerk", "torque")) <= 1.0
+    assert found["speed"] > 0.8  # of use: the limits are used, not shunned
+    assert found["apart"] >= 0.02 <= found["above"]
+    assert found["start"] < 1e-9
+    assert found["rest"] < 1e-2 and found["end"] < 1e-3
+    assert 40.0 < found["duration"] <= 60.0
+
+
+def test_a_wall_and_a_table_are_kept_clear_of(tmp_path: Path) -> None:
+    box = "table_z_m = 0.1\nworkspace_min_m = [-0.5, -0.3, 0.0]\nworkspace_max_m = [1.0, 0.3, 1.5]\n"
+    plan = planned(tmp_path, box)
+    assert checked(plan, 0.1)["above"] >= 0.02
+    points = np.array(
+        [plan.robot.frame_positions(pose, ["joint3", plan.robot.frame_names[-1]]) for pose in plan.motion.q]
+    )
+    assert np.abs(points[..., 1]).max() < 0.3
+    free = planned(tmp_path)
+    away = np.array([free.robot.frame_positions(pose, [free.robot.frame_names[-1]]) for pose in free.motion.q])
+    assert np.abs(away[..., 1]).max() > 0.3  # the walls did matter
+
+
+def test_scaled_speed_scales_all_rates(tmp_path: Path) -> None:
+    plan = planned(tmp_path, request=PlanRequest(minutes=1.0, speed_scale=0.5))
+    limit = plan.file.limits["joint1"]
+    assert (limit.speed_rad_s, limit.acceleration_rad_s2, limit.jerk_rad_s3) == (0.75, 0.375, 0.9375)
+    assert checked(plan)["speed"] <= 1.0
+
+
+def test_excluded_joints_stay(tmp_path: Path) -> None:
+    plan = planned(tmp_path, request=PlanRequest(minutes=0.5, exclude=("joint1",)))
+    assert np.ptp(plan.motion.q[:, 0]) == 0.0
+    assert np.ptp(plan.motion.q[:, 1]) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("speed_rad_s = { joint1 = 1.5, joint2 = 1.2, joint3 = 2.0 }", ""), "speed_rad_s"),
+        (("position_rad = { joint1 = [-2.0, 2.0],", "position_rad = {"), "position_rad"),
+        (("joint2 = 1.2, joint3 = -1.0", "joint2 = 3.2"), "start_rad"),
+        (("joint2 = 1.2, joint3 = -1.0", "joint2 = -0.4, joint3 = 0.0"), "the table"),
+        (("effort_limit_nm = 30", "effort_limit_nm = 0.5"), "hold its start"),
+        (("[plan]", "[plan]\nworkspace_min_m = [0, 0, 0]\nworkspace_max_m = [0.2, 0.2, 0.2]"), "workspace"),
+        (("[plan]", "[plan]\nworkspace_min_m = [0, 0, 0]"), "both of its corners"),
+        (("[plan]", "[plan]\ntorque_nm = { joint9 = 3.0 }"), "no such joint"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused(tmp_path: Path, change: tuple[str, str], said: str) -> None:
+    path = tmp_path / "arm.toml"
+    assert change[0] in ARM
+    path.write_text(ARM.replace(*change))
+    with pytest.raises(CollauditError) as error:
+        make_plan(load_config(path), None, [], PlanRequest(minutes=0.5), NOTHING)
+    assert said in str(error.value)

@@ -1,0 +1,76 @@
+"""A planned motion determines what was open: friction of a simulated arm whose truth is known."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("ruckig")
+sys.path.append(str(Path(__file__).parents[1] / "bench"))
+
+from plan_arm import PERIOD_S, arm_named, of_arrays, short_run, write_run
+
+from collaudit.core import api
+from collaudit.core.data.audit_result import Provenance
+from collaudit.core.errors import ConfigError
+from collaudit.core.plan.planning import PlanRequest, make_plan
+from collaudit.core.plan.prediction import delivered
+
+JOINT = "joint2"
+
+
+@pytest.mark.slow
+def test_what_was_open_is_determined(tmp_path: Path) -> None:
+    arm = arm_named("paper6", tmp_path)
+    log, settings = write_run(arm, short_run(arm, (1,)), 11, tmp_path / "earlier.mcap")
+    before = api.fit([(log,)], settings)
+    assert not before.joints[JOINT].identifiable  # fast strokes do not tell what friction does near standstill
+    request = PlanRequest(minutes=1.2, joints=(JOINT,))
+    plan = make_plan(settings, before, [], request, Provenance("0", {}))
+    (sweeps,) = plan.file.sweeps
+    assert min(sweeps.speeds_rad_s) < 0.05
+    _, q, v, a = plan.motion.sampled(PERIOD_S)
+    planned, _ = write_run(arm, of_arrays(q, v, a), 12, tmp_path / "planned.mcap")
+    after = api.fit([(log,), (planned,)], settings)
+    fit = after.joints[JOINT]
+    assert fit.identifiable
+    truth = {"A_nm": 5.8, "B_nm": 1.3, "C_s_per_rad": 20.0, "D_nm_s_per_rad": 33.0}
+    for key, value in truth.items():
+        low, high = fit.ci95[key] or (None, None)
+        assert low is not None and high is not None
+        assert low - 0.5 * (high - low) < value < high + 0.5 * (high - low)
+    found = {one.parameter: one for one in delivered(plan.file, after) if one.joint == JOINT}
+    for symbol in "ABCD":
+        assert found[symbol].outcome != "not told"
+    assert found["D"].delivered is not None and found["D"].predicted is not None
+    assert 1 / 3 < found["D"].delivered / found["D"].predicted < 3
+
+
+def test_a_plan_of_another_arm_is_refused(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    arm = arm_named("paper6", tmp_path)
+    log, settings = write_run(arm, short_run(arm, (1,)), 11, tmp_path / "earlier.mcap")
+    fit = api.fit([(log,)], settings)
+    plan = make_plan(settings, fit, [], PlanRequest(minutes=0.4, joints=(JOINT,)), Provenance("0", {})).file
+    stranger = replace(plan, limits={"elsewhere": plan.limits[JOINT]})
+    with pytest.raises(ConfigError, match="another arm"):
+        delivered(stranger, fit)
+
+
+def test_information_of_points_gives_the_half_widths_of_a_linear_fit() -> None:
+    """Against the textbook: s²(XᵀX)⁻¹ of a straight line."""
+    from collaudit.core.friction_laws.law_registry import LAWS
+    from collaudit.core.plan.friction_design import FrictionDesign
+
+    line = LAWS["coulomb-viscous"]
+    speeds = np.array([0.1, 0.2, 0.4, 0.8, 1.0])
+    design = FrictionDesign(line, ({"A": 2.0, "D": 3.0},), np.zeros((1, 2, 2)), 0, 0.05, True)
+    added = sum(design.information(float(v)) for v in speeds)
+    x = np.column_stack([np.ones(5), speeds])
+    expected = 3.182446 * 0.05 * np.sqrt(np.diag(np.linalg.inv(x.T @ x)))  # Student's t, 3 degrees of freedom
+    found = design.half_widths(np.asarray(added), 5)
+    assert np.allclose([found["A"], found["D"]], expected, rtol=1e-4)

@@ -30,8 +30,8 @@ _SENSED = re.compile(
     r"(^|[_/])(panda|fer|fr3|fp3|franka|iiwa\d*|lbr(_\w+)?|lwr|med7|med14|gen3|rizon\d*|diana\d*|sawyer)(_|$)", re.I
 )
 _MOST_ROWS, _CLUSTER_S, _LEAST_CLUSTERS = 20_000, 1.0, 8
-#: Gravity's share is none when it is surely less than so much of the model's and of the inertia's share, which is surely
-#: more than that.
+#: Gravity's share is none when it is surely less than so much of the model's, and of the inertia's share, which is
+#: surely more than that.
 _NONE, _SOME = 0.3, 0.3
 
 

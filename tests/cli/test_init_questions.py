@@ -86,7 +86,7 @@ def test_units_and_labels_of_column_names_are_written(folder: Path, collaudit) -
     text = Path("c.toml").read_text()
     assert "torque_constant_nm_per_a" in text, "what would state it"
     written = tomllib.loads(text)["log"]
-    assert written["units"]["position"] == "deg" and written["units"]["effort"] == "A"
+    assert written["units"]["position"] == "deg" and written["units"]["effort"] == "raw", "no constant can be told here"
     assert '# labels = ["label"]' in text and "Passed over for effort: tau_model_nm_{i} (model)" in text
 
 

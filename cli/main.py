@@ -22,9 +22,9 @@ from collaudit.core.numeric.allocator import keep_freed_memory, memory_is_limite
 _COLLECT_AFTER = 200_000
 _EXIT_BROKEN_PIPE = 141  # what a shell reports for a program that nobody reads any more
 
-#: How the dynamic loader says that a library did not fit, and Python that the stack of a thread did not.
+#: How the dynamic loader says that a library did not fit, and Python and Arrow that the stack of a thread did not.
 _WITHOUT_MEMORY = ("failed to map segment from shared object", "cannot map zero-fill pages", "Cannot allocate memory")
-_WITHOUT_THREAD = "can't start new thread"
+_WITHOUT_THREAD = ("can't start new thread", "Failed to launch worker thread")
 #: Said where no memory is left to say what happened; made while there is some.
 _LAST_WORDS = b"not enough memory to say what ended this command: nothing was judged\n"
 _COMMANDS = (
@@ -194,7 +194,7 @@ def _say_error(error: BaseException, args: list[str], debug: bool) -> int:
     if isinstance(error, ImportError) and any(words in str(error) for words in _WITHOUT_MEMORY):
         note(f"not enough memory to load the program: nothing was judged\n  found:    {error}")
         return EXIT_NOT_JUDGED
-    if isinstance(error, RuntimeError) and _WITHOUT_THREAD in str(error):
+    if isinstance(error, Exception) and any(words in str(error) for words in _WITHOUT_THREAD):
         note("no thread could be started, which memory or the number of processes forbids: nothing was judged")
         return EXIT_NOT_JUDGED
     _show_traceback(error, debug)

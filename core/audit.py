@@ -133,6 +133,7 @@ def audit_log(
     disturbed = rest_disturbances(judged.rest_steps, series.joint_names, [(c.onset_s, c.end_s) for c in contacts])
     at_rest = disturbance_findings(disturbed, config.policy.max_disturbed_at_rest)
     scores = score_detection(series, judged.run, judged.inputs, config.detect, truth)
+    unlabelled = missing_labels(series, config) if truth is None else []
     recommended = _recommended(judged, log_facts(series), phases)
     step(8, 10)
     scarce = little_data_findings(recommended)
@@ -145,7 +146,7 @@ def audit_log(
     short = shortfalls(config.policy, coverage, sensitivity, judged.inputs, sliding)
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
-    findings += missing_labels(series, config) if truth is None else []
+    findings += unlabelled
     findings = list(in_joint_units(findings, sliding))
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)
     verdict, reasons = decide(config.policy, evidence)

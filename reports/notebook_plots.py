@@ -131,7 +131,7 @@ def _contact(audit: Audit, number: int) -> list[Axes]:
 
 def _ratios(axes: Axes, windows: list[ContactWindow], contact: Contact) -> None:
     for window in windows:
-        style = {} if window.reacted else {"color": "0.6", "linewidth": 0.7}
+        style: dict[str, Any] = {} if window.reacted else {"color": "0.6", "linewidth": 0.7}
         axes.plot(window.time_s, window.ratio, label=window.joint if window.reacted else None, **style)
     for level in (-1, 1):
         axes.axhline(level, color=_LIMIT, linestyle="--", linewidth=0.8)

@@ -30,7 +30,8 @@ _SENSED = re.compile(
     r"(^|[_/])(panda|fer|fr3|fp3|franka|iiwa\d*|lbr(_\w+)?|lwr|med7|med14|gen3|rizon\d*|diana\d*|sawyer)(_|$)", re.I
 )
 _MOST_ROWS, _CLUSTER_S, _LEAST_CLUSTERS = 20_000, 1.0, 8
-#: Gravity's share is none when it is surely less than so much of the inertia's, which is surely more than that.
+#: Gravity's share is none when it is surely less than so much of the model's, and of the inertia's share, which is
+#: surely more than that.
 _NONE, _SOME = 0.3, 0.3
 
 
@@ -100,7 +101,7 @@ _Share = tuple[float, float]  # value and half of its 95 % interval
 
 def _without_gravity(gravity: _Share, inertia: _Share) -> bool:
     least = inertia[0] - inertia[1]
-    return least > _SOME and abs(gravity[0]) + gravity[1] < _NONE * least
+    return least > _SOME and abs(gravity[0]) + gravity[1] < _NONE * min(1.0, least)
 
 
 def _shares(series: UniformSeries, robot: RobotModel) -> tuple[_Share, _Share] | None:

@@ -31,8 +31,9 @@ _BLOCKS_A_FOLD = 3
 _LONGEST_BLOCK_S = 10.0
 #: A law without so much of the speeds of the whole fit would judge beyond what it was fitted on.
 _LEAST_RANGE = 0.8
-#: With so many samples a fit of half of them is as good as one of four fifths, and two take less time than five.
-_MANY, _FEWEST_FOLDS = 100_000, 2
+#: With so many samples a fit without a third of them is as good as one without a fifth, and takes less time. A half
+#: would often lack speeds of the other.
+_MANY, _FEWEST_FOLDS = 100_000, 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)

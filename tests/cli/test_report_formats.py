@@ -53,10 +53,14 @@ def test_a_toy_format_is_offered_and_written_by_every_command(with_toy, arm, tmp
     bad.write_text("t,q1\n0,0\n")
     judged = ["-c", arm.config, "--friction", arm.friction, "-o", tmp_path / "out", "--format", "toy"]
     assert with_toy("audit", arm.clean, bad, *judged).returncode == 3
-    assert sorted((tmp_path / "out/summary.toy").read_text().splitlines()) == ["bad.csv unread", "clean.csv pass"]
-    shown = with_toy("report", tmp_path / "out/clean", "-o", tmp_path / "page.html", "--format", "html,toy")
+    name = f"{arm.clean.parent.name}/clean.csv"
+    assert sorted((tmp_path / "out/summary.toy").read_text().splitlines()) == sorted(
+        [f"{tmp_path.name}/bad.csv unread", f"{name} pass"]
+    )
+    (run,) = (path.parent for path in (tmp_path / "out").rglob("audit.json"))
+    shown = with_toy("report", run, "-o", tmp_path / "page.html", "--format", "html,toy")
     assert shown.returncode == 0, shown.stderr
-    assert (tmp_path / "page.toy").read_text() == "clean.csv pass\n"
+    assert (tmp_path / "page.toy").read_text() == f"{name} pass\n"
 
 
 def test_help_and_names_come_from_the_registry(collaudit) -> None:

@@ -171,11 +171,8 @@ def test_a_dynamic_threshold_never_fires_on_what_it_was_learnt_from() -> None:
     assert learn_dynamic(residual[:500], v[:500], a[:500], np.ones(500, bool), 5) is None
 
 
-@pytest.mark.parametrize("rows", [None, 9, 4000])
-def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against the same in a few lines over the whole column, in used memory, in blocks of any size."""
-    if rows is not None:
-        monkeypatch.setattr("collaudit.core.detection.threshold.blocks", lambda n: _blocks(n, rows))
+def test_a_dynamic_threshold_rests_on_clean_samples_only() -> None:
+    """Against the same in a few lines over the whole column."""
     rng = np.random.default_rng(4)
     v, a = np.sin(np.linspace(0, 90, 5000)), 3 * np.cos(np.linspace(0, 400, 5000))
     residual = rng.normal(0, 0.2 + 0.5 * np.abs(v))
@@ -206,10 +203,6 @@ def test_a_dynamic_threshold_rests_on_clean_samples_only(rows: int | None, monke
 def test_a_residual_of_zero_has_no_dynamic_threshold() -> None:
     v = np.sin(np.linspace(0, 90, 5000))
     assert learn_dynamic(np.zeros(5000), v, v, np.ones(5000, bool), 5) is None
-
-
-def _blocks(count: int, rows: int) -> list[slice]:
-    return [slice(start, min(start + rows, count)) for start in range(0, count, rows)]
 
 
 def test_a_pooled_dynamic_threshold_covers_every_run() -> None:

@@ -53,14 +53,8 @@ def test_what_is_no_straight_line_has_no_stiffness() -> None:
     assert found.share > 0.8
 
 
-@pytest.mark.parametrize("rows", [None, 999])
-def test_samples_that_do_not_count_change_nothing(rows: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_that_do_not_count_change_nothing() -> None:
     t, q, way = swings()
-    whole = position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size), way, every(t))
-    if rows is not None:
-        parts = lambda n: [slice(start, min(start + rows, n)) for start in range(0, n, rows)]  # noqa: E731
-        monkeypatch.setattr("collaudit.core.detection.position_pattern.blocks", parts)
-    assert position_pattern(t, q, 3.0 * (q - 0.2) + 0.5 * noise(t.size), way, every(t)) == whole
     rest = 3.0 * (q - 0.2) + 0.5 * noise(t.size) + 1.0 * way
     there = np.random.default_rng(5).random(t.size) < 0.7
     spoilt = [np.where(there, x, value) for x, value in ((q, 9.0), (rest, np.nan), (way, 1.0))]

@@ -35,7 +35,7 @@ def test_contact_that_nobody_told_of_is_found_and_listed() -> None:
         usual = clean.joints[joint].gamma_nm
         assert rule.gamma_nm is not None and usual is not None
         assert 0.8 * usual < rule.gamma_nm < 1.25 * usual
-        assert any("confirmation" in text for text in rule.missing)
+        assert any("a statement on" in text for text in rule.missing)
         assert found.if_clean_nm[joint] > 1.5 * rule.gamma_nm, "both answers stand side by side"
     assert found.to_confirm[0].level_nm is not None and found.to_confirm[0].level_nm > 4.0
 

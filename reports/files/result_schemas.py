@@ -13,8 +13,8 @@ import msgspec
 from docstring_parser import DocstringStyle, parse
 
 from collaudit.core.config.describe import choices_of_laws
-from collaudit.core.data import audit_result as result_types
 from collaudit.core.data import (
+    arm_geometry,
     detection_result,
     friction_correction,
     friction_result,
@@ -26,6 +26,7 @@ from collaudit.core.data import (
     sensitivity_result,
     threshold_result,
 )
+from collaudit.core.data import audit_result as result_types
 from collaudit.core.data.audit_result import AUDIT_SCHEMA, FRICTION_SCHEMA, AuditResult, FrictionFile
 from collaudit.core.data.plan_result import PLAN_SCHEMA, PlanFile
 from collaudit.core.data.policy_result import POLICY_SCHEMA, PolicyFile
@@ -116,6 +117,7 @@ def _published(kind: type, version: str, title: str) -> dict[str, Any]:
 def _dataclass(name: str) -> type:
     elsewhere = {"Finding": Finding, "IndexEntry": IndexEntry}
     homes = (
+        arm_geometry,
         comparison,
         result_types,
         detection_result,

@@ -10,7 +10,6 @@ import numpy as np
 
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stats import distinct
 from collaudit.reports.plots.signal_data import byte_planes, scale_of, to_steps
 
 #: Steps over a joint's range: a hundredth of a degree over a turn.
@@ -30,7 +29,7 @@ def pose_samples(count: int, period_s: float, points: int, contacts_s: Sequence[
     """
     even = np.linspace(0, count - 1, min(count, max(points, count // _MOST_STEP + 2)))
     around = [np.linspace(a, b, _OF_CONTACT) / period_s for a, b in contacts_s[:_CONTACTS]]
-    kept = distinct(np.rint(np.concatenate([even, *around])).astype(np.int64))
+    kept = np.unique(np.rint(np.concatenate([even, *around])).astype(np.int64))
     return np.asarray(kept[(kept >= 0) & (kept < count)], dtype=np.int64)
 
 

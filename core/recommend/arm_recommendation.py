@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from collaudit.core.data.audit_result import Audit, RecommendedRule
-from collaudit.core.data.distinct_names import distinct
 from collaudit.core.data.recommendation_result import (
     ArmRate,
     CleanPeak,
@@ -20,6 +19,7 @@ from collaudit.core.data.recommendation_result import (
 )
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.numeric.distinct_names import distinct
 from collaudit.core.recommend.arm_evidence import ArmEvidence, LeftOutStretch, LogEvidence, Times, gather_evidence
 from collaudit.core.recommend.evidence_range import ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import (

@@ -131,7 +131,7 @@ def summary_text(
     """
     from dataclasses import replace
 
-    from collaudit.core.data.distinct_names import distinct
+    from collaudit.core.numeric.distinct_names import distinct
 
     known = format_named(fmt)
     if not known.of_many:

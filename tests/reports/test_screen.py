@@ -170,6 +170,6 @@ def test_a_force_without_a_lower_bound_has_no_size() -> None:
 def test_the_page_calls_alarms_alarms() -> None:
     audit = samples.many_events(6)
     text = html_text([audit])
-    assert "Alarm of" in text
+    assert "<dt>Alarms</dt>" in text
     assert "Collision 1" not in text
     assert "away from collisions" not in text

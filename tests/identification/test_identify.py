@@ -356,3 +356,28 @@ def test_a_rotor_inertia_that_no_file_states_lies_in_its_interval() -> None:
             held += low <= value <= high
         assert found.joints["joint3"].armature_kg_m2 == pytest.approx(0.4, rel=0.3)
     assert held >= 8
+
+
+def test_acceleration_that_is_noise_takes_no_inertia_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stamps that scatter by 2 ms: what multiplies the noise of the second derivative is biased towards nothing."""
+    config = settings(fit={"estimate": ["inertials"], "cad_sd": 1.0})
+    truth = arm(config)
+    log = log_of(truth, np.ones(3))
+    late = 0.002 * np.random.default_rng(1).standard_normal((log.time_s.size, 1))
+    assert log.velocity_rad_s is not None
+    scattered = replace(log, position_rad=log.position_rad + late * log.velocity_rad_s, velocity_rad_s=None)
+    rng = np.random.default_rng(5)
+    q, v, a = rng.uniform(-1, 1, (3, 200, 3))
+    true = truth.inverse_dynamics(q, v, a)
+
+    def error() -> float:
+        prepared = prepare(scattered, truth, config)
+        found = identify([prepared], config)
+        assert found is not None
+        seen = calibrated(prepared, Calibration(found), config)
+        return float(np.sqrt(np.mean((seen.robot.inverse_dynamics(q, v, a) - true) ** 2)))
+
+    slow = error()
+    monkeypatch.setattr(Prepared, "bandwidth_hz", property(lambda self: self.series.bandwidth_hz))
+    assert slow < 0.3 * error()
+    assert slow < 0.05 * float(np.sqrt(np.mean(true**2)))

@@ -79,12 +79,15 @@ def quiet_levels(prepared: Prepared) -> Mapping[str, QuietLevel]:
         j = series.column(joint)
         level = _level(torque[:, j], quiet, series.time_s)
         spread = SD_PER_MAD * float(np.median(np.abs(torque[quiet, j] - level[quiet])))
-        spread = max(spread, float(noise[j]), _step(torque[quiet, j]))
+        least = max(float(noise[j]), _step(torque[:, j]))  # torques in coarse steps do not vary at rest at all
+        if not least > 0.0:
+            continue  # a torque that is the same all the time tells nothing
+        spread = max(spread, least)
         rigid = prepared.rigid_nm[:, j] - np.nanmedian(prepared.rigid_nm[:, j])
         off = np.where(quiet, np.abs(torque[:, j] - level), 0.0)
         tail = null_tail(block_peaks(np.nan_to_num(off), quiet, series.period_s), contact_free=True)
         told = 0.0 if tail is None else MARGIN * tail.level(ARM_PER_HOUR / len(prepared.judged))
-        gamma = max(told, _SPREADS * (spread if tail is None else float(noise[j])))
+        gamma = max(told, _SPREADS * (spread if tail is None else least))
         out[joint] = QuietLevel(level - rigid, spread, gamma, count * series.period_s, stretch)
     return out
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,18 @@ def test_every_touch_is_one_alarm_even_where_touches_fill_most_of_the_time(lasti
     onsets = [alarm.onset_s for alarm in found.result.collisions]
     assert onsets == pytest.approx([2.0 * k + 1.0 for k in range(10)], abs=0.03)
     assert (found.signals.state == State.JUDGED).mean() > 0.9
+
+
+@pytest.mark.parametrize("step_nm", [0.5, 2.0])
+def test_torques_in_coarse_steps_have_thresholds_above_a_step(step_nm: float) -> None:
+    """At rest such a torque does not vary at all, which is no threshold of nothing."""
+    fine = resting(every_s=4.0, push_nm=30.0)
+    assert fine.effort is not None
+    found = audit(replace(fine, effort=step_nm * np.round(fine.effort / step_nm)), gamma_nm="auto")
+    assert found.result.rule.gamma_nm["joint1"] > step_nm
+    assert len(found.result.contacts) == 5
+    same = audit(replace(fine, effort=np.full_like(fine.effort, 5.0)), gamma_nm="auto")
+    assert same.result.verdict == "not_judged"
 
 
 def test_nothing_happens_and_it_is_no_pass() -> None:

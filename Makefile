@@ -74,6 +74,7 @@ sharpness: $(RUN)/.dev
 
 spoilt: $(RUN)/.dev
 	$(RUN)/bin/python tests/bench/spoilt_logs.py --seed $(SEED) -o docs/spoilt-logs.md
+	$(RUN)/bin/python tests/bench/spoilt_touches.py --data $(DATA) -o docs/spoilt-logs.md
 
 # What planned motions deliver on simulated arms, and whether thousands of plans keep all limits (docs/plan.md).
 PLAN_ARGS ?= --seeds 3 --default

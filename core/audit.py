@@ -124,6 +124,7 @@ def audit_log(
     tight = [] if auto else tight_threshold_findings(judged.inputs.rule, on_file, config, found)
     step(6, 10)
     contacts = find_contacts(prepared, judged.run, config)
+    drawn = arm_geometry(prepared, config.robot.tool.frame)
     alarms = compare_controller_alarms(
         controller_marks(series, config.detect),
         contacts,
@@ -178,7 +179,7 @@ def audit_log(
         limits=PolicyLimits(
             config.policy.max_collisions, config.policy.max_near_misses_per_hour, config.policy.min_coverage
         ),
-        arm=arm_geometry(prepared, config.robot.tool.frame),
+        arm=drawn,
     )
     study = None
     if config.study.run:

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import scipy
 
 from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import FloatArray, Span
+from collaudit.core.numeric.signal_filters import lfilter
 
 #: Time constants that are tried, s; samples looked at in a second; how long before the stretch the low-pass starts, in
 #: time constants.
@@ -75,4 +75,4 @@ def low_passed(values: FloatArray, step: float, start: FloatArray) -> FloatArray
     """
     share = step / (1.0 + step)
     b, a = np.array([share]), np.array([1.0, share - 1.0])
-    return np.ascontiguousarray(scipy.signal.lfilter(b, a, values.T.copy(), zi=((1.0 - share) * start)[:, None])[0].T)
+    return np.ascontiguousarray(lfilter(b, a, values.T.copy(), ((1.0 - share) * start)[:, None]).T)

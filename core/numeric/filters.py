@@ -7,11 +7,11 @@ from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.iir_filter import blank, filtered
 from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.signal_filters import butterworth
 from collaudit.core.numeric.tables import table
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
@@ -53,7 +53,7 @@ def low_pass(
             result[span.slice] = rows[span.slice]
         return result.reshape(x.shape)
     settle = round(SETTLED_PERIODS / (bandwidth_hz * period_s))
-    result, missing = filtered(*scipy.signal.butter(2, corner), rows, segments, both_ways=True, pad=settle, out=result)
+    result, missing = filtered(*butterworth(corner), rows, segments, both_ways=True, pad=settle, out=result)
     if missing is not None:
         result[missing] = np.nan
     return result.reshape(x.shape)

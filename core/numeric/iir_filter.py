@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.signal_filters import filtfilt, lfilter, lfilter_zi
 from collaudit.core.numeric.tables import table
 
 #: Values of a stretch from which on each of its columns is filtered alone, which takes less memory and several threads.
@@ -41,7 +41,7 @@ def filtered(
         (n, j) result, NaN outside the stretches; and (n, j) where values were bridged, None when nowhere.
     """
     out = blank(x, segments, out)
-    settled = scipy.signal.lfilter_zi(b, a)
+    settled = lfilter_zi(b, a)
     bridged: BoolArray | None = None
     for span in segments:
         if len(span) == 0:
@@ -55,9 +55,9 @@ def filtered(
         def run(columns: slice, part: FloatArray = part, result: FloatArray = result, edge: int = edge) -> None:
             values = part[:, columns]
             if both_ways:
-                result[:, columns] = scipy.signal.filtfilt(b, a, values, axis=0, padlen=edge)
+                result[:, columns] = filtfilt(b, a, values, edge)
             else:
-                result[:, columns] = scipy.signal.lfilter(b, a, values, axis=0, zi=settled[:, None] * values[:1])[0]
+                result[:, columns] = lfilter(b, a, values, settled[:, None] * values[:1])
 
         for _ in ordered_map(run, _groups(x.shape[1], len(span))):
             pass

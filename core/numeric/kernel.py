@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.iir_filter import filtered
 from collaudit.core.numeric.runs import rows_within, run_bounds
+from collaudit.core.numeric.signal_filters import first_order_hold
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
 _MISSING_SHARE = 0.05
@@ -163,9 +163,7 @@ def _held(
     numerator: tuple[float, ...], denominator: tuple[float, ...], period_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Coefficients in z: a millisecond each time, and a log asks for the same ones a hundred times."""
-    system = (np.array(numerator), np.array(denominator))
-    rows, a, _ = scipy.signal.cont2discrete(system, period_s, method="foh")
-    b = rows[0]
+    b, a = first_order_hold(np.array(numerator), np.array(denominator), period_s)
     b.flags.writeable = a.flags.writeable = False
     return b, a
 

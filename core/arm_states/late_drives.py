@@ -75,4 +75,4 @@ def low_passed(values: FloatArray, step: float, start: FloatArray) -> FloatArray
     """
     share = step / (1.0 + step)
     b, a = np.array([share]), np.array([1.0, share - 1.0])
-    return np.ascontiguousarray(lfilter(b, a, values.T.copy(), ((1.0 - share) * start)[:, None]).T)
+    return lfilter(b, a, values, (1.0 - share) * start[None])

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from collaudit.core.arm_states.arm_states import ArmStates, without_states
+from collaudit.core.arm_states.arm_states import without_states
 from collaudit.core.arm_states.filtered_effort import filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
 from collaudit.core.arm_states.late_drives import Friction, Gravity
@@ -45,7 +45,7 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     if series.not_driven is not None:
         mask |= series.not_driven
     findings = tuple(Finding("arm-guided", "warning", *_words(series, one, "judged")) for one in found)
-    marked = without_states(series, ArmStates(mask, findings))
+    marked = without_states(series, mask)
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
 
 

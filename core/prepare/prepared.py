@@ -40,7 +40,7 @@ from collaudit.core.prepare.effort_gain import (
 from collaudit.core.prepare.effort_kind import EffortKind, EffortSource, effort_kind
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
-from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model
+from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -215,6 +215,26 @@ def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> 
     return _modelled(prepared.start, calibration, config, prepared)
 
 
+def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
+    """The same log with other values of what it was calibrated with: effort and model torque, without their checks.
+
+    States, findings, gains and the bandwidth stay those of ``prepared``: a held-out fit needs its torques only.
+
+    Args:
+        prepared: the log, calibrated with the same sensor.
+        calibration: the other values.
+        config: as it was prepared with.
+    """
+    start = prepared.start
+    robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
+    series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
+    rigid = prepared.rigid_nm
+    if rigid is not None and not (robot is start.robot and prepared.robot is start.robot):
+        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+        rigid = within_bandwidth(series, _carried(robot.inverse_dynamics(*motion), start), prepared.quiet)
+    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
+
+
 def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> Prepared:
     """The same log with the effort unknown where it is to be left out: no stage uses it there.
 
@@ -267,7 +287,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     explained = rigid if rigid is None or contact is None else OfTwo(np.add, rigid, contact)
     switched = switched_efforts(series, explained, start.judged)
     states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
-    series = without_states(series, states)
+    series = without_states(series, states.not_driven)
     findings += [*switched, *states.findings, *raw_effort_findings(series)]
     gains: tuple[EffortGain, ...] = ()
     delay = None

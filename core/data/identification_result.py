@@ -130,11 +130,19 @@ class EstimateChoice:
         taken: of those tried.
         standard_error: of the best one's mean squared error, between stretches of five seconds.
         tried: the simplest first.
+        better: what would have been taken, where something else was stated; None where nothing was.
     """
 
     taken: str
     standard_error: float
     tried: tuple[TriedEstimate, ...]
+    better: str | None = None
+
+    def gain_of(self, joint: str) -> float | None:
+        """Share that the better way leaves of what is left of a joint's held-out motion; None without a better one."""
+        left = {one.what: one.held_out_rms_nm.get(joint) for one in self.tried}
+        ours, better = left.get(self.taken), left.get(self.better or "")
+        return better / ours if ours and better is not None else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ standard error of the best is taken (the one-standard-error rule: Breiman et al.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,30 +52,22 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     elif asked == "auto" and config.robot.tool.mass_kg == "estimate":
         tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
     nothing = Candidate((), tried[0].width)
-    if asked == "auto":
-        if not robot.has_inertials or any(log.series.effort is None for log in prepared):
-            return nothing, None
-    elif not tried[0].estimate:
+    unmodelled = not robot.has_inertials or any(log.series.effort is None for log in prepared)
+    if unmodelled and (asked == "auto" or not tried[0].estimate):
         return nothing, None
-    elif not robot.has_inertials:
-        raise NotJudgedError(
-            f"{', '.join(asked)} cannot be identified: the robot has no inertials",
-            hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
-        )
-    elif raw and "gain" not in asked:
-        raise ConfigError(
-            "the effort's unit is not known, so its gain must be estimated too",
-            where="[fit] estimate",
-            found=", ".join(asked),
-            expected='"gain" among them',
-        )
-    if len(tried) == 1:
-        return tried[0], None
+    if asked != "auto":
+        _refuse_if_impossible(asked, prepared[0])
+    stated = tried[0] if len(tried) == 1 else None
+    if stated is not None:
+        if raw or "gain" in stated.estimate:
+            return stated, None
+        others = candidates_of("auto", config, False, prepared[0].effort_source != "joint")
+        tried = (stated, *(one for one in others if one != stated))
     try:
         motion = collect(prepared, min(config.fit.max_samples, _MOST_TO_CHOOSE), config.fit.blocks)
-    except NotJudgedError:
-        if asked == "auto":
-            return nothing, None
+    except (NotJudgedError, ConfigError):
+        if asked == "auto" or stated is not None:
+            return stated or nothing, None
         raise
     regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
 
@@ -99,10 +92,30 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
         return tried[0], None
 
     def refused(one: Candidate) -> str:
-        light = asked == "auto" and "tool" in one.estimate and _weighs_less(prepared, config, one)
-        return "the tool would weigh less than nothing" if light else ""
+        free = "tool" in one.estimate and one != stated and (asked == "auto" or stated is not None)
+        return "the tool would weigh less than nothing" if free and _weighs_less(prepared, config, one) else ""
 
-    return choose_estimate(tried, left, motion.cluster // _ALIKE, robot.joint_names, refused)
+    taken, choice = choose_estimate(tried, left, motion.cluster // _ALIKE, robot.joint_names, refused)
+    if stated is None:
+        return taken, choice
+    return stated, None if taken == stated else replace(choice, taken=stated.words, better=taken.words)
+
+
+def _refuse_if_impossible(asked: Sequence[str], log: Prepared) -> None:
+    if set(asked) == {"friction"}:
+        return
+    if not log.robot.has_inertials:
+        raise NotJudgedError(
+            f"{', '.join(asked)} cannot be identified: the robot has no inertials",
+            hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
+        )
+    if log.series.effort_unit == "raw" and "gain" not in asked:
+        raise ConfigError(
+            "the effort's unit is not known, so its gain must be estimated too",
+            where="[fit] estimate",
+            found=", ".join(asked),
+            expected='"gain" among them',
+        )
 
 
 def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:

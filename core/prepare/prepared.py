@@ -34,6 +34,7 @@ from collaudit.core.prepare.effort_gain import (
     EffortGain,
     described_gains,
     effort_gains,
+    identified_scale_findings,
     raw_effort_findings,
     scale_findings,
 )
@@ -289,6 +290,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, states.not_driven)
     findings += [*switched, *states.findings, *raw_effort_findings(series)]
+    findings += identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     gains: tuple[EffortGain, ...] = ()
     delay = None
     if rigid is not None and series.effort is not None:
@@ -301,7 +303,11 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
         if delay is None:  # of a late effort no scale is known
-            described = gains if robot is start.robot else described_gains(series, start.robot, contact, start.load_nm)
+            described = gains
+            if robot is not start.robot:
+                lacking = () if calibration.identified is None else calibration.identified.estimate
+                frame = config.robot.tool.frame
+                described = described_gains(series, start.robot, contact, start.load_nm, lacking, frame)
             findings += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
         if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(

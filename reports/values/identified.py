@@ -62,10 +62,10 @@ def _choice(choice: EstimateChoice) -> Table:
         )
         for one in choice.tried
     ]
-    note = (
-        f"Taken: {choice.taken}. It is the simplest whose error on motion left out of the fit lies within one standard "
-        "error of the least among those that can be."
-    )
+    rule = "the simplest whose error on motion left out of the fit lies within one standard error of the least"
+    note = f"Taken: {choice.taken}. It is {rule} among those that can be."
+    if choice.better is not None:
+        note = f'Stated: {choice.taken}. {choice.better} is {rule}: [fit] estimate = "auto" would take it.'
     return Table("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
 
 

@@ -64,7 +64,7 @@ class Loose:
     def add(self, at: IntArray, size: IntArray) -> None:
         """Take in some messages, in the order of the file."""
         for column, values in ((self._at, at), (self._size, size)):
-            column.room(values.shape[0], 0.0, lambda: None)[:] = values
+            column.add(values, 0.0)
 
     @property
     def at(self) -> IntArray:
@@ -138,7 +138,7 @@ class McapIndex:
             return None
         schema, topic, encoding = self.channels[number]
         name, schema_encoding, data = self.schemas.get(schema, ("", "", b""))
-        return Channel(number, topic, ros_type(name), encoding, schema_encoding, data, self.counts.get(number, 0))
+        return Channel(number, topic, ros_type(name), encoding, schema_encoding, data)
 
 
 def _text(body: bytes, at: int) -> tuple[str, int]:

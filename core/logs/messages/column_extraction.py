@@ -47,7 +47,6 @@ class Plan:
         guards: the bytes that must agree.
         stamp: the two numbers of the header's stamp, or None.
         columns: quantity to the runs of numbers that make it up.
-        widths: column that is taken to numbers of a row, 0 for one integer.
     """
 
     size: int
@@ -55,7 +54,6 @@ class Plan:
     guards: tuple[Guard, ...]
     stamp: tuple[Numbers, Numbers] | None
     columns: dict[str, tuple[Numbers, ...]]
-    widths: dict[str, int]
 
     def matches(self, rows: ByteArray) -> BoolArray | None:
         """(n,) True for the rows that share this plan's layout and names; None when all of them do."""
@@ -197,8 +195,7 @@ def make_plan(layout: Layout, profile: Profile, data: bytes) -> Plan:
     stamp = finder.numbers(profile.stamp) if profile.stamp is not None else ()
     pair = (stamp[0], stamp[1]) if len(stamp) == 2 and stamp[0].count == stamp[1].count == 1 else None
     key = GroupKey(names, tuple(counts.items()), pair is not None)
-    widths = {**({} if pair is None else {"stamp_ns": 0}), **counts}
-    return Plan(layout.size, key, _guards(finder.bound, data), pair, columns, widths)
+    return Plan(layout.size, key, _guards(finder.bound, data), pair, columns)
 
 
 def _counted(profile: Profile, layout: Layout) -> bool:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ import numpy as np
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
 from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
 from collaudit.core.logs.messages.generic_decoder import generic_decoder
-from collaudit.core.logs.messages.growing_columns import Column
 from collaudit.core.logs.messages.layout import LayoutError, walk
 from collaudit.core.logs.messages.message_schema import Struct, parse_schema
 from collaudit.core.logs.messages.profiles import Profile
@@ -29,12 +27,8 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 #: More layouts than this on one channel, and the rest goes through the generic decoder.
 MAX_PLANS = 256
 
-#: Columns besides those of a message.
-_OWN = {"log_ns": 0}
-_TAGGED = {**_OWN, "source": 0}
-
-Row = tuple[GroupKey, dict[str, IntArray | FloatArray]]
-Generic = Callable[[bytes], Row]
+Columns = dict[str, IntArray | FloatArray]
+Generic = Callable[[bytes], tuple[GroupKey, Columns]]
 
 
 @dataclass(slots=True, eq=False)
@@ -140,16 +134,15 @@ class ChannelDecoder:
             rows, picked = rows[~same], picked[~same]
 
     def _emit(self, plan: Plan, rows: ByteArray, batch: Batch, first: int, picked: IntArray | None) -> None:
-        log_ns = batch.log_ns
-        places: range | IntArray = range(first, first + rows.shape[0])
-        if picked is not None:
-            log_ns, places = log_ns[picked], first + picked
-        room = self._room(plan.key, plan.widths, places)
-        self.out.write(partial(_write, room, plan, rows, log_ns, self.channel.key), batch.data.nbytes)
+        places = np.arange(rows.shape[0]) if picked is None else picked
+        log_ns = batch.log_ns if picked is None else batch.log_ns[picked]
+        self._add(plan.key, plan.columns_of(rows), log_ns, first + places)
 
-    def _room(self, key: GroupKey, widths: Mapping[str, int], places: range | IntArray) -> dict[str, Column]:
-        own = _TAGGED if self.tagged else _OWN
-        return self.out.room(key, {**own, **widths}, places)
+    def _add(self, key: GroupKey, columns: Columns, log_ns: IntArray, places: IntArray) -> None:
+        columns |= {"log_ns": log_ns, "place": places}
+        if self.tagged:
+            columns["source"] = np.full(places.shape[0], self.channel.key)
+        self.out.add(key, columns)
 
     def _one_by_one(self, batch: Batch, picked: IntArray, first: int) -> None:
         if self._generic is None:
@@ -161,21 +154,4 @@ class ChannelDecoder:
                 self.out.skip(1, str(error))
                 continue
             self.out.slow += 1
-            widths = {name: values.shape[1] if values.ndim > 1 else 0 for name, values in columns.items()}
-            room = self._room(key, widths, range(first + index, first + index + 1))
-            for name, values in columns.items():
-                room[name][:] = values
-            _write_own(room, batch.log_ns[index : index + 1], self.channel.key)
-
-
-def _write(room: dict[str, Column], plan: Plan, rows: ByteArray, log_ns: IntArray, source: int) -> None:
-    """Write the columns of rows that match a plan; runs in a thread."""
-    for name, values in plan.columns_of(rows).items():
-        room[name][:] = values
-    _write_own(room, log_ns, source)
-
-
-def _write_own(room: dict[str, Column], log_ns: IntArray, source: int) -> None:
-    room["log_ns"][:] = log_ns
-    if "source" in room:
-        room["source"][:] = source
+            self._add(key, columns, batch.log_ns[index : index + 1], np.array([first + index]))

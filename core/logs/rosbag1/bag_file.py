@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -69,9 +69,7 @@ class BagFile(NotedFile):
         if not self._indexed or not self.connections:
             for chunk in ordered_map(self._load, list(self.chunks)):
                 self._connections_in(locate_bag(chunk.data, chunk.offsets))
-        self.channels: tuple[Channel, ...] = tuple(
-            replace(channel, messages=self.counts.get(key, 0)) for key, channel in sorted(self.connections.items())
-        )
+        self.channels = tuple(channel for _, channel in sorted(self.connections.items()))
 
     def _check_version(self) -> None:
         head = self.file.read(0, 24)

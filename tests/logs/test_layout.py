@@ -18,10 +18,11 @@ from rosbags.serde import cdr, ros1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
-from collaudit.core.logs.messages.layout import LayoutError, walk
+from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
 from collaudit.core.logs.messages.profiles import PROFILES, Profile
+from collaudit.core.logs.messages.value_layout import lay_out
 from collaudit.core.logs.storage.records import Batch, Channel
 
 NUMBERS = {
@@ -117,13 +118,22 @@ def flatten(value: Any, path: tuple[Any, ...] = ()) -> dict[tuple[Any, ...], Any
     return {path: value}
 
 
+def leaves(node: Any, path: tuple[Any, ...] = ()) -> dict[tuple[Any, ...], Any]:
+    """Path to numbers and strings of a layout."""
+    if not isinstance(node, dict | list):
+        return {path: node}
+    pairs = node.items() if isinstance(node, dict) else enumerate(node)
+    return {k: v for name, item in pairs for k, v in leaves(item, (*path, name)).items()}
+
+
 def read_all(layout: Any, data: bytes) -> dict[tuple[Any, ...], Any]:
     """Every field of a message as the layout places it."""
     out: dict[tuple[Any, ...], Any] = {}
-    for path, part in layout.numbers.items():
-        out[path] = np.frombuffer(data, dtype=part.code, count=part.count, offset=part.offset)
-    for path, part in layout.texts.items():
-        out[path] = data[part.offset : part.offset + part.size].decode()
+    for path, part in leaves(layout.root).items():
+        if isinstance(part, Numbers):
+            out[path] = np.frombuffer(data, dtype=part.code, count=part.count, offset=part.offset)
+        else:
+            out[path] = data[part.offset : part.offset + part.size].decode()
     return out
 
 
@@ -167,8 +177,8 @@ def test_cut_and_flipped_messages_are_refused_or_read_within_bounds(data: st.Dat
         layout = walk(kind, bytes(raw), cdr=True)
     except LayoutError:
         return
-    assert all(part.offset + part.size <= len(raw) for part in layout.numbers.values())
-    assert all(part.offset + part.size <= len(raw) for part in layout.texts.values())
+    for part in leaves(layout.root).values():
+        assert (part.stop if isinstance(part, Numbers) else part.offset + part.size) <= len(raw)
 
 
 JOINT_TEXT = """{before}
@@ -238,10 +248,24 @@ def joint_messages(draw: st.DrawFn, made: Made) -> list[Any]:
     return out
 
 
-def decode(channel: Channel, profile: Profile, payloads: list[bytes], max_plans: int) -> Decoded:
+def plain(value: Any) -> Any:
+    """A message of rosbags as mappings and lists."""
+    if hasattr(value, "__msgtype__"):
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__ if name != "__msgtype__"}
+    return (
+        [plain(item) for item in value]
+        if isinstance(value, list | np.ndarray)
+        else getattr(value, "item", lambda: value)()
+    )
+
+
+def decode(
+    channel: Channel, profile: Profile, payloads: list[bytes], lay: Callable[[bytes], Layout] | None = None
+) -> Decoded:
     out = Decoded()
     decoder = ChannelDecoder.of(channel, profile, out)
-    decoder.max_plans = max_plans
+    if lay is not None:
+        decoder.lay, decoder.max_plans = lay, 0
     length = np.array([len(p) for p in payloads], dtype=np.int64)
     data = np.frombuffer(b"".join(payloads), dtype=np.uint8)
     stop = np.cumsum(length)
@@ -255,7 +279,7 @@ def decode(channel: Channel, profile: Profile, payloads: list[bytes], max_plans:
 @pytest.mark.parametrize("wire", ["cdr-le", "cdr-be", "ros1"])
 @given(data=st.data())
 @LENIENT
-def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataObject) -> None:
+def test_columns_equal_the_values_that_rosbags_reads_bit_for_bit(wire: str, data: st.DataObject) -> None:
     encoding = wire.split("-")[0]
     made = data.draw(joint_types(encoding))
     messages = data.draw(joint_messages(made))
@@ -264,10 +288,9 @@ def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataO
     ]
     schema_encoding = "ros2msg" if encoding == "cdr" else "ros1msg"
     channel = Channel(1, "/x", made.name, encoding, schema_encoding, made.text.encode())
-    fast = decode(channel, JOINTS, payloads, 256)
-    slow = decode(channel, JOINTS, payloads, 0)
-    assert fast.slow == 0
-    assert slow.slow + slow.skipped == len(payloads)
+    fast = decode(channel, JOINTS, payloads)
+    read = made.store.deserialize_cdr if encoding == "cdr" else made.store.deserialize_ros1
+    slow = decode(channel, JOINTS, payloads, lambda raw: lay_out(plain(read(raw, made.name))))
     assert (fast.seen, fast.skipped) == (slow.seen, slow.skipped)
     assert set(fast.groups) == set(slow.groups)
     for key, group in fast.groups.items():
@@ -301,3 +324,24 @@ def test_rows_stay_as_they_are_where_columns_grow(share: float) -> None:
     assert group.rows == 30_000
     np.testing.assert_array_equal(group.look("effort"), rows)
     np.testing.assert_array_equal(group.look("log_ns"), np.arange(30_000))
+
+
+@pytest.mark.parametrize("most", [0, 1, 3])
+def test_messages_decoded_alone_are_those_decoded_together(most: int) -> None:
+    said = [m for k in range(6) for m in w.motion(4, joints=1 + k, encoding="cdr", with_wrench=False)]
+    channel = Channel(1, "/joint_states", w.JOINT_STATE, "cdr", "ros2msg", w.definition(w.JOINT_STATE, "cdr").encode())
+    found = []
+    for plans in (256, most):
+        out = Decoded()
+        decoder = ChannelDecoder.of(channel, JOINTS, out)
+        decoder.max_plans = plans
+        payloads = [w.encode(one, "cdr") for one in said]
+        length = np.array([len(p) for p in payloads])
+        data = np.frombuffer(b"".join(payloads), dtype=np.uint8)
+        decoder.add(Batch(1, data, np.cumsum(length) - length, length, np.arange(len(payloads))))
+        columns = {
+            (key, name): np.asarray(group.look(name)) for key, group in out.groups.items() for name in group.columns
+        }
+        found.append({name: values.tobytes() for name, values in columns.items()})
+    assert len(found[0]) == 6 * 6
+    assert found[0] == found[1]

@@ -116,7 +116,6 @@ class Decoded:
         seen: messages met.
         skipped: messages left out.
         problem: why the first of them was left out.
-        slow: messages that went through the generic decoder.
         latency: how long after publishing messages were recorded.
         share: how much of the log's bytes has been read, 0 … 1.
         bounds: how much may be read; None for no bounds.
@@ -126,7 +125,6 @@ class Decoded:
     seen: int = 0
     skipped: int = 0
     problem: str | None = None
-    slow: int = 0
     latency: Latency = field(default_factory=lambda: Latency())
     share: float = 0.0
     bounds: ReadingBounds | None = None

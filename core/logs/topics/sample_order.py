@@ -46,9 +46,7 @@ def clocks_of(groups: Sequence[Group]) -> tuple[IntArray, IntArray | None, IntAr
     log_ns = _integers(groups, "log_ns")
     stamp_ns = _integers(groups, "stamp_ns") if stamped else None
     places = _integers(groups, "place")
-    order = (
-        None if (places[1:] >= places[:-1]).all() else places
-    )  # messages of other sizes are decoded after each other
+    ascend = bool((places[1:] >= places[:-1]).all())  # messages of other sizes are decoded after each other
     return log_ns, stamp_ns, None if ascend else places, _integers(groups, "source") if tagged else None
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
-    from collaudit.core.logs.mcap import mcap_chunk, mcap_file, mcap_scan
+    from collaudit.core.logs.mcap import mcap_chunk, mcap_file, mcap_records, mcap_scan
     from collaudit.core.logs.messages import column_extraction, layout, profiles
     from collaudit.core.logs.messages.message_schema import parse_schema
     from collaudit.core.logs.rosbag1 import bag_chunk, bag_file
@@ -60,8 +60,8 @@ def _file(data: bytes, magic: bytes) -> Path:
     return path
 
 
-def mcap_records(data: bytes) -> None:
-    path = _file(data, mcap_scan.MAGIC)
+def mcap_walk(data: bytes) -> None:
+    path = _file(data, mcap_records.MAGIC)
     file = RandomFile(path)
     index = mcap_scan.scan(file)
     file.close()
@@ -117,7 +117,7 @@ def seeds(target: str) -> list[bytes]:
             path = w.write_any(place / kind, kind, lambda encoding: w.motion(4, joints=2, encoding=encoding))
             whole = path.read_bytes()
             if target.endswith("records"):
-                out.append(whole[len(mcap_scan.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
+                out.append(whole[len(mcap_records.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
             elif target == "mcap-chunk" and kind == "mcap-none":
                 index = mcap_scan.scan(RandomFile(path))
                 out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in index.chunks]
@@ -129,7 +129,7 @@ def seeds(target: str) -> list[bytes]:
 TARGETS: dict[str, Callable[[], Callable[[bytes], None]]] = {
     "mcap-chunk": lambda: mcap_chunks,
     "bag-chunk": lambda: bag_chunks,
-    "mcap-records": lambda: mcap_records,
+    "mcap-records": lambda: mcap_walk,
     "bag-records": lambda: bag_records,
     "cdr": lambda: messages("cdr"),
     "ros1": lambda: messages("ros1"),

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_records import CHANNEL, MESSAGE, MESSAGE_HEAD, SCHEMA, record_places
-from collaudit.core.logs.storage.message_places import ascending, gather
-from collaudit.core.logs.storage.records import Batch, ByteArray
+from collaudit.core.logs.storage.message_places import Located, ascending, gaps_between, gather
+from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log", "<u8"), ("pub", "<u8")])
@@ -18,34 +15,6 @@ _LEAST = 22
 #: What chunks hold (mcap.dev/spec). So many other records are passed over, and so many schemas and channels taken.
 _OF_CHUNKS = (SCHEMA, CHANNEL, MESSAGE)
 _MOST_FOREIGN, _MOST_OTHERS = 10_000, 1 << 18
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Located:
-    """Messages of a chunk in the order they lie in it.
-
-    Attributes:
-        start, length: (n,) payload offsets and sizes.
-        channel: (n,) channel numbers.
-        log_ns: (n,) log times.
-        publish_ns: (n,) publish times.
-        others: (op, offset, length) of schemas and channels.
-        rest: bytes at the end that are no whole record.
-    """
-
-    start: IntArray
-    length: IntArray
-    channel: IntArray
-    log_ns: IntArray
-    publish_ns: IntArray
-    others: list[tuple[int, int, int]]
-    rest: int
-
-    def by_channel(self, data: ByteArray) -> Iterator[Batch]:
-        """The messages of each channel."""
-        for number in np.flatnonzero(np.bincount(self.channel)).tolist():
-            mine = np.flatnonzero(self.channel == number)
-            yield Batch(number, data, self.start[mine], self.length[mine], self.log_ns[mine], self.publish_ns[mine])
 
 
 def locate(data: bytes, index_offsets: IntArray) -> Located:
@@ -92,12 +61,7 @@ def _gaps(view: ByteArray, offsets: IntArray) -> list[tuple[int, int]] | None:
     sizes = heads["length"]
     if not (heads["op"] == MESSAGE).all() or sizes.min() < _LEAST or sizes.max() > size:
         return None
-    edges = np.concatenate([[0], offsets + 9 + sizes.astype(np.int64)])
-    stops = np.concatenate([offsets, [size]])
-    if (edges > stops).any():
-        return None
-    apart = np.flatnonzero(edges < stops)
-    return list(zip(edges[apart].tolist(), stops[apart].tolist(), strict=True))
+    return gaps_between(offsets, offsets + 9 + sizes.astype(np.int64), size)
 
 
 def _walked(data: bytes, gaps: list[tuple[int, int]]) -> tuple[list[int], list[tuple[int, int, int]], int]:

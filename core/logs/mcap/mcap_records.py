@@ -25,7 +25,7 @@ _MAX_SUMMARY = 256 << 20
 #: Footer and closing magic.
 _TAIL = 9 + 20 + 8
 _HEAD = struct.Struct("<BQ")
-_KINDS = {
+_KINDS: dict[int, Any] = {
     FOOTER: records.Footer, SCHEMA: records.Schema, CHANNEL: records.Channel, CHUNK_INDEX: records.ChunkIndex,
     STATISTICS: records.Statistics, METADATA: records.Metadata, METADATA_INDEX: records.MetadataIndex,
 }  # fmt: skip
@@ -98,11 +98,6 @@ class ChunkRef:
     complete: bool = True
     extent: int = 0
     loose: IntArray | None = None
-
-    @property
-    def kind(self) -> str:
-        """What damage calls it."""
-        return "chunk" if self.loose is None else "run of messages"
 
 
 @dataclass(slots=True)

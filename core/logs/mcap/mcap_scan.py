@@ -27,8 +27,8 @@ from collaudit.core.logs.mcap.mcap_records import (
     McapIndex,
 )
 from collaudit.core.logs.mcap.mcap_run import message_run
+from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
 from collaudit.core.logs.storage.records import Damage
 
 _WINDOW = 1 << 13

@@ -6,6 +6,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Callable
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TypeVar, cast
 
@@ -64,15 +65,9 @@ def _beside(name: str) -> bool:
 def inner_head(path: Path, method: str) -> bytes:
     """The first bytes of what a compressed file holds; none where they cannot be had."""
     head = b""
-    try:
-        source = opened_packed(path, method)
-        try:
-            while len(head) < _HEAD and (piece := source.read1(_HEAD)):
-                head += piece
-        finally:
-            source.close()
-    except (LogError, *decompression_errors()):
-        pass
+    with suppress(LogError, *decompression_errors()), closing(opened_packed(path, method)) as source:
+        while len(head) < _HEAD and (piece := source.read1(_HEAD)):
+            head += piece
     return head[:_HEAD]
 
 

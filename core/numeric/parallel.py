@@ -77,46 +77,6 @@ def by_name(
     return out
 
 
-class Beside:
-    """Work without results that is done beside what its caller goes on with; a context that ends when all is done.
-
-    The threads of :func:`ordered_map` do it, and the caller's where it gets ahead of them by more than so many pieces.
-    An error is raised where a later piece is added, or at the end.
-    """
-
-    def __init__(self, ahead: int) -> None:
-        self._ahead = ahead
-        self._asked: deque[_Asked[Callable[[], None], None]] = deque()
-
-    def add(self, work: Callable[[], None]) -> None:
-        """Have a piece of work done, at once where there is one thread."""
-        if _threads == 1:
-            work()
-            return
-        self._asked.append(_Asked(_call, work))
-        if len(self._asked) > self._ahead:
-            _first(self._asked)
-
-    def settle(self) -> None:
-        """Wait until all that was added is done."""
-        while self._asked:
-            _first(self._asked)
-
-    def __enter__(self) -> Beside:
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        try:
-            if kind is None:
-                self.settle()
-        finally:
-            _give_up(self._asked)
-
-
-def _call(work: Callable[[], None]) -> None:
-    work()
-
-
 class _Asked(Generic[T, R]):
     """A piece of work that another thread was asked for, until the caller does it itself.
 

@@ -40,7 +40,7 @@ BELONGS = {
         "reports/",
         "fixtures/",
     ),
-    "pandas": ("core/logs/csv/", "core/api.py"),
+    "pandas": ("core/api.py",),
     "matplotlib": ("reports/notebook_plots.py",),
     "h5py": ("core/logs/column_files/",),
     "numba": ("fixtures/compiled/compiler.py",),

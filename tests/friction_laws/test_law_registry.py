@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from synthetic import PERIOD, make_log, strokes
+from user_guide.pages import config_schema
 
-from collaudit.cli.docs import config_schema
 from collaudit.core.audit import audit_log
 from collaudit.core.config.describe import find_key, value_text
 from collaudit.core.config.load import parse_config

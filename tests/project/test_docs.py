@@ -7,15 +7,15 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from user_guide.pages import pages as made_pages
 
-from collaudit.cli import docs
 from collaudit.core.config.describe import all_keys, default_text
 from collaudit.core.config.schema import Config
 from collaudit.core.config.toml_text import to_toml
 
 PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"
-pages = functools.cache(docs.pages)  # made once, a test for each
+pages = functools.cache(made_pages)  # made once, a test for each
 
 
 @pytest.mark.parametrize("name", sorted(pages()))

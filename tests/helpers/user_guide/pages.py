@@ -1,4 +1,4 @@
-"""Generated pages of the user guide: ``python -m collaudit.cli.docs docs``.
+"""Generated pages of the user guide: ``python -m user_guide.pages docs``.
 
 The configuration reference and its JSON Schema come from the schema, findings from their table, commands and manual
 pages from their own help, the JSON Schemas of results from their types; a test compares the files with what this
@@ -17,9 +17,6 @@ import msgspec
 
 from collaudit.cli.group import ALL_OPTIONS
 from collaudit.cli.main import collaudit
-from collaudit.cli.man_pages import man_pages
-from collaudit.cli.output_schemas import output_schema_texts
-from collaudit.cli.room_picture import ROOMS, picture
 from collaudit.core.config import schema as config_of_core
 from collaudit.core.config.describe import (
     Key,
@@ -34,6 +31,9 @@ from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.result_schemas import schema_texts
+from user_guide.man_pages import man_pages
+from user_guide.output_schemas import output_schema_texts
+from user_guide.room_picture import ROOMS, picture
 
 
 def pages() -> dict[str, str]:
@@ -175,7 +175,7 @@ def with_picture(page: str) -> str:
 def main(arguments: list[str]) -> int:
     """Write the pages into the folder named."""
     if len(arguments) != 1:
-        sys.stderr.write("usage: python -m collaudit.cli.docs FOLDER\n")
+        sys.stderr.write("usage: python -m user_guide.pages FOLDER\n")
         return 2
     for name, text in pages().items():
         path = Path(arguments[0]) / name

@@ -30,7 +30,7 @@ BELONGS = {
     "rosbags": ("core/logs/messages/", "fixtures/"),
     "sqlite3": ("core/logs/rosbag2/",),
     "lz4": ("core/logs/storage/",),
-    "zstandard": ("core/logs/storage/", "core/logs/csv/", "fixtures/mcap/", "reports/exports/"),
+    "zstandard": ("core/logs/storage/", "core/logs/csv/", "reports/exports/"),
     "pyarrow": (
         "core/logs/storage/table_reader.py",
         "core/logs/csv/",

@@ -20,7 +20,7 @@ from collaudit.reports.page.study_section import StudyView, study_view
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
 from collaudit.reports.sections.detection import detection_sections, shortest_push_text
 from collaudit.reports.sections.events import contact_section, disturbance_section, near_miss_section
-from collaudit.reports.sections.findings import finding_section
+from collaudit.reports.sections.findings import fact_lines, finding_section
 from collaudit.reports.sections.identified import identified_sections
 from collaudit.reports.sections.judged import (
     coverage_section,
@@ -160,11 +160,13 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Pr
 
 
 def _findings(result: AuditResult) -> tuple[Section, ...]:
-    """What forbids judging or limits trust, and what is worth knowing."""
+    """What forbids judging or limits trust, what is worth knowing, and facts."""
     grave = [finding for finding in result.findings if finding.severity != "info"]
-    other = [finding for finding in result.findings if finding.severity == "info"]
+    other = [finding for finding in result.findings if finding.severity == "info" and not finding.is_fact]
+    facts = fact_lines(result.findings)
     found = (
         finding_section("Errors forbid judging; warnings limit trust", grave),
         replace(finding_section("Worth knowing", other), folded=True),
+        Section(f"{len(facts)} facts of the log, and choices that were made", (), (), facts, folded=True),
     )
-    return tuple(one for one in found if one.rows)
+    return tuple(one for one in found if one.rows or one.notes)

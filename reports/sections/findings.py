@@ -28,6 +28,11 @@ def finding_section(title: str, findings: Sequence[Finding]) -> Section:
     return Section(title, ("severity", "finding", "what to do", "code"), rows)
 
 
+def fact_lines(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Facts, a line each; what is said alike of several joints once."""
+    return tuple(_lines([finding for finding in findings if finding.is_fact], timed=True))
+
+
 def finding_lines(findings: Iterable[Finding], brief: bool = False) -> list[tuple[str, str]]:
     """Severity and line of each finding, in the order of the first of its kind.
 

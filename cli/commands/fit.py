@@ -71,7 +71,7 @@ def command(
     from collaudit.core.plan.prediction import delivered
     from collaudit.reports.files.plan_file import read_plan
     from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
-    from collaudit.reports.sections.plan import delivered_section
+    from collaudit.reports.sections.plan_sections import delivered_section
     from collaudit.reports.terminal.fit_text import fit_text
     from collaudit.reports.terminal.section_text import section_text
 

@@ -163,7 +163,7 @@ def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None
 
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
-    from collaudit.reports.sections.study import plane_section
+    from collaudit.reports.sections.study_sections import plane_section
     from collaudit.reports.terminal.recommendation_text import brief_text, recommendation_text
     from collaudit.reports.terminal.section_text import section_text
     from collaudit.reports.values.noticed import noticed_brief, noticed_n

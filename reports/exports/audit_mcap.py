@@ -27,8 +27,8 @@ from collaudit.reports.exports.ros_messages import (
     log_message,
 )
 from collaudit.reports.files.atomic import staged
-from collaudit.reports.sections.events import contact_section, near_miss_section
-from collaudit.reports.values.contacts import contacts_of, in_time
+from collaudit.reports.sections.event_sections import contact_section, near_miss_section
+from collaudit.reports.values.contact_alarms import contacts_of, in_time
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, verdict_word
 

@@ -8,7 +8,7 @@ from typing import Any
 import pyarrow as pa
 
 from collaudit.core.data.audit_result import Audit, AuditResult
-from collaudit.reports.values.contacts import contacts_of, in_time
+from collaudit.reports.values.contact_alarms import contacts_of, in_time
 from collaudit.reports.values.visible_text import visible
 
 _TEXT, _NUMBER = pa.string(), pa.float64()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.sections.events import contact_section
+from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
 from collaudit.reports.values.visible_text import visible
 

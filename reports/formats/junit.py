@@ -11,7 +11,7 @@ from typing import assert_never
 from xml.etree import ElementTree
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.sections.judged import force_section, judged_section
+from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator, Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.sections.events import contact_section
-from collaudit.reports.sections.judged import force_section, judged_section
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.sections.judged_sections import force_section, judged_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
 from collaudit.reports.values.night import night_sentence

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from collaudit.reports.page.view import MOST_CONTACTS, AuditView
 from collaudit.reports.plots.pose_data import pose_block
-from collaudit.reports.values.contacts import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 
 
 def signal_block(view: AuditView) -> Markup | None:

@@ -12,7 +12,7 @@ from collaudit.core.rule_study.pooled_planes import pooled_planes
 from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.study import plane_section, study_sections
+from collaudit.reports.sections.study_sections import plane_section, study_sections
 from collaudit.reports.values.visible_text import visible
 
 #: Sample periods that differ by more than this share have other persistences at the same n.

@@ -18,11 +18,11 @@ from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
 from collaudit.reports.page.sections.verdict_box import VerdictBox, verdict_box
 from collaudit.reports.page.study_section import StudyView, study_view
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
-from collaudit.reports.sections.detection import detection_sections, shortest_push_text
-from collaudit.reports.sections.events import contact_section, disturbance_section, near_miss_section
-from collaudit.reports.sections.findings import fact_lines, finding_section
-from collaudit.reports.sections.identified import identified_sections
-from collaudit.reports.sections.judged import (
+from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
+from collaudit.reports.sections.event_sections import contact_section, disturbance_section, near_miss_section
+from collaudit.reports.sections.finding_sections import fact_lines, finding_section
+from collaudit.reports.sections.identified_sections import identified_sections
+from collaudit.reports.sections.judged_sections import (
     coverage_section,
     force_section,
     judged_section,
@@ -30,8 +30,8 @@ from collaudit.reports.sections.judged import (
     span_section,
 )
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.thresholds import threshold_evidence
-from collaudit.reports.values.contacts import strongest
+from collaudit.reports.sections.threshold_sections import threshold_evidence
+from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.numbers import stated
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import torque_unit

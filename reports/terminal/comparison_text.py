@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.sections.body_regions import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
-from collaudit.reports.sections.comparison import compared_notes, compared_sections, compared_sides
+from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, BodyLimits, body_region_section
+from collaudit.reports.sections.comparison_sections import compared_notes, compared_sections, compared_sides
 from collaudit.reports.terminal.section_text import sections_text
 from collaudit.reports.terminal.text_table import wrapped
 from collaudit.reports.values.comparison import Comparison

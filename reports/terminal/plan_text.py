@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.data.plan_result import PlanFile
-from collaudit.reports.sections.plan import plan_sections
+from collaudit.reports.sections.plan_sections import plan_sections
 from collaudit.reports.terminal.section_text import sections_text
 from collaudit.reports.terminal.text_table import wrapped
 from collaudit.reports.values.numbers import duration

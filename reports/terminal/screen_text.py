@@ -7,15 +7,20 @@ from itertools import groupby
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import Finding
-from collaudit.reports.sections.detection import delay_text, detection_sections, shortest_push_text
-from collaudit.reports.sections.events import alarm_section, contact_section, disturbance_section, near_miss_section
-from collaudit.reports.sections.findings import finding_lines, worst_first
-from collaudit.reports.sections.judged import force_line, judged_section, residual_section
+from collaudit.reports.sections.detection_sections import delay_text, detection_sections, shortest_push_text
+from collaudit.reports.sections.event_sections import (
+    alarm_section,
+    contact_section,
+    disturbance_section,
+    near_miss_section,
+)
+from collaudit.reports.sections.finding_sections import finding_lines, worst_first
+from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.rule_text import rule_text
 from collaudit.reports.terminal.section_text import section_text, sections_text
 from collaudit.reports.terminal.text_table import wrapped
-from collaudit.reports.values.contacts import contacts_of, strongest
+from collaudit.reports.values.contact_alarms import contacts_of, strongest
 from collaudit.reports.values.noticed import noticed_line
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import BRIEF_STATEMENT, STATEMENT, nothing_judged, plural, verdict_word

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from collaudit.core.data.rule_study_result import RuleStudy
-from collaudit.reports.sections.study import chosen_flags, study_sections
+from collaudit.reports.sections.study_sections import chosen_flags, study_sections
 from collaudit.reports.terminal.section_text import sections_text
 from collaudit.reports.values.visible_text import visible
 
@@ -17,7 +17,7 @@ def study_text(study: RuleStudy, width: int | None = None, detail: bool = False,
         study: of one log.
         width: columns of the terminal that tables fit; None: any.
         detail: by place and motion as well, and the planes' points.
-        answer: as of :func:`~collaudit.reports.sections.study.study_sections`.
+        answer: as of :func:`~collaudit.reports.sections.study_sections.study_sections`.
     """
     found = [replace(one, folded=one.folded and not detail) for one in study_sections(study, answer)]
     flags = chosen_flags(study) if answer else None

@@ -14,7 +14,7 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.verdict.noticed_words import place_text
-from collaudit.reports.values.contacts import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.noticed import noticed_brief
 from collaudit.reports.values.words import torque_unit
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
-from collaudit.reports.values.contacts import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.noticed import noticed_brief, noticed_n
 from collaudit.reports.values.words import nothing_judged, verdict_word
 

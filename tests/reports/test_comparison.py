@@ -20,10 +20,10 @@ from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.files.result_schemas import comparison_schema
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
-from collaudit.reports.sections.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
+from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
 from collaudit.reports.terminal.comparison_text import body_region_text, comparison_text
 from collaudit.reports.values.comparison import compare
-from collaudit.reports.values.contacts import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 
 LIMITS = """
 source = "our own measurement of 3 March"

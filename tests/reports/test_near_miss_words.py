@@ -9,7 +9,7 @@ import pytest
 import samples
 
 from collaudit.core.data.audit_result import NearMissKind
-from collaudit.reports.sections.events import near_miss_section
+from collaudit.reports.sections.event_sections import near_miss_section
 
 WORDS = {
     "amplitude": ("% of γ", 0.9),

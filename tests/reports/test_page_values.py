@@ -14,9 +14,9 @@ from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.detection_result import ControllerAlarmComparison
 from collaudit.core.errors import LogError
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
-from collaudit.reports.sections.detection import mark_text
-from collaudit.reports.sections.judged import residual_section
-from collaudit.reports.sections.thresholds import falling
+from collaudit.reports.sections.detection_sections import mark_text
+from collaudit.reports.sections.judged_sections import residual_section
+from collaudit.reports.sections.threshold_sections import falling
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import counted
 

@@ -15,7 +15,7 @@ from hypothesis.extra.numpy import arrays
 from collaudit.reports.page.html import html_text
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.plots.region_outline import region_outline
-from collaudit.reports.sections.study import study_sections
+from collaudit.reports.sections.study_sections import study_sections
 
 _SEGMENT = re.compile(r"([mhvz])(-?\d+)?(?: ?(-?\d+))?")
 

@@ -36,7 +36,7 @@ from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
 from collaudit.reports.plots.svg_path import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
-from collaudit.reports.values.contacts import contacts_of, strongest
+from collaudit.reports.values.contact_alarms import contacts_of, strongest
 
 
 @settings(deadline=None)

@@ -15,7 +15,7 @@ from collaudit.core.data.sensitivity_result import AskedTorque, JointSensitivity
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.reports.files.rule_snippets import snippet
 from collaudit.reports.page.study_section import shared_planes, study_view
-from collaudit.reports.sections.comparison import compared_sections
+from collaudit.reports.sections.comparison_sections import compared_sections
 from collaudit.reports.terminal.recommendation_text import recommendation_text
 from collaudit.reports.terminal.study_text import study_text
 from collaudit.reports.values.comparison import compare

@@ -13,8 +13,8 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.plot_contact import draw_contact
-from collaudit.reports.sections.events import contact_section
-from collaudit.reports.values.contacts import alarms_of, height
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.values.contact_alarms import alarms_of, height
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import torque_unit
 

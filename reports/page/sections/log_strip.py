@@ -10,8 +10,8 @@ from markupsafe import Markup
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.plots.ticks import tick_text, ticks
-from collaudit.reports.sections.judged import judged_section
-from collaudit.reports.values.contacts import contacts_of
+from collaudit.reports.sections.judged_sections import judged_section
+from collaudit.reports.values.contact_alarms import contacts_of
 
 _WIDTH, _HEIGHT = 1000, 20
 

@@ -6,9 +6,9 @@ from dataclasses import astuple, dataclass
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
-from collaudit.reports.sections.events import contact_section
+from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contacts import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.words import nothing_judged
 
 #: What stands beside every such table.

@@ -8,7 +8,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.identification_result import Identification
 from collaudit.core.data.left_out import LeftOut
-from collaudit.reports.sections.identified import identified_sections, threshold_section
+from collaudit.reports.sections.identified_sections import identified_sections, threshold_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.words import NONE

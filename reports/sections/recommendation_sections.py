@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from collaudit.core.data.recommendation_result import StretchToConfirm
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
 from collaudit.reports.sections.section import Section
-from collaudit.reports.sections.study import persistence_section, set_rule_section
+from collaudit.reports.sections.study_sections import persistence_section, set_rule_section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import duration, rate
 from collaudit.reports.values.words import plural, with_unit

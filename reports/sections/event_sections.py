@@ -7,9 +7,9 @@ from typing import assert_never
 
 from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, RuleFacts
 from collaudit.core.data.detection_result import Contact, ContactKind
-from collaudit.reports.sections.detection import mark_text
+from collaudit.reports.sections.detection_sections import mark_text
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.contacts import alarms_of, contact_limits, contacts_of, force_text, height, in_time
+from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, contacts_of, force_text, height, in_time
 from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import NONE, speed_unit, torque_unit

@@ -151,8 +151,8 @@ def residual_section(result: AuditResult) -> Section:
 def _residual_row(joint: str, result: AuditResult) -> tuple[str, ...]:
     """``largest`` covers every alarm and near miss of the joint too, those beyond friction's range among them."""
     stats, gamma, unit = result.residual[joint], result.rule.gamma_nm.get(joint), torque_unit(result, joint)
-    events = [event for event in (*result.collisions, *result.near_misses) if event.joint == joint]
-    peaks = [abs(event.peak_nm) for event in events]
+    alarms = [abs(alarm.peak_nm) for alarm in result.collisions if alarm.joint == joint]
+    peaks = [*alarms, *(abs(near.peak_nm) for near in result.near_misses if near.joint == joint)]
     largest_nm = max((x for x in (stats.max_abs_nm, *peaks) if x is not None), default=None)
     values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, largest_nm, stats.clean_mean_abs_nm)
     beside = [apart([value, gamma]) for value in values]
@@ -162,5 +162,5 @@ def _residual_row(joint: str, result: AuditResult) -> tuple[str, ...]:
         for value, (text, _), high in zip(values, beside, above, strict=True)
     ]
     limit = NONE if gamma is None else f"{max((limit for _, limit in beside), key=len)} {unit}"  # holds for every value
-    count = counted(len(events), result)
+    count = counted(len(peaks), result)
     return joint, *texts[:4], limit, duration(stats.judged_s), f"{texts[4]} ({duration(stats.clean_s)})", count

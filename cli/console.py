@@ -83,7 +83,7 @@ def print_findings(findings: Sequence[Finding], err: bool = False, brief: bool =
 
     ``brief``: of three and more joints that differ in numbers only, the numbers of the first.
     """
-    from collaudit.reports.terminal.finding_text import finding_lines
+    from collaudit.reports.sections.finding_sections import finding_lines
     from collaudit.reports.terminal.text_table import wrapped
 
     stream = sys.stderr if err else sys.stdout

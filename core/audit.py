@@ -60,7 +60,6 @@ from collaudit.core.prepare.prepared import Prepared, calibrated
 from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.clean_evidence import recommended_of_log
 from collaudit.core.recommend.range_findings import range_findings, ranges_behind
-from collaudit.core.recommend.recommendation import little_data_findings
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings
@@ -137,7 +136,6 @@ def audit_log(
     unlabelled = missing_labels(series, config) if truth is None else []
     recommended = _recommended(judged, log_facts(series), phases)
     step(8, 10)
-    scarce = little_data_findings(recommended)
     ranges = ranges_behind(config.detect.evidence, on_file, auto)
     beyond = range_findings(judged.signals, series.period_s, phases, series.temperature_c, ranges)
     detected = judged.run.detected
@@ -148,7 +146,7 @@ def audit_log(
         config.policy, coverage, sensitivity, judged.inputs, sliding, None if friction is None else friction.choice
     )
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
-    findings += [*at_rest, *coverage_findings(short), *scarce, *beyond]
+    findings += [*at_rest, *coverage_findings(short), *beyond]
     findings += unlabelled
     findings = list(in_joint_units(findings, sliding))
     evidence = Evidence(contacts, detected.near_misses, coverage, sensitivity, short, findings)

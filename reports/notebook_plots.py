@@ -17,7 +17,7 @@ from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.reports.plots.friction_band import band, curve
 from collaudit.reports.plots.joint_trace import JointTrace, TracesInMemory
 from collaudit.reports.plots.plot_contact import ContactWindow, contact_window
-from collaudit.reports.values.contact_rows import alarms_of, contacts_of
+from collaudit.reports.values.contact_alarms import alarms_of, contacts_of
 from collaudit.reports.values.words import effort_unit, speed_unit, torque_unit
 
 if TYPE_CHECKING:

@@ -262,8 +262,8 @@ def _trends(tonight: Mapping[str, LogRecord], stored: Sequence[LogRecord]) -> Se
 
 def _say(entries: Sequence[IndexEntry], results: Sequence[AuditResult], detail: Detail) -> None:
     """Print as much as was asked for: of one log its screen, of several the worst."""
-    from collaudit.reports.terminal.audit_text import audit_text, summary_table, total_text
-    from collaudit.reports.terminal.screen_text import screen_text
+    from collaudit.reports.terminal.night_text import summary_table, total_text
+    from collaudit.reports.terminal.screen_text import audit_text, screen_text
     from collaudit.reports.values.entries import worst_verdict
     from collaudit.reports.values.visible_text import visible
     from collaudit.reports.values.words import VERDICT_WORD

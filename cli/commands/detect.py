@@ -91,10 +91,9 @@ def command(logs: tuple[str, ...], output: Path | None, as_json: bool, truth: Pa
 
 def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
     """Print as much as was asked for."""
-    from collaudit.reports.terminal.audit_text import audit_text
-    from collaudit.reports.terminal.detection_text import detection_text
-    from collaudit.reports.terminal.score_text import score_text
-    from collaudit.reports.terminal.screen_text import screen_text
+    from collaudit.reports.sections.detection_sections import score_section
+    from collaudit.reports.terminal.screen_text import audit_text, detection_text, screen_text
+    from collaudit.reports.terminal.section_text import section_text
     from collaudit.reports.values.visible_text import visible
     from collaudit.reports.values.words import verdict_word
 
@@ -109,5 +108,5 @@ def _say(result: AuditResult, output: Path | None, detail: Detail) -> None:
         say_result(screen_text(result, width, f"-v{kept}"))
     if detail is Detail.ALL:
         say(detection_text(result, width), nl=False)
-    if result.detection is not None and result.detection.scores:
-        say("\nAgainst the known events\n" + score_text(result.detection.scores, width), nl=False)
+    elif result.detection is not None and result.detection.scores:
+        say("\n" + section_text(score_section(result.detection.scores), width), nl=False)

@@ -71,8 +71,9 @@ def command(
     from collaudit.core.plan.prediction import delivered
     from collaudit.reports.files.plan_file import read_plan
     from collaudit.reports.files.run_files import earlier_friction, friction_json, write_friction
+    from collaudit.reports.sections.plan_sections import delivered_section
     from collaudit.reports.terminal.fit_text import fit_text
-    from collaudit.reports.terminal.plan_text import delivered_text
+    from collaudit.reports.terminal.section_text import section_text
 
     loaded = load_settings()
     planned = None if plan is None else read_plan(plan)
@@ -91,7 +92,11 @@ def command(
     else:
         say(fit_text(friction, terminal_width(), verbose), nl=False)
     if planned is not None:
-        say(delivered_text(delivered(planned, friction), terminal_width()), nl=False, err=as_json)
+        say(
+            "\n" + section_text(delivered_section(delivered(planned, friction)), terminal_width()),
+            nl=False,
+            err=as_json,
+        )
     print_findings([finding for finding in friction.findings if finding.severity != "info"], err=True, brief=True)
     if output is not None:
         note(f"friction written to {output}")

@@ -30,10 +30,11 @@ INSPECT_SCHEMA = "collaudit/inspect/1"
     "collaudit inspect position.csv velocity.csv effort.csv --json",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
+@click.option("-v", "--verbose", is_flag=True, help="Print facts, too: what was chosen, and leaves nothing to do.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @config_option
 @robot_options
-def command(logs: tuple[str, ...], as_json: bool) -> int:
+def command(logs: tuple[str, ...], verbose: bool, as_json: bool) -> int:
     """Show what is in a log: topics, types, joints, rates, gaps, units as understood, findings.
 
     With a robot (-c or --urdf) the log is also read as an audit would read it, and its effort is compared
@@ -62,7 +63,7 @@ def command(logs: tuple[str, ...], as_json: bool) -> int:
             described = log_text(look.summary, terminal_width())
             name = visible(look.summary.name)
             say(click.style(name, bold=True) + described.removeprefix(look.summary.name).removeprefix(name))
-            print_findings(look.findings, brief=True)
+            print_findings([one for one in look.findings if verbose or not one.is_fact], brief=True)
     if unusable is not None:
         raise unusable  # what is in the log was said first
     obstacles = [(look.summary.name, text) for look in looks if (text := look.obstacle())]

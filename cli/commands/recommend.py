@@ -163,13 +163,17 @@ def _found(judged: Sequence[Judged], per_hour: float, max_delay_ms: float | None
 
 
 def _say(audits: Sequence[Audit], found: ArmRecommendation, verbose: bool) -> None:
+    from collaudit.reports.sections.study_sections import plane_section
     from collaudit.reports.terminal.recommendation_text import brief_text, recommendation_text
-    from collaudit.reports.terminal.study_text import planes_text
-    from collaudit.reports.values.sensitivity_rows import noticed_brief, noticed_n
+    from collaudit.reports.terminal.section_text import section_text
+    from collaudit.reports.values.noticed import noticed_brief, noticed_n
 
     if verbose:
         say(recommendation_text(found, terminal_width()), nl=False)
-        say(planes_text(_planes(audits), found.units, terminal_width()) if len(audits) > 1 else "", nl=False)
+        planes = _planes(audits) if len(audits) > 1 else {}
+        if any(plane.configured for plane in planes.values()):
+            shown = plane_section("Configured rule of each joint, over all logs", planes, found.units)
+            say(f"\n{section_text(shown, terminal_width())}", nl=False)
         say_studies(audits, answer=False)
         return
     worst = max((a.result for a in audits), key=lambda result: noticed_n(result) or float("inf"))

@@ -156,8 +156,8 @@ def _beside_limits(runs: tuple[Path, ...], output: Path | None, limits: Path, as
     from collaudit.reports.files.json_writer import json_text
     from collaudit.reports.files.limits_file import read_limits
     from collaudit.reports.files.run_files import read_run
-    from collaudit.reports.terminal.body_region_text import body_region_text
-    from collaudit.reports.values.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
+    from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
+    from collaudit.reports.terminal.comparison_text import body_region_text
 
     stated = read_limits(limits)
     results = [read_run(run).result for run in runs]

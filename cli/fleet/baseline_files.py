@@ -11,7 +11,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.policy.baseline import Baseline, BaselineLog
 from collaudit.reports.files.json_reader import read_result
 from collaudit.reports.files.run_files import AUDIT_NAME
-from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.data.uniform_series import MOVING_RAD_S
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import SD_PER_MAD, median_of, robust_sd
@@ -229,7 +229,7 @@ def clock_findings(clock: MotionClock, fresh: BoolArray) -> list[Finding]:
         f"{100 * clock.told:.0f} % of the steps show it): the times were rebuilt from that clock, with {lost} "
         "samples lost."
     )
-    findings = [Finding("time-recovered", "info", text)]
+    findings = [fact(text)]
     repeated = int(fresh.size - np.count_nonzero(fresh))
     if repeated:
         text = f"{repeated} samples repeat the one before while the arm moves and were left out (the first was kept)."

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, IntArray, Span
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 
@@ -99,4 +99,4 @@ def jitter_finding(
         f"95 % of the steps are within {quantile_of(np.abs(apart), 0.95) * 1e3:.2g} ms of it, the farthest stamp is "
         f"{worst * 1e3:.3g} ms off an even clock); {how}."
     )
-    return [Finding("time-jitter", "info", text)]
+    return [fact(text)]

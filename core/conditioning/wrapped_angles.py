@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.conditioning.stamp_order import usable_order
 from collaudit.core.data.joint_log import JointLog
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.tables import copied
@@ -138,7 +138,7 @@ def _wrapped(joint: str, times: FloatArray) -> Finding:
         f"The position of joint '{joint}' starts again after a turn of 360 degrees, {times.size} times, first at "
         f"{times[0]:.4g} s; it was continued."
     )
-    return Finding("log-position-wrapped", "info", text, joint=joint, start_s=float(times[0]))
+    return fact(text, joint=joint, start_s=float(times[0]))
 
 
 def _restless(joint: str, jumps: int, steps: int) -> Finding:

@@ -1,4 +1,4 @@
-"""Findings on a detection: slow filters, friction off its calibration, events cut off, torque hidden at rest."""
+"""Findings on a detection: slow filters, friction off its calibration, events cut off."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _BLIND = [State.SATURATED, State.NOT_A_NUMBER, State.GAP, State.EDGE, State.NOT_
 def detection_findings(
     series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, levels: Mapping[str, LevelFacts]
 ) -> list[Finding]:
-    """A slow filter, friction off its calibration, torque hidden at rest, and events cut off by what is not judged.
+    """A slow filter, friction off its calibration, and events cut off by what is not judged.
 
     Args:
         series: the judged joints.
@@ -42,9 +42,7 @@ def detection_findings(
     findings += _ripple_not_shown(run.residual)
 
     def of_joint(joint: str) -> list[Finding]:
-        j = series.column(joint)
-        cut = _cut_events(series, run, j, joint, inputs.rule.n)
-        return cut + _hidden_at_rest(series, run, inputs, j, joint)
+        return _cut_events(series, run, series.column(joint), joint, inputs.rule.n)
 
     judged = [name for name in series.joint_names if inputs.watch[name].watched and name in inputs.rule.gamma_nm]
     return findings + [finding for its in by_name(of_joint, judged).values() for finding in its]
@@ -127,24 +125,6 @@ def _cut_events(series: UniformSeries, run: DetectorRun, j: int, joint: str, n: 
         )
         out.append(Finding("event-cut", "warning", text, joint=joint, start_s=first, end_s=last))
     return out[:_LISTED_CUTS]
-
-
-def _hidden_at_rest(
-    series: UniformSeries, run: DetectorRun, inputs: DetectionInputs, j: int, joint: str
-) -> list[Finding]:
-    """How long and how much a joint at rest or presliding hid."""
-    inside = np.flatnonzero(run.detected.state[:, j] == State.FRICTION_INTERVAL)
-    hidden = run.residual.hidden_nm
-    if joint not in inputs.laws or hidden is None or inside.size == 0:
-        return []
-    seconds = float(inside.size) * series.period_s
-    most = float((run.threshold.of(j, inside) + hidden[j].at(inside)).max())
-    text = (
-        f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
-        f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. This time counts as "
-        "hidden, not as clean."
-    )
-    return [Finding("hidden-at-rest", "info", text, joint=joint)]
 
 
 def residual_level_findings(stats: Mapping[str, ResidualStats], gamma_nm: Mapping[str, float]) -> list[Finding]:

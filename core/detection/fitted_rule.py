@@ -19,7 +19,7 @@ from collaudit.core.data.threshold_result import (
 )
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.prepare.quiet_level import QuietLevel
 
 #: A joint that stays within this cannot be judged for want of motion; the others can. rad (m of a prismatic joint)
@@ -138,7 +138,7 @@ def _source(thresholds: FittedThresholds, used: Mapping[str, ThresholdLevel], or
         f"motion that the fit had not seen: {listed}. They follow speed and acceleration. False alarms of the arm "
         f"expected: {rate:.2g} an hour ({low:.2g} to {high:.2g}, 95 %).{in_sample}"
     )
-    return Finding("gamma-from-fit", "info", text)
+    return fact(text)
 
 
 def _beyond_drive(thresholds: FittedThresholds, gamma: Mapping[str, float]) -> list[Finding]:

@@ -54,7 +54,7 @@ def make_rule(
         follows={} if follows is None else follows.scales,
         at_rest_nm={} if follows is None else follows.at_rest_nm,
     )
-    return rule, watch, _findings(rule, watch, series.period_s)
+    return rule, watch, _findings(watch)
 
 
 def nominal_gamma(detect: DetectConfig) -> float | dict[str, float]:
@@ -81,18 +81,8 @@ def _gamma(joints: tuple[str, ...], configured: float | dict[str, float]) -> dic
     return {joint: float(configured[joint]) for joint in joints if joint in configured}
 
 
-def _findings(rule: RuleFacts, watch: dict[str, Watch], period_s: float) -> list[Finding]:
+def _findings(watch: dict[str, Watch]) -> list[Finding]:
     findings: list[Finding] = []
-    asked = rule.persistence_requested_ms
-    if asked is not None and abs(rule.persistence_s * 1e3 - asked) > 1e-3 * asked:
-        findings.append(
-            Finding(
-                "persistence-rounded",
-                "info",
-                f"A persistence of {asked:g} ms is {asked / period_s / 1e3:.4g} samples of {period_s * 1e3:.6g} ms; "
-                f"rounded up to n = {rule.n} ({rule.persistence_s * 1e3:.6g} ms).",
-            )
-        )
     for joint, choice in watch.items():
         if not (choice.watched and choice.in_contact):
             where = "in contact" if choice.watched else "at all"

@@ -4,6 +4,13 @@ In: what any stage noticed. Out: a Finding with its effect, and the joints it fo
 Elsewhere: noticing (every stage), the verdict (verdict), showing (reports, cli).
 """
 
-from collaudit.core.findings.finding import CODES, Finding, findings_with_level, joints_not_judged, without_errors_of
+from collaudit.core.findings.finding import (
+    CODES,
+    Finding,
+    fact,
+    findings_with_level,
+    joints_not_judged,
+    without_errors_of,
+)
 
-__all__ = ["CODES", "Finding", "findings_with_level", "joints_not_judged", "without_errors_of"]
+__all__ = ["CODES", "Finding", "fact", "findings_with_level", "joints_not_judged", "without_errors_of"]

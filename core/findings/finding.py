@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from collaudit.core.findings.finding_kinds import KINDS, Effect, Kind, Severity
+from collaudit.core.findings.finding_kinds import FACT, KINDS, Effect, Kind, Severity
 
 #: Finding code to its meaning.
 CODES: dict[str, str] = {code: kind.meaning for code, kind in KINDS.items()}
@@ -71,9 +71,25 @@ class Finding:
         return self.effect in ("doubts-alarms", "excludes-and-doubts")
 
     @property
+    def is_fact(self) -> bool:
+        """Whether it changes nothing and leaves nothing to do."""
+        return self.code == FACT
+
+    @property
     def forbids_pass(self) -> bool:
         """Whether no log with it passes."""
         return self.effect.startswith("not-judged")
+
+
+def fact(
+    text: str,
+    where: str | None = None,
+    joint: str | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+) -> Finding:
+    """A fact about the log, or a choice that was made, which changes no verdict; arguments as of :class:`Finding`."""
+    return Finding(FACT, "info", text, where, joint, start_s, end_s)
 
 
 def joints_not_judged(findings: Iterable[Finding], joints: Collection[str]) -> frozenset[str]:

@@ -59,20 +59,23 @@ _LOG: Mapping[Severity, Effect] = {"error": "not-judged-log"}
 _UNIT: Mapping[Severity, Effect] = {"warning": "doubts-alarms", "error": "not-judged-log"}
 _DELAY: Mapping[Severity, Effect] = {"info": "none", "warning": "none", "error": "not-judged-log"}
 
+#: Code of what is stated and leaves nothing to do.
+FACT = "fact"
+
 #: Every finding code; ``docs/findings.md`` is generated from this table.
 #:
 #: Time that cannot be judged for want of a signal, a friction law or a model has a state of its own and counts in the
 #: coverage: findings that only report it have no effect beside that.
 KINDS: dict[str, Kind] = {
+    FACT: Kind(
+        "A fact about the log, or a choice that was made: it changes no verdict.",
+        "Nothing. collaudit inspect -v and the report list facts.",
+        _INFO,
+    ),
     "log-partial": Kind(
         "The file is damaged or still being written; only the part before the damage was read.",
         "Record again, or repair or reindex the file. What was read is judged; what is lost cannot be.",
         _PART,
-    ),
-    "log-summary-only": Kind(
-        "Only a file's summary was read; gaps and damage inside it were not looked for.",
-        "Nothing. fit, detect and audit read the whole file.",
-        _INFO,
     ),
     "log-hash-of-parts": Kind(
         "Of a remote log only the parts that are needed were fetched; its hash is of them, not of the whole file.",
@@ -103,16 +106,6 @@ KINDS: dict[str, Kind] = {
         'Look for a clock that was set while recording; [log] time = "log" avoids the header\'s clock.',
         _WARNING,
     ),
-    "clock-simulated": Kind(
-        "The header's stamps do not count from the epoch: simulated time, or time since start.",
-        "Nothing. Times in reports count from the log's first sample.",
-        _INFO,
-    ),
-    "log-joints-ignored": Kind(
-        "The log has joints that the robot model does not have.",
-        "Nothing, if these joints are no part of the arm; else name them in [log] joint_names.",
-        _INFO,
-    ),
     "log-joints-missing": Kind(
         "The robot has joints that the log does not have.",
         "Map differing names by [log] joint_names; state where joints stand by [robot] parked.",
@@ -123,11 +116,6 @@ KINDS: dict[str, Kind] = {
         "A joint that was to be judged, or has a friction law, is not in the log.",
         "Record this joint too, or fit friction on logs without it.",
         _ABSENT,
-    ),
-    "log-joints-merged": Kind(
-        "Joints came from several publishers or files and were merged by name.",
-        "Nothing, if each joint is published once.",
-        _INFO,
     ),
     "log-publishers-conflict": Kind(
         "Two publishers, or two recordings in one, give different values of the same joints.",
@@ -297,17 +285,11 @@ KINDS: dict[str, Kind] = {
         _INFO,
         setting="robot.reduction",
     ),
-    "friction-two-channels": Kind(
-        "Friction was measured directly, as the difference of the torques before and behind the gear.",
-        "Nothing, if both channels are in N·m at the joint.",
-        _INFO,
-    ),
     "friction-coupled": Kind(
         "A motor turns with several joints; its friction was separated from theirs, or could not be.",
         "Nothing where it was separated. Else let the joints of the wrist move at different speeds in the fitting run.",
         _EITHER,
     ),
-    "log-position-wrapped": Kind("A joint's angle wraps around after a turn; it was unwrapped.", "Nothing.", _INFO),
     "log-position-break": Kind(
         "A position goes on further than a joint can move in a step: rows are missing there whatever the stamps say, "
         "or an encoder was zeroed anew. The log is cut there.",
@@ -357,20 +339,10 @@ KINDS: dict[str, Kind] = {
         "Look for lost samples at the recorder. Gaps count against [policy] min_coverage.",
         _WARNING,
     ),
-    "time-recovered": Kind(
-        "Stamps scatter; the times were rebuilt from the steady clock that positions and velocities show.",
-        "Nothing; to log the controller's own time is better still.",
-        _INFO,
-    ),
     "time-bridged": Kind(
         "Single lost samples were interpolated, short against the filter.",
         "Look for lost samples at the recorder; [conditioning] bridge_lost = false makes gaps of them.",
         _EITHER,
-    ),
-    "time-jitter": Kind(
-        "Stamps are unevenly spaced; how the uniform time base was made.",
-        "Nothing; stamps taken at the drive are steadier than those of arrival.",
-        _INFO,
     ),
     "time-not-finite": Kind("Stamps that are not numbers were left out.", "Check what writes the stamps.", _WARNING),
     "time-garbage": Kind(
@@ -387,22 +359,6 @@ KINDS: dict[str, Kind] = {
         "A stretch between gaps is too short to be used.",
         "Avoid the gaps on either side. The stretch counts as not judged.",
         _WARNING,
-    ),
-    "model-bandwidth": Kind(
-        "The acceleration is noisy: the model torque of some joints is used only up to a lower frequency.",
-        "Log faster, or with finer positions. A stated [conditioning] bandwidth_hz is used as it is.",
-        _INFO,
-    ),
-    "gain-by-load": Kind(
-        "Drive gains follow from logs that differ by a known load.",
-        "Nothing. For joints that are not told, record both logs in poses where the load weighs on them.",
-        _INFO,
-    ),
-    "gain-kept": Kind(
-        "A drive's gain could not be determined from the motion; the stated one is kept.",
-        "Nothing, if the torque constant is right. More load on the joint, or a known load, determines the gain.",
-        _INFO,
-        setting="log.units.torque_constant_nm_per_a",
     ),
     "effort-sign-inverted": Kind(
         "Effort runs against the model's gravity torque, or along the motion where friction opposes it: its sign looks "
@@ -507,11 +463,6 @@ KINDS: dict[str, Kind] = {
         "Complete the robot's description if the torque matters.",
         _EITHER,
     ),
-    "identified-used": Kind(
-        "Gains, offsets, inertials or a tool from the friction file were used.",
-        "Nothing, if drives, tool and mounting are those of the fit.",
-        _INFO,
-    ),
     "identified-tool-changed": Kind(
         "The tool's mass differs between the halves of the motion.",
         "Fit on logs with one tool, or on each half by itself.",
@@ -537,28 +488,10 @@ KINDS: dict[str, Kind] = {
         "Record the joint's temperature where the arm is judged too.",
         _INFO,
     ),
-    "friction-temperature-used": Kind(
-        "Friction was taken at the joint's temperature, as the friction file knows it.", "Nothing.", _INFO
-    ),
     "friction-temperature-beyond": Kind(
         "A joint was colder or warmer than when its friction was fitted.",
         "Fit on a log at this temperature too.",
         _WARNING,
-    ),
-    "friction-temperature-missing": Kind(
-        "The friction file knows friction against temperature, and the log has none.",
-        "Record the joint's temperature, or fit without it.",
-        _INFO,
-    ),
-    "friction-load": Kind(
-        "Friction rises with the load on the gear; the residual follows it.",
-        "Nothing. Beyond the loads of the fit the threshold is raised: fit and judge with similar loads.",
-        _INFO,
-    ),
-    "friction-ripple": Kind(
-        "A gear ripple over position is known and subtracted from the residual, where the judged log confirms it.",
-        "Nothing. Fit again after a joint was opened or its zero was set anew.",
-        _INFO,
     ),
     "ripple-not-shown": Kind(
         "The log does not show a gear ripple of the friction file where the file has it: it is not subtracted, and the "
@@ -571,11 +504,6 @@ KINDS: dict[str, Kind] = {
         "Subtracting model and friction does not make a joint's torque smaller; the likely cause is named.",
         "Check what is named: sign and gain of the effort, its delay, inertials and tool, or the filter's bandwidth.",
         _DOUBTS,
-    ),
-    "gamma-from-fit": Kind(
-        'Thresholds are those of the friction file (gamma_nm = "auto").',
-        "Nothing. Fit on more motion, as fast and as loaded as the logs that are judged, for lower thresholds.",
-        _INFO,
     ),
     "gamma-beyond-drive": Kind(
         "A threshold of the friction file is above the torque that the drive of its joint is rated for.",
@@ -590,18 +518,6 @@ KINDS: dict[str, Kind] = {
         "or state gamma_nm.",
         {"warning": "excludes", "error": "not-judged-joint"},
         setting="detect.gamma_nm",
-    ),
-    "friction-asymmetric": Kind(
-        "A joint's friction differs between its directions. Where points of each direction are at hand a law by "
-        "direction was fitted; of pairs of directions the law is the mean, and the difference changes with speed.",
-        'With a law by direction nothing: the residual follows it. With pairs, fit with [fit] motion = "any" and an '
-        "asymmetric law. A difference that is the same at every speed cannot be told from a zero error of the effort.",
-        _INFO,
-    ),
-    "friction-any-motion": Kind(
-        "Friction was estimated from arbitrary motion, since there are no constant-velocity sections.",
-        "Record strokes at constant speeds: collaudit simulate friction shows a suitable motion.",
-        _INFO,
     ),
     "fit-left-out": Kind(
         "Stretches of a log were left out of its fit: contact, a stop or a fault, found or labelled.",
@@ -631,22 +547,12 @@ KINDS: dict[str, Kind] = {
         'Record this joint moving at several speeds both ways, or set [fit] motion = "any".',
         _WARNING,
     ),
-    "friction-not-identifiable": Kind(
-        "The data cannot determine some friction parameters.",
-        "Record more speeds, above all slow ones. The curve holds within the speeds measured.",
-        _INFO,
-    ),
     "friction-same-log": Kind(
         "Friction, and thresholds with it, were fitted on the log that is judged: on it alone (error) or among others.",
         "Fit on another log, without contact, and judge with that: --friction friction.json. "
         '[policy] same_log = "allow" accepts a fit on the log alone.',
         {"warning": "excludes", "error": "not-judged-part"},
         setting="policy.same_log",
-    ),
-    "friction-model-points": Kind(
-        "Friction points rely on the robot model's torque, not on a pair of directions.",
-        "Record each speed in both directions in the same pose.",
-        _INFO,
     ),
     "friction-scatter": Kind(
         "Friction points scatter about the fitted curve so much that it limits the threshold.",
@@ -709,9 +615,6 @@ KINDS: dict[str, Kind] = {
         {"warning": "excludes"},
         setting="detect.n",
     ),
-    "persistence-rounded": Kind(
-        "The persistence was rounded up to whole samples.", "Nothing; state [detect] n to choose samples.", _INFO
-    ),
     "joint-not-watched": Kind(
         "A joint's residual was not judged in a phase, and why.",
         "Nothing, if that is intended; else name the joint in [detect] watch.",
@@ -730,9 +633,6 @@ KINDS: dict[str, Kind] = {
         _LEVEL,
         setting="detect.evidence",
     ),
-    "recommend-little-data": Kind(
-        "A recommendation is supported by little data.", "Give more hours of runs without contact.", _INFO
-    ),
     "friction-level": Kind(
         "Friction differed from its calibration; its level was followed, or could not be.",
         "Fit the friction anew when it is far off its calibration.",
@@ -747,11 +647,6 @@ KINDS: dict[str, Kind] = {
         "A residual above the threshold ran into a stretch that is not judged: an event may hide there.",
         "Inspect this stretch; avoid saturation and gaps in the next recording.",
         _SPAN,
-    ),
-    "hidden-at-rest": Kind(
-        "A standing joint hides external torque up to about its breakaway friction.",
-        "Nothing. Time at rest is never called clean.",
-        _INFO,
     ),
     "disturbed-at-rest": Kind(
         "A standing joint was pushed or released: it gave way, and its drive pushed back.",

@@ -11,7 +11,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import DirectionDifference, FrictionFit, FrictionPoint
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel, direction_words
 from collaudit.core.friction.friction_points import points_and_sums
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
@@ -205,40 +205,27 @@ def friction_findings(fits: Mapping[str, FrictionFit], gains: Sequence[EffortGai
                 f"The friction of joint '{joint}' differs between the directions, beyond its errors ({fit.effort_unit} "
                 f"at a speed): {apart}."
             )
-            findings.append(Finding("friction-asymmetric", "info", text, joint=joint))
+            findings.append(fact(text, joint=joint))
         elif fit.directions is not None:
             words = _difference_words(fit.directions, fit.effort_unit)
             text = (
                 f"The friction of joint '{joint}' differs between the directions, beyond its errors and not alike at "
                 f"all speeds: {words}. The law is the mean of both; half of the difference stays in the residual."
             )
-            findings.append(Finding("friction-asymmetric", "info", text, joint=joint))
-        if fit.not_identifiable:
-            text = f"Joint '{joint}': {' '.join(fit.not_identifiable)}"
-            findings.append(Finding("friction-not-identifiable", "info", text, joint=joint))
-        rest = fit.n_points - fit.n_pairs
+            findings.append(fact(text, joint=joint))
         if fit.motion == "sensors":
             text = (
                 f"The friction of joint '{joint}' is the difference between effort and the torque behind the gear: no "
                 "error of the model goes into it, but an error of either channel's gain does."
             )
-            findings.append(Finding("friction-two-channels", "info", text, joint=joint))
+            findings.append(fact(text, joint=joint))
         elif fit.motion == "any":
             text = (
                 f"The friction of joint '{joint}' was estimated from arbitrary motion: {fit.section_count} "
                 "constant-velocity sections show too few of the speeds it is used at, or were not asked for. Errors of "
                 "the model's torque go into it."
             )
-            findings.append(Finding("friction-any-motion", "info", text, joint=joint))
-        elif rest:
-            moving = sum(p.others_moving for p in fit.points)
-            scaled = ", scaled by the estimated gain of the effort" if fit.effort_unit == "raw" else ""
-            text = (
-                f"{rest} of {fit.n_points} friction points of joint '{joint}' rely on the robot model's torque{scaled} "
-                f"instead of a pair of directions ({moving} with other joints moving): "
-                "an error of the model goes into them."
-            )
-            findings.append(Finding("friction-model-points", "info", text, joint=joint))
+            findings.append(fact(text, joint=joint))
     return findings
 
 

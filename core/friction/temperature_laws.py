@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.data.identification_result import FrictionVariation, Trend
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_variation import trend_words
 from collaudit.core.friction.temperature_model import TemperatureModel
@@ -49,7 +49,7 @@ def laws_at_temperature(
             f"The friction file knows how the friction of {names} goes with temperature, and this log has no "
             "temperature of it: friction was taken as calibrated."
         )
-        findings.append(Finding("friction-temperature-missing", "info", text))
+        findings.append(fact(text))
     return out, findings
 
 
@@ -73,7 +73,7 @@ def _temperature_findings(joint: str, trend: Trend, model: TemperatureModel, hea
         f"The friction of joint '{joint}' is taken at its temperature, {here}: it {trend_words(trend)} in the log "
         "it was fitted on."
     )
-    findings = [Finding("friction-temperature-used", "info", text, joint=joint)]
+    findings = [fact(text, joint=joint)]
     beyond = float(np.mean((heat < low - _NEAR_K) | (heat > high + _NEAR_K)))
     if beyond > 0:
         text = (

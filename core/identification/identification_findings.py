@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.data.identification_result import Identified
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 
 
 def identified_findings(identified: Identified | None) -> list[Finding]:
@@ -19,7 +19,7 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
             f"The known loads of the logs determine the drive gains of {', '.join(told)}, whatever the inertials of "
             f"the arm are{rest}."
         )
-        findings.append(Finding("gain-by-load", "info", text))
+        findings.append(fact(text))
     for name, joint in identified.joints.items():
         if joint.gain is None:
             text = f"The motion does not show the gain of joint '{name}': its torque stays unknown and is not judged."
@@ -29,7 +29,7 @@ def identified_findings(identified: Identified | None) -> list[Finding]:
                 f"The motion does not determine the gain of joint '{name}' better than it is stated, so the "
                 "stated gain is kept. A known load, or motion under more gravity, would determine it."
             )
-            findings.append(Finding("gain-kept", "info", text, joint=name))
+            findings.append(fact(text, joint=name))
         before, after = joint.held_out_rms_file_nm, joint.held_out_rms_nm
         if before is not None and after is not None and after > 1.02 * before:
             text = (

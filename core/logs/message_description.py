@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.log_formats import format_of
 from collaudit.core.logs.log_summary import LogSummary, TopicInfo, rate_and_gap
 from collaudit.core.logs.messages.decoded_columns import Decoded, all_names
@@ -110,7 +110,7 @@ def describe_by_overview(
         start_ns=start_of(first),
         duration_s=duration,
         topics=tuple(infos),
-        findings=(Finding("log-summary-only", "info", overview.text, where=paths[0].name),),
+        findings=(fact(overview.text, where=paths[0].name),),
     )
 
 

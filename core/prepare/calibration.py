@@ -18,7 +18,7 @@ from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import ChannelFacts, Identified, SensorFacts
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import ConfigError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.prepare.coupled_torque import coupled_torque
 from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
@@ -116,7 +116,7 @@ def calibrated_robot(
         ConfigError: the inertials were identified on another arm. NotJudgedError: the robot has no inertials.
     """
     if calibration.identified is not None:
-        found = Finding("identified-used", "info", _identified_text(calibration.identified), where="friction file")
+        found = fact(_identified_text(calibration.identified), where="friction file")
         return _with_identified(robot, calibration.identified), [found]
     if calibration.tool is None or not with_wrench or not robot.has_inertials:
         return robot, []
@@ -125,7 +125,7 @@ def calibrated_robot(
         f"The model carries the tool that the wrist sensor was calibrated with, {mass:.3g} kg, in place of "
         f"{before:.3g} kg on file."
     )
-    return carrying, [Finding("identified-used", "info", text, where="friction file")]
+    return carrying, [fact(text, where="friction file")]
 
 
 def with_tool(robot: RobotModel, sensor: SensorFacts, config: Config) -> tuple[RobotModel, float, float]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.filters import low_pass
 from collaudit.core.numeric.parallel import ordered_map
@@ -147,4 +147,4 @@ def bandwidth_findings(found: Sequence[ModelBandwidth], filters_hz: float) -> li
         f"The acceleration is too noisy for the filters' {filters_hz:.3g} Hz: the effort does not contain the model "
         f"torque's upper bands, and subtracting them would make the residual larger. It is used up to: {named}."
     )
-    return [Finding("model-bandwidth", "info", text)]
+    return [fact(text)]

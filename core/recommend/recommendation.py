@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import floor, log10
 
 import numpy as np
 
-from collaudit.core.data.audit_result import RecommendedRule
-from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
 
@@ -61,15 +58,3 @@ def round_up(level_nm: float) -> float:
     step = 10.0 ** (floor(log10(level_nm)) - 1)
     steps = level_nm / step
     return float(f"{(round(steps) if abs(steps - round(steps)) < 1e-9 else floor(steps) + 1) * step:.6g}")
-
-
-def little_data_findings(recommended: Mapping[str, RecommendedRule]) -> list[Finding]:
-    """Joints for which the clean data do not support a threshold, and what is missing."""
-    return [
-        Finding(
-            "recommend-little-data", "info", f"No threshold is recommended for joint '{joint}': {missing}", joint=joint
-        )
-        for joint, rule in recommended.items()
-        if rule.gamma_nm is None
-        for missing in rule.missing[:1]
-    ]

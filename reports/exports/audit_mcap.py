@@ -27,8 +27,8 @@ from collaudit.reports.exports.ros_messages import (
     log_message,
 )
 from collaudit.reports.files.atomic import staged
-from collaudit.reports.values import rows
-from collaudit.reports.values.contact_rows import contact_row, contacts_of
+from collaudit.reports.sections.event_sections import contact_section, near_miss_section
+from collaudit.reports.values.contact_alarms import contacts_of, in_time
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, verdict_word
 
@@ -138,15 +138,21 @@ def _level(state: State) -> int:
 
 def _events(result: AuditResult, stamps: NDArray[np.int64]) -> list[Channel]:
     origin = start_ns(result.log.start)
+    by_number = {record["#"]: record for record in near_miss_section(result).records}
     near = [
-        (m.onset_s, LOG_WARN, m.joint, f"near miss of {m.joint}: peak {r.peak}, threshold {r.gamma}, {r.closeness}")
-        for m in rows.in_time(result.near_misses)
-        for r in (rows.near_miss_row(m, result),)
+        (
+            m.onset_s,
+            LOG_WARN,
+            m.joint,
+            "near miss of {joint}: peak {peak}, threshold {γ}, {how close}".format_map(record),
+        )
+        for k, m in enumerate(in_time(result.near_misses), 1)
+        for record in (by_number[str(k)],)
     ]
+    said = "contact on {joints} for {lasted}: {highest residual} (γ {γ}) on {joint}, kind {kind}"
     touched = [
-        (c.onset_s, LOG_ERROR, ", ".join(c.joints), f"contact on {r.joints} for {r.lasted}: {r.worst}, kind {r.kind}")
-        for c in contacts_of(result)
-        for r in (contact_row(c, result),)
+        (contact.onset_s, LOG_ERROR, record["joints"], said.format_map(record))
+        for contact, record in zip(contacts_of(result), contact_section(result).records, strict=True)
     ]
     reasons = "; ".join((*result.reasons, *result.exclusions))
     said = f"{verdict_word(result.verdict, result.exclusions)}: {reasons} {STATEMENT}"

@@ -8,8 +8,7 @@ from typing import Any
 import pyarrow as pa
 
 from collaudit.core.data.audit_result import Audit, AuditResult
-from collaudit.reports.values import rows
-from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of, in_time
 from collaudit.reports.values.visible_text import visible
 
 _TEXT, _NUMBER = pa.string(), pa.float64()
@@ -70,7 +69,7 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
             "force_low_n": force[0],
             "force_high_n": force[1],
         }
-    for alarm in rows.in_time(result.collisions):
+    for alarm in in_time(result.collisions):
         yield {
             "event": "alarm",
             "onset_s": alarm.onset_s,
@@ -82,7 +81,7 @@ def _events(result: AuditResult) -> Iterator[dict[str, Any]]:
             "ratio": abs(alarm.peak_nm) / alarm.gamma_nm,
             "phase": alarm.phase,
         }
-    for near in rows.in_time(result.near_misses):
+    for near in in_time(result.near_misses):
         yield {
             "event": "near miss",
             "onset_s": near.onset_s,

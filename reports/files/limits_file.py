@@ -9,7 +9,7 @@ from pathlib import Path
 from collaudit.core.config.toml_parsing import parse_toml
 from collaudit.core.errors import ConfigError, similar_file
 from collaudit.core.small_files import read_small
-from collaudit.reports.values.body_regions import BodyLimits, BodyRegion
+from collaudit.reports.sections.body_region_sections import BodyLimits, BodyRegion
 
 _EXAMPLE = 'source = "where the numbers are from", then [[region]] with name, quasi_static_n and transient_n'
 

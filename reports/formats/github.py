@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.values.contact_rows import contact_row, contacts_of
+from collaudit.reports.sections.event_sections import contact_section
 from collaudit.reports.values.entries import IndexEntry, entry_of, worst_first
 from collaudit.reports.values.visible_text import visible
 
 #: A runner shows ten annotations of a kind and step.
 _MOST_CONTACTS = 5
+_CONTACT = "{joints}, for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}, {kind}"
 _LEVEL = {"fail": "error", "not_judged": "warning", "pass": "notice"}
 
 
@@ -37,12 +38,13 @@ def github_text(results: Sequence[AuditResult], unread: Sequence[IndexEntry] = (
 
 
 def _contacts(result: AuditResult) -> list[str]:
-    found = contacts_of(result)
+    found = contact_section(result).records
     lines = []
-    for contact in found[:_MOST_CONTACTS]:
-        row = contact_row(contact, result)
-        text = f"{row.joints}, for {row.lasted}, highest residual {row.worst}, {row.kind}"
-        lines.append(_command("notice", f"Contact at {row.onset}: {result.log.name}", text))
+    for record in found[:_MOST_CONTACTS]:
+        text = "{joints}, for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}, {kind}".format_map(
+            record
+        )
+        lines.append(_command("notice", f"Contact at {record['onset']}: {result.log.name}", text))
     if len(found) > _MOST_CONTACTS:
         title = f"{len(found) - _MOST_CONTACTS} more contacts: {result.log.name}"
         lines.append(_command("notice", title, "audit.json lists all of them"))

@@ -6,15 +6,15 @@ cut it. Names are ``torque_alarms_JOINT`` and ``force_alarms_PLACE``, each with 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import assert_never
 from xml.etree import ElementTree
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.terminal.audit_text import audit_text
+from collaudit.reports.sections.judged_sections import force_section, judged_section
+from collaudit.reports.sections.section import Section
+from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, entry_of
-from collaudit.reports.values.rows import NONE
-from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
 
 
@@ -78,26 +78,13 @@ def _properties(entry: IndexEntry) -> list[tuple[str, str]]:
 
 def _sensitivity(result: AuditResult) -> list[tuple[str, str]]:
     """Per joint the torque, per place the force that would have alarmed, and for how much of the time."""
-    joints = [
-        (
-            f"torque_alarms_{visible(row.joint)}",
-            f"{_torque(row.half)} in 50 % of the time; {_torque(row.most)} in 95 %; {_torque(row.always)} whenever "
-            f"judged; judged {row.judged}, friction a range {row.as_range}, not judged {row.not_judged}"
-            + (f"; asked {row.asked}" if row.asked != NONE else ""),
-        )
-        for row in sensitivity_rows(result)
-    ]
-    forces = [
-        (
-            f"force_alarms_{visible(row.place).removesuffix(' (forearm)').replace(' ', '_')}",
-            "; ".join(f"{n} in {100 * share:.3g} %" for n, share in zip(row.forces, force_shares(result), strict=True))
-            + " of the time"
-            + (f"; asked {row.asked}: {row.met}" if row.asked != NONE else ""),
-        )
-        for row in force_rows(result)
-    ]
-    return joints + forces
+    if result.sensitivity is None:
+        return []
+    return [*_named("torque_alarms", judged_section(result)), *_named("force_alarms", force_section(result))]
 
 
-def _torque(shown: str) -> str:
-    return "no torque" if shown == NONE else shown
+def _named(name: str, found: Section) -> Iterator[tuple[str, str]]:
+    """A property a row."""
+    for place, *values in found.rows:
+        told = "; ".join(f"{term} {value}" for term, value in zip(found.columns[1:], values, strict=True) if value)
+        yield f"{name}_{visible(place).removesuffix(' (forearm)').replace(' ', '_')}", told

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.reports.values import rows
-from collaudit.reports.values.contact_rows import contact_rows
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.sections.judged_sections import force_section, judged_section
+from collaudit.reports.sections.section import Section
 from collaudit.reports.values.entries import IndexEntry, brief_reason, entry_of, worst_first
 from collaudit.reports.values.night import night_sentence
-from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, sensitivity_rows
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import STATEMENT
+from collaudit.reports.values.words import NONE, STATEMENT
 
 _MARKS = {"pass": "✅", "fail": "❌", "not_judged": "❔"}
 _MOST_ROWS = 50
 #: Logs that a summary names.
 _MOST_LOGS = 12
+_CONTACT = ("onset", "lasted", "joints", "highest residual", "γ", "link or further out", "force (95 %)", "kind")
 _SPECIAL = re.compile(r"([\\`*_{}\[\]|~$])")
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "@": "&#64;", "#": "&#35;"})
 _LINK = re.compile(r"(?i)(https?|ftp|mailto|www)([:.])")
@@ -68,7 +69,7 @@ def _one_log(entry: IndexEntry) -> list[str]:
     cells = (
         f"{_MARKS[entry.verdict]} {entry.word}",
         escaped(entry.name),
-        escaped(entry.noticed or rows.NONE),
+        escaped(entry.noticed or NONE),
         entry.counted(entry.contacts),
         entry.counted(entry.near_misses),
         "; ".join(escaped(text) for text in (*entry.reasons, *entry.exclusions)),
@@ -76,37 +77,20 @@ def _one_log(entry: IndexEntry) -> list[str]:
     return _table(("Verdict", "Log", "Would have noticed", "Contacts", "Near misses", "Reasons"), [cells])
 
 
-def _events(result: AuditResult) -> list[str]:
+def _events(result: AuditResult) -> Iterator[str]:
+    """Contacts, pushes and torques that would have alarmed."""
     name = escaped(result.log.name)
-    return _table_of_contacts(result, name) + _tables_of_sensitivity(result, name)
+    for found in (contact_section(result).only(*_CONTACT), force_section(result), judged_section(result)):
+        if found.rows:
+            yield from ("", f"## {name}: {found.title}", "", *section_lines(found))
 
 
-def _table_of_contacts(result: AuditResult, name: str) -> list[str]:
-    cells = [(r.onset, r.lasted, r.joints, r.worst, r.link, r.force, r.kind) for r in contact_rows(result)]
-    head = ("Onset", "Lasted", "Joints", "Highest residual", "Link or further out", "Force (95 %)", "Kind")
-    return ["", f"## Contacts in {name}", "", *_escaped_table(head, cells)] if cells else []
-
-
-def _tables_of_sensitivity(result: AuditResult, name: str) -> list[str]:
-    lines: list[str] = []
-    forces = force_rows(result)
-    if forces:
-        felt = [(r.place, *r.forces, r.asked, r.met) for r in forces]
-        head = ("Place", *(f"In {100 * share:.3g} %" for share in force_shares(result)), "Asked", "Met in")
-        lines += ["", f"## Smallest push that would have alarmed in {name}", "", *_escaped_table(head, felt)]
-    joints = sensitivity_rows(result)
-    if joints:
-        cells = [(r.joint, r.judged, r.as_range, r.not_judged, r.half, r.most, r.always, r.asked) for r in joints]
-        shares = ("Judged", "Friction a range", "Not judged")
-        head = ("Joint", *shares, "Alarms in 50 %", "In 95 %", "Whenever judged", "Asked")
-        lines += ["", f"## Smallest torque that would have alarmed in {name}", "", *_escaped_table(head, cells)]
-    return lines
-
-
-def _escaped_table(head: Sequence[str], cells: Sequence[Sequence[str]]) -> list[str]:
-    shown = [[escaped(cell) for cell in line] for line in cells[:_MOST_ROWS]]
-    note = [f"\n{len(cells) - _MOST_ROWS} more are in the HTML report and in audit.json."]
-    return _table(head, shown) + (note if len(cells) > _MOST_ROWS else [])
+def section_lines(found: Section) -> list[str]:
+    """A section as a table with its notes."""
+    shown = [[escaped(cell) for cell in row] for row in found.rows[:_MOST_ROWS]]
+    note = [f"\n{len(found.rows) - _MOST_ROWS} more are in the HTML report and in audit.json."]
+    notes = [line for text in found.notes for line in ("", escaped(text))]
+    return _table(found.columns, shown) + (note if len(found.rows) > _MOST_ROWS else []) + notes
 
 
 def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:

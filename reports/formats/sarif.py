@@ -11,8 +11,9 @@ from urllib.parse import quote
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.findings import CODES
 from collaudit.reports.files.json_writer import Json, json_text, plain
-from collaudit.reports.values import rows
-from collaudit.reports.values.contact_rows import contact_row, contacts_of
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.sections.finding_sections import worst_first
+from collaudit.reports.values.contact_alarms import contacts_of
 from collaudit.reports.values.entries import IndexEntry
 from collaudit.reports.values.visible_text import visible
 
@@ -71,11 +72,11 @@ def _results(result: AuditResult) -> Iterator[dict[str, Any]]:
     log = result.log.name
     rule = "policy-broken" if result.verdict == "fail" else "not-judged"
     yield _result(rule, _EVENT_RULES[rule][0], "; ".join(result.reasons), log)
-    for contact in contacts_of(result) if result.verdict == "fail" else ():
-        row = contact_row(contact, result)
-        text = f"{row.joints}: contact at {row.onset} for {row.lasted}, highest residual {row.worst}"
-        yield _result("contact", "error", text, log, contact.joints, plain(contact))
-    for finding in rows.worst_first(result.findings):
+    said = "{joints}: contact at {onset} for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}"
+    contacts = contacts_of(result) if result.verdict == "fail" else ()
+    for contact, record in zip(contacts, contact_section(result).records, strict=False):
+        yield _result("contact", "error", said.format_map(record), log, contact.joints, plain(contact))
+    for finding in worst_first(result.findings):
         if finding.forbids_pass or finding.doubts_alarms:
             about = () if finding.joint is None else (finding.joint,)
             text = "".join(f"{joint}: " for joint in about) + finding.text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -11,7 +10,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from collaudit.core.findings import CODES
-from collaudit.reports.values.controller_words import mark_text
 from collaudit.reports.values.numbers import duration, percent, significant, stated
 from collaudit.reports.values.visible_text import visible
 from collaudit.reports.values.words import STATEMENT, VERDICT_SENTENCE, VERDICT_WORD, counted
@@ -34,9 +32,7 @@ def environment() -> Environment:
         keep_trailing_newline=True,
     )
     made.filters.update(duration=duration, percent=percent, significant=significant, stated=stated)
-    made.filters.update(
-        minus=_minus, share=_share, counted=counted, mark_text=mark_text, css_text=_css_text, alike=_alike
-    )
+    made.filters.update(minus=_minus, share=_share, counted=counted, css_text=_css_text)
     made.globals.update(
         statement=STATEMENT,
         verdict_word=VERDICT_WORD,
@@ -54,14 +50,6 @@ def _shown(value: object) -> object:
     if isinstance(value, Markup) or not isinstance(value, str):
         return value
     return visible(value)
-
-
-def _alike(rows: Iterable[object], attribute: str) -> list[tuple[object, list[object]]]:
-    """Rows by the value of an attribute, in the order in which the values come up."""
-    groups: dict[object, list[object]] = {}
-    for row in rows:
-        groups.setdefault(getattr(row, attribute), []).append(row)
-    return list(groups.items())
 
 
 def _share(value: float) -> str:

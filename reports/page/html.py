@@ -13,9 +13,9 @@ from collaudit.reports.page.environment import environment
 from collaudit.reports.page.scripts import page_scripts, page_style
 from collaudit.reports.page.sections.joint_figures import Detail
 from collaudit.reports.page.shared_assets import shared_scripts
-from collaudit.reports.page.shared_planes import shared_planes
 from collaudit.reports.page.signal_block import signal_block
-from collaudit.reports.page.view import AuditView, Limits, StoredAudit, make_view
+from collaudit.reports.page.study_section import shared_planes
+from collaudit.reports.page.view import MOST_CONTACTS, AuditView, Limits, StoredAudit, make_view
 
 #: Contacts with plots of their own, of a single log and of each of several; the others have a row and the signals.
 _CARDS = 10
@@ -80,6 +80,7 @@ def html_text(
             blocks={view.key: signal_block(view) for view in views},
             running_head=_running_head(views),
             shared=shared,
+            most_contacts=MOST_CONTACTS,
         )
     )
 

@@ -1,4 +1,4 @@
-"""The page of a plan: what it is, limits, sweeps, the moving arm, what it should tell, clean hours."""
+"""The page of a plan: what it is, the moving arm, sweeps, what it should tell, clean hours, limits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from collaudit.core.plan.planning import Plan
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.moving_arm import moving_arm, positions_over_time
-from collaudit.reports.values import plan_rows as rows
+from collaudit.reports.sections.plan_sections import plan_sections
 
 _FRAMES = 240
 
@@ -19,30 +19,12 @@ def plan_page(plan: Plan) -> str:
     t, q, _, _ = plan.motion.sampled(plan.motion.duration_s / _FRAMES)
     frames = [*bodies.joint_names, bodies.frame_names[-1]]
     points = np.array([plan.robot.frame_positions(pose, frames) for pose in q])
-    tables = [
-        ("Sweeps", rows.SWEEP_HEAD, rows.sweep_rows(file), "One joint at a time; every speed both ways."),
-        (
-            "What it should tell", rows.PREDICTION_HEAD, rows.prediction_rows(file.predictions),
-            "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far.",
-        ),
-        ("Clean hours", rows.CLEAN_HEAD, rows.clean_rows(file), rows.clean_words(file)),
-        ("Limits", rows.LIMIT_HEAD, rows.limit_rows(file), "Hard: no part of the motion passes one."),
-    ]  # fmt: skip
-    notes = [
-        ("Taken for granted, not stated", file.assumed),
-        ("Surroundings", file.surroundings),
-        ("Links with a shape of the description", file.shapes),
-        ("Links as capsules", [f"{joint}: radius {1e3 * r:.0f} mm" for joint, r in file.capsules_m.items()]),
-        ("Not kept apart, being neighbours or nearly so", file.unchecked),
-        ("Not planned or not predicted", file.missing),
-    ]
     return (
         environment()
         .get_template("plan.html.j2")
         .render(
             plan=file,
-            tables=tables,
-            notes=[(title, lines) for title, lines in notes if lines],
+            sections=plan_sections(file),
             arm=moving_arm(points, plan.motion.duration_s),
             joints=[(name, positions_over_time(t, q[:, j], file.limits[name], f"joint-{j}"))
                     for j, name in enumerate(plan.robot.joint_names)],

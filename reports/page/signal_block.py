@@ -7,8 +7,9 @@ import json
 import numpy as np
 from markupsafe import Markup
 
-from collaudit.reports.page.view import AuditView
+from collaudit.reports.page.view import MOST_CONTACTS, AuditView
 from collaudit.reports.plots.pose_data import pose_block
+from collaudit.reports.values.contact_alarms import contacts_of
 
 
 def signal_block(view: AuditView) -> Markup | None:
@@ -26,13 +27,14 @@ def signal_block(view: AuditView) -> Markup | None:
 def _contacts(view: AuditView) -> list[list[object]]:
     """Of each contact its number, the time to show, its own, and which joints alarmed, by their place in the arm."""
     links = [] if view.result.arm is None else [link.joint for link in view.result.arm.links]
+    listed = list(zip(contacts_of(view.result), view.contacts.windows, strict=True))[:MOST_CONTACTS]
     return [
         [
-            line.number,
-            *(round(s, 4) for s in (*line.window, *line.span)),
-            [k for k, joint in enumerate(links) if joint in line.joints],
+            number,
+            *(round(s, 4) for s in (*window, contact.onset_s, contact.end_s)),
+            [k for k, joint in enumerate(links) if joint in contact.joints],
         ]
-        for line in view.cards.lines
+        for number, (contact, window) in enumerate(listed, 1)
     ]
 
 

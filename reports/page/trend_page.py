@@ -19,8 +19,9 @@ from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.reports.files.atomic import atomic_write
 from collaudit.reports.page.environment import environment
 from collaudit.reports.plots.svg import Panel, drawing
+from collaudit.reports.sections.trend_sections import robot_section
 from collaudit.reports.values.numbers import significant
-from collaudit.reports.values.trend_values import CAUSE_WORDS, QUANTITY_WORDS, change_text, rate_text
+from collaudit.reports.values.trend_values import CAUSE_WORDS, QUANTITY_WORDS, change_text
 from collaudit.reports.values.visible_text import visible
 
 _WIDTH, _HEIGHT = 260, 84
@@ -45,8 +46,6 @@ class RobotSection:
     """One robot on the page: events as (cause, sentences, lines), and figures; none where it is only in the table."""
 
     trend: RobotTrend
-    near_misses: str
-    contacts: str
     events: tuple[tuple[str, str, tuple[str, ...]], ...]
     figures: tuple[SeriesFigure, ...]
 
@@ -73,7 +72,6 @@ def trend_page(trends: Sequence[RobotTrend]) -> str:
         quiet += not trend.events
         sections.append(_section(trend, number, drawn=bool(trend.events) or quiet <= _MOST_QUIET))
     nights = sorted({night for trend in trends for night in trend.nights})
-    untold = list(dict.fromkeys(words for trend in ordered for words in trend.untold))
     return (
         environment()
         .get_template("trend.html.j2")
@@ -81,7 +79,7 @@ def trend_page(trends: Sequence[RobotTrend]) -> str:
             sections=sections,
             nights=nights,
             changed=sum(bool(trend.events) for trend in trends),
-            untold=[(words, [t.robot for t in ordered if words in t.untold]) for words in untold],
+            robots=robot_section(ordered),
         )
     )
 
@@ -98,7 +96,7 @@ def _section(trend: RobotTrend, number: int, drawn: bool) -> RobotSection:
             found = [change for change in changes if change.joint == joint and change.quantity == quantity]
             if drawn and series.nights and (found or quantity in _ALWAYS):
                 figures.append(_figure(joint, series, found, f"r{number}-{len(figures)}"))
-    return RobotSection(trend, rate_text(trend.near_misses), rate_text(trend.contacts), events, tuple(figures))
+    return RobotSection(trend, events, tuple(figures))
 
 
 def _figure(joint: str, series: NightSeries, changes: Sequence[Change], key: str) -> SeriesFigure:

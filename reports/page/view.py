@@ -2,29 +2,55 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
+
+from markupsafe import Markup
 
 from collaudit.core.data.audit_result import Audit, AuditResult
 from collaudit.core.data.rule_study_result import RuleStudy
 from collaudit.core.data.signals import Signals
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.reports.page.sections.contact_cards import ContactCards, contact_cards, drawn_contacts
-from collaudit.reports.page.sections.disturbance_rows import DisturbanceRow, disturbance_rows
-from collaudit.reports.page.sections.finding_groups import FindingGroup, finding_groups
+from collaudit.reports.page.sections.contact_cards import ContactCard, contact_cards
 from collaudit.reports.page.sections.friction_sheets import FrictionSheet, friction_sheets
 from collaudit.reports.page.sections.joint_figures import Detail, JointFigures, joint_figures
-from collaudit.reports.page.sections.judged_time import JudgedTime, judged_time
 from collaudit.reports.page.sections.log_strip import LogStrip, log_strip
-from collaudit.reports.page.sections.near_miss_ledger import LedgerRow, near_miss_ledger
 from collaudit.reports.page.sections.verdict_box import VerdictBox, verdict_box
-from collaudit.reports.page.study_section import StudySection, study_section
+from collaudit.reports.page.study_section import StudyView, study_view
 from collaudit.reports.plots.joint_trace import SignalSource, TracesInMemory
-from collaudit.reports.values import rows
-from collaudit.reports.values.identified import Table, identification_tables
+from collaudit.reports.sections.detection_sections import detection_sections, shortest_push_text
+from collaudit.reports.sections.event_sections import contact_section, disturbance_section, near_miss_section
+from collaudit.reports.sections.finding_sections import fact_lines, finding_section
+from collaudit.reports.sections.identified_sections import identified_sections
+from collaudit.reports.sections.judged_sections import (
+    coverage_section,
+    force_section,
+    judged_section,
+    residual_section,
+    span_section,
+)
+from collaudit.reports.sections.section import Section
+from collaudit.reports.sections.threshold_sections import threshold_evidence
+from collaudit.reports.values.contact_alarms import strongest
 from collaudit.reports.values.numbers import stated
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import torque_unit
+
+#: Contacts that the page lists.
+MOST_CONTACTS = 500
+_CONTACT = (
+    "#",
+    "onset",
+    "wall clock",
+    "lasted",
+    "alarms",
+    "link or further out",
+    "force (95 %)",
+    "tool speed",
+    "kind",
+    "controller",
+)
+_RESIDUAL = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean")
 
 
 class StoredAudit(Protocol):
@@ -68,23 +94,27 @@ class AuditView:
     clocks: tuple[str, str]
     verdict: VerdictBox
     strip: LogStrip
-    judged: JudgedTime
-    cards: ContactCards
-    ledger: tuple[LedgerRow, ...]
-    disturbances: tuple[DisturbanceRow, ...]
-    recommended: tuple[rows.RuleRow, ...]
+    judged: Section
+    time: tuple[Section, ...]
+    cards: tuple[ContactCard, ...]
+    contacts: Section
+    near_misses: Section
+    disturbances: Section
+    recommended: Section
     friction: tuple[FrictionSheet, ...]
-    residual: tuple[rows.ResidualRow, ...]
+    residual: Section
     figures: tuple[JointFigures, ...]
-    study: StudySection | None
-    findings: tuple[FindingGroup, ...]
-    identified: tuple[Table, ...]
+    study: StudyView | None
+    detection: tuple[Section, ...]
+    shortest_push: str
+    findings: tuple[Section, ...]
+    identified: tuple[Section, ...]
     gammas: tuple[tuple[str, str], ...]
 
-    @property
-    def drawn(self) -> dict[str, JointFigures]:
-        """Figures by joint."""
-        return {figure.joint: figure for figure in self.figures}
+    def drawings(self, kind: str) -> list[Markup | None]:
+        """A kind of drawing for each row of :attr:`residual`."""
+        figures = {figure.joint: figure for figure in self.figures}
+        return [getattr(figures[row[0]], kind) if row[0] in figures else None for row in self.residual.rows]
 
 
 def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Progress | None = None) -> AuditView:
@@ -99,7 +129,7 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Pr
     result = audit.result
     source = TracesInMemory(audit.signals) if isinstance(audit.signals, Signals) else audit.signals
     end = result.log.duration_s if source.end_s is None else source.end_s
-    contacts = drawn_contacts(result, limits.cards)
+    contacts = strongest(result, limits.cards)
     figures = joint_figures(source, result, contacts, key, limits.detail, stage(progress, 0.0, 1.0))
     return AuditView(
         key=key,
@@ -108,18 +138,35 @@ def make_view(audit: Audit | StoredAudit, key: str, limits: Limits, progress: Pr
         clocks=(clock_text(result.log.start, 0.0), clock_text(result.log.start, end)),
         verdict=verdict_box(result),
         strip=log_strip(result, end, figures),
-        judged=judged_time(result),
+        judged=judged_section(result),
+        time=tuple(s for s in (coverage_section(result), force_section(result), span_section(result)) if s.rows),
         cards=contact_cards(result, contacts, figures, source.force_n() if contacts else None, key),
-        ledger=near_miss_ledger(result, key),
-        disturbances=disturbance_rows(result, key),
-        recommended=tuple(rows.rule_row(joint, rule, result) for joint, rule in result.recommended.items()),
+        contacts=contact_section(result).only(*_CONTACT),
+        near_misses=near_miss_section(result),
+        disturbances=disturbance_section(result),
+        recommended=threshold_evidence(result),
         friction=friction_sheets(result, key),
-        residual=tuple(rows.residual_row(joint, result) for joint in result.residual),
+        residual=residual_section(result).only(*_RESIDUAL),
         figures=figures,
-        study=study_section(audit.study),
-        findings=finding_groups(result),
-        identified=() if result.identification is None else identification_tables(result.identification),
+        study=study_view(audit.study),
+        detection=detection_sections(result),
+        shortest_push="" if result.detection is None else shortest_push_text(result.detection.delay),
+        findings=_findings(result),
+        identified=() if result.identification is None else identified_sections(result.identification),
         gammas=tuple(
             (joint, f"{stated(gamma)} {torque_unit(result, joint)}") for joint, gamma in result.rule.gamma_nm.items()
         ),
     )
+
+
+def _findings(result: AuditResult) -> tuple[Section, ...]:
+    """What forbids judging or limits trust, what is worth knowing, and facts."""
+    grave = [finding for finding in result.findings if finding.severity != "info"]
+    other = [finding for finding in result.findings if finding.severity == "info" and not finding.is_fact]
+    facts = fact_lines(result.findings)
+    found = (
+        finding_section("Errors forbid judging; warnings limit trust", grave),
+        replace(finding_section("Worth knowing", other), folded=True),
+        Section(f"{len(facts)} facts of the log, and choices that were made", (), (), facts, folded=True),
+    )
+    return tuple(one for one in found if one.rows or one.notes)

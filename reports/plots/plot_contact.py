@@ -14,13 +14,12 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.reports.plots.downsample import thin
 from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
+from collaudit.reports.values.contact_alarms import contact_limits
 
 _WIDTH = 560
 _LEFT, _RIGHT = 46, 8
 _POINTS = 40
 _OTHER_POINTS = 12
-_LEAST_MARGIN_S = 0.25
-_LEAST_MARGIN_SAMPLES = 25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,12 +40,6 @@ class ContactWindow:
     measured_nm: FloatArray
     least_nm: FloatArray
     most_nm: FloatArray
-
-
-def contact_limits(contact: Contact, period_s: float) -> tuple[float, float]:
-    """Times between which a contact is drawn: 0.25 s, 25 samples or its own length on either side."""
-    margin = max(_LEAST_MARGIN_S, _LEAST_MARGIN_SAMPLES * period_s, contact.end_s - contact.onset_s)
-    return contact.onset_s - margin, contact.end_s + margin
 
 
 def contact_window(trace: JointTrace, contact: Contact) -> ContactWindow | None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from collaudit.reports.terminal.text_table import table
+from collaudit.reports.sections.section import Section
+from collaudit.reports.terminal.section_text import sections_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +75,12 @@ def demo_text(
     width: int | None = None,
 ) -> str:
     """The tables printed at the end: friction, pushes, residual level; cut to ``width``, None: any."""
-    parts = ["Friction: true values and fitted ones with their 95 % intervals"]
-    parts.append(_friction_table(parameters, width))
-    parts += ["Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", _push_table(pushes, width)]
-    parts += [_level(level) for level in levels]
-    return "\n".join(parts) + "\n"
+    tables = sections_text((_friction(parameters), _pushes(pushes)), width).removeprefix("\n")
+    return tables + "\n" + "".join(f"{_level(level)}\n" for level in levels)
 
 
-def _friction_table(parameters: Sequence[TruthRow], width: int | None) -> str:
-    rows = [
+def _friction(parameters: Sequence[TruthRow]) -> Section:
+    rows = tuple(
         (
             check.joint,
             check.parameter,
@@ -92,14 +90,13 @@ def _friction_table(parameters: Sequence[TruthRow], width: int | None) -> str:
             {True: "yes", False: "no", None: ""}[check.inside],
         )
         for check in parameters
-    ]
-    return table(
-        ("joint", "parameter", "true", "found", "95 % interval", "truth inside"), rows, (2, 3), width, fold=True
     )
+    head = ("joint", "parameter", "true", "found", "95 % interval", "truth inside")
+    return Section("Friction: true values and fitted ones with their 95 % intervals", head, rows)
 
 
-def _push_table(pushes: Sequence[PushRow], width: int | None) -> str:
-    rows = [
+def _pushes(pushes: Sequence[PushRow]) -> Section:
+    rows = tuple(
         (
             push.run,
             f"link {push.link} at {push.onset_s:g} s",
@@ -109,9 +106,9 @@ def _push_table(pushes: Sequence[PushRow], width: int | None) -> str:
             "" if push.peak_nm is None else f"{push.peak_nm:.1f} N·m",
         )
         for push in pushes
-    ]
+    )
     head = ("run", "push", "found", "after residual > gamma", "after true torque > gamma", "peak residual")
-    return table(head, rows, (3, 4, 5), width, fold=True)
+    return Section("Polishing: pushes by a person, watched on joint 1 at 4 N·m for 25 ms", head, rows)
 
 
 def _ms(seconds: float | None) -> str:

@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from collaudit.core.data.recommendation_result import ArmRate, StretchToConfirm
+from collaudit.core.data.recommendation_result import ArmRate
 from collaudit.core.recommend.arm_recommendation import ArmRecommendation
-from collaudit.reports.terminal.study_text import persistence_text, set_rule_text
-from collaudit.reports.terminal.text_table import table, wrapped
+from collaudit.reports.sections.recommendation_sections import recommendation_sections
+from collaudit.reports.terminal.section_text import sections_text
+from collaudit.reports.terminal.text_table import wrapped
 from collaudit.reports.values.joint_lines import joint_lines
-from collaudit.reports.values.numbers import duration, rate
-from collaudit.reports.values.words import plural, with_force_unit
+from collaudit.reports.values.numbers import duration
+from collaudit.reports.values.words import with_unit
 
-#: More stretches than this are counted, not listed.
-_LISTED = 8
-_TO_CONFIRM = "left out as possible contact; please confirm (--clean if nothing touched the arm, else --truth)"
-_COUNTED = "counted as clean, as stated, though higher than usual in such motion"
-_HEAD = (
-    "joint",
-    "gamma N·m",
-    "n",
-    "notices N·m",
-    "clean h",
-    "largest clean N·m",
-    "false alarms at most (95 %)",
-)
-_NOTICES = "notices: an external torque of this size that lasts n samples alarms at 95 % of the judged moments"
-_UNTIL_THEN = 'until then: gamma_nm = "auto" takes the thresholds of the friction file, which claim less'
 _WHY = {
     "stated": "as stated",
     "chosen": "chosen: notices the least force of those compared",
@@ -61,7 +47,7 @@ def brief_text(found: ArmRecommendation, as_set: str = "", width: int | None = N
 
 
 def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
-    return ", ".join(f"{joint} {with_force_unit(text, joint, units)}" for joint, text in shown.items()) + " N·m"
+    return ", ".join(f"{joint} {with_unit(text, joint, units)}" for joint, text in shown.items())
 
 
 def _forces(found: ArmRecommendation, as_set: str) -> str:
@@ -87,28 +73,8 @@ def _hours(arm: ArmRate) -> str:
 
 def recommendation_text(found: ArmRecommendation, width: int | None = None) -> str:
     """The answer, one line a joint, what to confirm, and what is missing; lines fit ``width``, None: any."""
-    units = found.units
-    refused = all(rule.gamma_nm is None for rule in found.joints.values())
-    lines = [*(wrapped(line, width, "  ") for line in _answer(found)), ""]
-    if not refused:  # tables of nothing tell nothing
-        lines.append(table(_HEAD, _rows(found), range(1, len(_HEAD)), width, fold=True).rstrip())
-        lines.append(wrapped(_NOTICES, width, "  "))
-    verdicts = "" if refused else set_rule_text(found.set_rules, units, width)
-    for text in (verdicts, persistence_text(found.compared, width)):
-        lines += ["", text.rstrip()] if text else []
-    lines += [""] if verdicts or found.compared else []
-    lines += _confirm(found.to_confirm, _TO_CONFIRM, units, width)
-    if found.if_clean_nm:
-        higher = found.if_clean_nm.items()
-        listed = ", ".join(f"{joint} {with_force_unit(f'{gamma:g}', joint, units)}" for joint, gamma in higher)
-        lines.append(wrapped(f"If nothing touched the arm there, gamma (N·m) has to be higher: {listed}", width, "  "))
-    lines += _confirm(found.counted, _COUNTED, units, width)
-    lines += _highest(found, width)
-    said = [(joint, text) for joint, rule in found.joints.items() for text in rule.missing]
-    lines += [wrapped(f"missing: {line}", width, "  ") for line in joint_lines(said, len(found.joints))]
-    if refused:
-        lines.append(wrapped(_UNTIL_THEN, width, "  "))
-    return "\n".join(lines) + "\n"
+    answer = "".join(f"{wrapped(line, width, '  ')}\n" for line in _answer(found))
+    return answer + sections_text(recommendation_sections(found), width)
 
 
 def rate_words(per_hour: float) -> str:
@@ -152,55 +118,3 @@ def _alone(arm: ArmRate) -> str:
         f"False alarms of the arm (95 %): at most {rate_words(arm.extrapolated_per_hour)} if rarer peaks follow those "
         f"seen, at most {rate_words(arm.observed_per_hour)} by counting alone"
     )
-
-
-def _rows(found: ArmRecommendation) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
-    for joint, rule in found.joints.items():
-        rows.append(
-            (
-                joint,
-                "none" if rule.gamma_nm is None else with_force_unit(f"{rule.gamma_nm:g}", joint, found.units),
-                str(rule.n),
-                "" if rule.noticed_nm is None else with_force_unit(f"{rule.noticed_nm:.2g}", joint, found.units),
-                f"{rule.clean_hours:.2g}",
-                ""
-                if rule.largest_clean_nm is None
-                else with_force_unit(f"{rule.largest_clean_nm:.2g}", joint, found.units),
-                "" if rule.false_alarms_per_hour is None else rate(rule.false_alarms_per_hour, rule.clean_hours),
-            )
-        )
-    return rows
-
-
-def _highest(found: ArmRecommendation, width: int | None) -> list[str]:
-    """The moment that determines each gamma most."""
-    first = {joint: peaks[0] for joint, peaks in found.highest.items() if peaks and found.joints[joint].gamma_nm}
-    if not first:
-        return []
-    several = len({peak.log for peak in first.values()}) > 1
-    listed = [
-        f"{joint} {f'{peak.log} ' if several else ''}{peak.time_s:.1f} s "
-        f"({peak.level_nm:.2g} {found.units.get(joint, 'N·m')})"
-        for joint, peak in first.items()
-    ]
-    words = "Highest level counted as clean (a push there would raise gamma; --json lists five a joint): "
-    return [wrapped(words + ", ".join(listed), width, "  ")]
-
-
-def _confirm(
-    stretches: Sequence[StretchToConfirm], title: str, units: Mapping[str, str], width: int | None
-) -> list[str]:
-    if not stretches:
-        return []
-    seconds = sum(s.end_s - s.start_s for s in stretches)
-    count = plural(len(stretches), "stretch", "stretches")
-    lines = [wrapped(f"{count} ({duration(seconds)}) {title}:", width, "  ")]
-    ranked = sorted(stretches, key=lambda s: -(s.level_nm or 0.0))[:_LISTED]
-    for s in sorted(ranked, key=lambda s: (s.log, s.start_s)):
-        slide = len(s.joints) > 0 and all(units.get(joint) == "N" for joint in s.joints)
-        level = "" if s.level_nm is None else f", {s.level_nm:.2g} {'N' if slide else 'N·m'} for n samples"
-        lines.append(f"  {s.log} {s.start_s:.1f}-{s.end_s:.1f} s: {s.why} {', '.join(s.joints)}{level}")
-    if len(stretches) > _LISTED:
-        lines.append(f"  and {len(stretches) - _LISTED} with lower levels (--json lists all)")
-    return lines

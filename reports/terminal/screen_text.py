@@ -1,4 +1,4 @@
-"""One audit on one screen: verdict, contacts, what would have been noticed, what was not judged, what matters most."""
+"""One audit for a terminal: on a screen, or in full."""
 
 from __future__ import annotations
 
@@ -6,21 +6,32 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from collaudit.core.data.audit_result import AuditResult
-from collaudit.core.data.detection_result import Contact
 from collaudit.core.findings import Finding
-from collaudit.core.verdict.noticed_words import time_text
+from collaudit.reports.sections.detection_sections import delay_text, detection_sections, shortest_push_text
+from collaudit.reports.sections.event_sections import (
+    alarm_section,
+    contact_section,
+    disturbance_section,
+    near_miss_section,
+)
+from collaudit.reports.sections.finding_sections import finding_lines, worst_first
+from collaudit.reports.sections.judged_sections import force_line, judged_section, residual_section
+from collaudit.reports.sections.section import Section
 from collaudit.reports.terminal.rule_text import rule_text
-from collaudit.reports.terminal.text_table import table, table_with_text, without_unit, wrapped
-from collaudit.reports.values.contact_rows import contact_row, contacts_of
-from collaudit.reports.values.rows import NONE, near_miss_row
-from collaudit.reports.values.sensitivity_rows import force_rows, force_shares, noticed_line, sensitivity_rows
+from collaudit.reports.terminal.section_text import section_text, sections_text
+from collaudit.reports.terminal.text_table import wrapped
+from collaudit.reports.values.contact_alarms import contacts_of, strongest
+from collaudit.reports.values.noticed import noticed_line
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import BRIEF_STATEMENT, nothing_judged, plural, verdict_word
+from collaudit.reports.values.words import BRIEF_STATEMENT, STATEMENT, nothing_judged, plural, verdict_word
 
 _MOST_CONTACTS = 8
 _MOST_FINDINGS = 3
 _MOST_NEAR = 3
 _MOST_REASONS = 6
+_CONTACT = ("onset", "lasted", "joint", "highest residual", "γ", "link or further out", "force (95 %)", "kind")
+_NEAR_MISS = ("onset", "lasted", "joint", "peak", "γ", "how close")
+_RESIDUAL = ("joint", "mean |r|", "99 % below", "largest", "γ", "alarms, near misses")
 
 
 def screen_text(result: AuditResult, width: int | None = None, more: str | None = None) -> str:
@@ -31,20 +42,64 @@ def screen_text(result: AuditResult, width: int | None = None, more: str | None 
         width: columns of the terminal that tables are cut to; None: any.
         more: where the rest is.
     """
-    contacts = contacts_of(result)
-    parts = [verdict_text(result, _MOST_REASONS, width)]
-    if contacts:
-        worst = _highest(result, contacts, _MOST_CONTACTS)
-        note = f", the {_MOST_CONTACTS} highest" if len(worst) < len(contacts) else ""
-        parts += [f"\nContacts ({len(contacts)}{note})\n", _brief_contacts(result, worst, width)]
-    parts += _near_misses(result, width)
-    if not nothing_judged(result):
-        parts += sensitivity_text(result, width)
-    parts += _findings(result, width)
-    parts.append(f"\n{wrapped(rule_text(result), width, '  ')}\n")
-    parts += [] if more is None else [f"More: {more}.\n"]
-    parts.append(f"{wrapped(BRIEF_STATEMENT, width)}\n")
-    return "".join(parts)
+    contacts = contact_section(result, strongest(result, _MOST_CONTACTS)).only(*_CONTACT)
+    near_misses = near_miss_section(result).only(*_NEAR_MISS)
+    sections = [
+        _counted(contacts, "Contacts", len(contacts_of(result)), f"the {_MOST_CONTACTS} highest"),
+        _counted(near_misses.part(0, _MOST_NEAR), "Near misses", len(near_misses.rows), f"the {_MOST_NEAR} closest"),
+        *(() if nothing_judged(result) else (_noticed(result),)),
+    ]
+    last = [] if more is None else [f"More: {more}.\n"]
+    return "".join(
+        (
+            verdict_text(result, _MOST_REASONS, width),
+            sections_text(sections, width),
+            *_important(result, width),
+            f"\n{wrapped(rule_text(result), width, '  ')}\n",
+            *last,
+            f"{wrapped(BRIEF_STATEMENT, width)}\n",
+        )
+    )
+
+
+def audit_text(result: AuditResult, width: int | None = None) -> str:
+    """One audit in full: verdict, and a line per joint, contact, alarm, near miss and finding.
+
+    Tables are cut to ``width``, None: any.
+    """
+    sections = (
+        residual_section(result).only(*_RESIDUAL),
+        _noticed(result),
+        alarm_section(result),
+        near_miss_section(result).only("#", *_NEAR_MISS, "kind", "phase"),
+        disturbance_section(result),
+    )
+    contacts = contact_section(result).only(*_CONTACT, "joints", "evidence")
+    findings = [finding for finding in worst_first(result.findings) if finding.severity != "info"]
+    lines = [_finding(severity, line, width) for severity, line in finding_lines(findings, brief=True)]
+    return "".join(
+        (
+            verdict_text(result, None, width),
+            f"\n{section_text(contacts, width, 'evidence' in contacts.columns)}" if contacts.rows else "",
+            sections_text(sections, width),
+            *(("\nFindings\n", *lines) if lines else ()),
+            f"\n{wrapped(rule_text(result), width, '  ')}\n{wrapped(STATEMENT, width)}\n",
+        )
+    )
+
+
+def detection_text(result: AuditResult, width: int | None = None) -> str:
+    """Lines about the detection; empty for results without it. Tables are cut to ``width``, None: any."""
+    facts = result.detection
+    if facts is None:
+        return ""
+    mode = "causal" if facts.causal else "offline, zero phase"
+    lines = (
+        f"Detector: {result.rule.detector} ({mode}); delay {delay_text(facts.delay)}.",
+        shortest_push_text(facts.delay),
+    )
+    head = "".join(f"{wrapped(line, width, '  ')}\n" for line in lines if line)
+    return head + sections_text(detection_sections(result), width)
 
 
 def verdict_text(result: AuditResult, most: int | None = None, width: int | None = None) -> str:
@@ -56,73 +111,17 @@ def verdict_text(result: AuditResult, most: int | None = None, width: int | None
     return text + ("  excluded:\n" + "".join(_listed(result.exclusions, most, width)) if result.exclusions else "")
 
 
-def contact_table(result: AuditResult, contacts: Sequence[Contact], width: int | None) -> str:
-    """Every contact with all that is known of it."""
-    listed = [contact_row(contact, result) for contact in contacts]
-    head = ("onset", "lasted", "highest residual", "kind", "joints; link or further out; force; evidence")
-    lines = []
-    for r in listed:
-        more = "; ".join(text for text in (r.joints, r.link, f"force {r.force}", r.evidence) if text)
-        lines.append((r.onset, r.lasted, r.worst, r.kind, more))
-    return table_with_text(head, lines, (0, 1), width)
+def _counted(found: Section, title: str, count: int, which: str) -> Section:
+    """A section without notes, whose title says how many there are, and which are listed."""
+    some = f", {which}" if len(found.rows) < count else ""
+    return Section(f"{title} ({count}{some})", found.columns, found.rows)
 
 
-def _brief_contacts(result: AuditResult, contacts: Sequence[Contact], width: int | None) -> str:
-    """One short line a contact: the joint whose residual is highest for its threshold, and how many others alarmed."""
-    listed = [(contact, contact_row(contact, result)) for contact in contacts]
-    lines = []
-    for contact, row in listed:
-        residual, _, rest = row.worst.partition(" (γ ")
-        gamma, _, joint = rest.partition("), ")
-        others = len(contact.joints) - 1
-        name = f"{joint or row.joints}{f' +{others}' if joint and others else ''}"
-        force = row.force.partition(" (")[0].partition(",")[0].replace("at least", "≥")
-        lines.append((row.onset, row.lasted, name, residual, gamma, row.link, force, row.kind))
-    plain, unit = without_unit(lines, (3,))
-    head = ("onset", "lasted", "joint", f"residual{unit}", "gamma", "link or further out", "force", "kind")
-    return table(head, plain, (0, 1, 3, 4), width, fold=True)
-
-
-def _near_misses(result: AuditResult, width: int | None) -> list[str]:
-    """The closest near misses, a line each."""
-    if not result.near_misses:
-        return []
-    closest = sorted(result.near_misses, key=lambda near: -near.ratio)[:_MOST_NEAR]
-    rows = [near_miss_row(near, result) for near in sorted(closest, key=lambda near: near.onset_s)]
-    lines = [(r.onset, r.lasted, r.joint, r.peak, r.gamma, r.closeness) for r in rows]
-    more = f", the {_MOST_NEAR} closest" if len(result.near_misses) > _MOST_NEAR else ""
-    head = ("onset", "lasted", "joint", "peak", "gamma", "how close")
-    return [f"\nNear misses ({len(result.near_misses)}{more})\n", table(head, lines, (0, 1, 3, 4), width, fold=True)]
-
-
-def sensitivity_text(result: AuditResult, width: int | None) -> list[str]:
+def _noticed(result: AuditResult) -> Section:
     """The smallest torque by joint, and push by place, that would have alarmed."""
-    listed = sensitivity_rows(result)
-    if not listed:
-        return []
-    asks = any(r.asked != NONE for r in listed)
-    names = (
-        "joint",
-        "judged",
-        "friction a range",
-        "not judged",
-        "alarms in 50 %",
-        "in 95 %",
-        "whenever judged",
-        "asked",
-    )
-    cells = [(r.joint, r.judged, r.as_range, r.not_judged, r.half, r.most, r.always, r.asked) for r in listed]
-    plain, unit = without_unit(cells, (4, 5, 6))
-    lines = plain if asks else [line[:-1] for line in plain]
-    title = f"Smallest torque that would have alarmed{unit} (shares of the time watched)"
-    parts = [f"\n{wrapped(title, width, '  ')}\n", table(names[: 7 + asks], lines, range(1, 7), width, fold=True)]
-    time = None if result.sensitivity is None else result.sensitivity.time
-    if time is not None:
-        which = force_shares(result).index(time.share)
-        text = ", ".join(f"{row.place} {row.forces[which]}" for row in force_rows(result))
-        line = f"Smallest push from 80 % of the directions, {time_text(time)}: {visible(text)}"
-        parts.append(f"{wrapped(line, width, '  ')}\n")
-    return parts
+    found = judged_section(result)
+    line = force_line(result)
+    return Section(found.title, found.columns, found.rows, (visible(line),) if line else ())
 
 
 def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
@@ -146,7 +145,7 @@ def important_findings(result: AuditResult) -> list[tuple[Finding, int]]:
     return [(group[0], len(group)) for _, found in groupby(order, key=lambda f: f.code) if (group := list(found))]
 
 
-def _findings(result: AuditResult, width: int | None) -> list[str]:
+def _important(result: AuditResult, width: int | None) -> list[str]:
     found = important_findings(result)
     if not found:
         return []
@@ -155,24 +154,12 @@ def _findings(result: AuditResult, width: int | None) -> list[str]:
     parts = [f"\nFindings ({sum(count for _, count in shown)} of {total} warnings and errors)\n"]
     for finding, count in shown:
         others = f" (and {count - 1} more of this kind)" if count > 1 else ""
-        line = f"  {finding.severity:<8}{finding.code}: {visible(finding.text)}{others}"
-        parts.append(f"{wrapped(line, width, ' ' * 10)}\n")
+        parts.append(_finding(finding.severity, f"{finding.code}: {visible(finding.text)}{others}", width))
     return parts
 
 
-def _highest(result: AuditResult, contacts: Sequence[Contact], most: int) -> list[Contact]:
-    """The contacts with the highest residual for its threshold, in order of time."""
-
-    def height(contact: Contact) -> float:
-        inside = [
-            abs(a.peak_nm) / a.gamma_nm
-            for a in result.collisions
-            if a.joint in contact.joints and contact.onset_s <= a.onset_s <= contact.end_s
-        ]
-        return max(inside, default=0.0)
-
-    ranked = contacts if len(contacts) <= most else sorted(contacts, key=height, reverse=True)[:most]
-    return sorted(ranked, key=lambda contact: contact.onset_s)
+def _finding(severity: str, line: str, width: int | None) -> str:
+    return f"{wrapped(f'  {severity:<8}{line}', width, ' ' * 10)}\n"
 
 
 def _listed(texts: Sequence[str], most: int | None, width: int | None) -> list[str]:

@@ -70,24 +70,6 @@ def table_with_text(
     return "\n".join((*above, *below)) + "\n"
 
 
-def without_unit(lines: Sequence[Sequence[str]], columns: Sequence[int]) -> tuple[list[list[str]], str]:
-    """Cells without the unit that all of them share, so that names and numbers have room.
-
-    Args:
-        lines: cells such as "4.00 N·m".
-        columns: those with a unit.
-
-    Returns:
-        The cells, and ", N·m" for a title; as they are, and "", where units differ.
-    """
-    units = {line[k].partition(" ")[2] for line in lines for k in columns if " " in line[k]}
-    if len(units) != 1:
-        return [list(line) for line in lines], ""
-    unit = units.pop()
-    plain = [[c.removesuffix(f" {unit}") if k in columns else c for k, c in enumerate(line)] for line in lines]
-    return plain, f", {unit}"
-
-
 def wrapped(text: str, width: int | None, indent: str = "") -> str:
     """Text in lines of the terminal's width at most, the later ones indented; None: one line.
 

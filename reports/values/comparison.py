@@ -14,8 +14,8 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.verdict.noticed_words import place_text
-from collaudit.reports.values.contact_rows import contacts_of
-from collaudit.reports.values.sensitivity_rows import noticed_brief
+from collaudit.reports.values.contact_alarms import contacts_of
+from collaudit.reports.values.noticed import noticed_brief
 from collaudit.reports.values.words import torque_unit
 
 COMPARISON_SCHEMA = "collaudit/comparison/1"

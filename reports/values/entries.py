@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.errors import CollauditError
-from collaudit.reports.values.contact_rows import contacts_of
-from collaudit.reports.values.sensitivity_rows import noticed_brief, noticed_n
+from collaudit.reports.values.contact_alarms import contacts_of
+from collaudit.reports.values.noticed import noticed_brief, noticed_n
 from collaudit.reports.values.words import nothing_judged, verdict_word
 
 _ORDER: dict[Verdict, int] = {"fail": 0, "not_judged": 1, "pass": 2}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
 
-from collaudit.reports.values.rows import NONE
+from collaudit.reports.values.words import NONE
 
 
 def clock_text(start: str | None, seconds: float) -> str:

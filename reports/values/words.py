@@ -10,6 +10,8 @@ from collaudit.core.data.signals import State
 from collaudit.core.friction.parameter_units import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 
+#: What stands where there is no value.
+NONE = "–"
 STATEMENT = (
     "collaudit reads logs after the fact. It is no safety function, claims no performance level (PL or SIL), "
     "and does not replace a risk assessment or a measurement of contact forces. "
@@ -54,15 +56,9 @@ def torque_unit(result: AuditResult, joint: str) -> str:
     return effort_unit(fit) if fit is not None else "N·m"
 
 
-def with_force_unit(cell: str, joint: str, units: Mapping[str, str]) -> str:
-    """A cell of a column headed N·m: of a prismatic joint it carries its own unit.
-
-    Args:
-        cell: the number; empty or a word where there is none.
-        joint: the joint of the row.
-        units: by joint, of what its drive exerts.
-    """
-    return f"{cell} N" if units.get(joint) == "N" and cell[:1].isdigit() else cell
+def with_unit(cell: str, joint: str, units: Mapping[str, str]) -> str:
+    """A number with the unit of what the joint's drive exerts, N·m where none is stated; what is no number as it is."""
+    return f"{cell} {units.get(joint, 'N·m')}" if cell[:1].isdigit() else cell
 
 
 def effort_unit(fit: FrictionFit) -> str:

@@ -106,7 +106,7 @@ def test_a_row_is_what_init_does(
         _write(row, line)
     assert line in _page_rows(), f"{line}\nCOLLAUDIT_WRITE_TABLE=1 writes it"
     if row.finding:
-        assert row.finding in collaudit("inspect", *files, "-c", tmp_path / "written.toml").out
+        assert row.finding in collaudit("inspect", "-v", *files, "-c", tmp_path / "written.toml").out
     if outcome.code == 0:
         # init's trial fitted the log itself; to fit it again, or to keep thresholds of its own, takes a fit a row.
         stated = ("--friction", arm.friction, "--gamma", "4")

@@ -21,7 +21,7 @@ from collaudit.cli.console import note, say_result
 from collaudit.cli.main import collaudit as group
 from collaudit.cli.progress_bar import ProgressLine, above_progress
 from collaudit.core.findings import Finding
-from collaudit.reports.terminal.finding_text import finding_lines
+from collaudit.reports.sections.finding_sections import finding_lines
 from collaudit.reports.values.joint_lines import joint_lines
 
 NO_SUFFIX = ["simulate", "friction", "-o", "x.xyz"]

@@ -93,11 +93,16 @@ def test_no_clock_is_made_of_weak_evidence() -> None:
     assert isinstance(motion_clock(stamps + drift, q, v), WeakClock)  # a clock that goes faster and slower for seconds
 
 
+def rebuilt(series: UniformSeries) -> list[str]:
+    """What is said of times that were rebuilt from the controller's clock."""
+    return [f.text for f in series.findings if "rebuilt from that clock" in f.text]
+
+
 def test_stamps_in_whole_milliseconds_are_rebuilt_and_no_sample_taken_for_a_copy() -> None:
     true, stamps, q, v = pc_log(4)
     coarse = np.round(stamps, 3)
     series = condition(log_of(coarse, q, v, q), ConditioningConfig())
-    assert "time-recovered" in codes(series)
+    assert rebuilt(series)
     assert "time-duplicate" not in codes(series)
     assert series.bridged is not None
     assert np.count_nonzero(~series.bridged) == true.size
@@ -106,12 +111,12 @@ def test_stamps_in_whole_milliseconds_are_rebuilt_and_no_sample_taken_for_a_copy
 def test_the_acceleration_behind_a_pc_clock_is_that_of_the_arm() -> None:
     true, stamps, q, v = pc_log(1)
     series = condition(log_of(stamps, q, v, q), ConditioningConfig())
-    assert {"time-recovered", "time-bridged"} <= codes(series)
+    assert "time-bridged" in codes(series)
     assert len(series.segments) == 1
     _, _, a = arm(true[0] + series.period_s * np.arange(series.time_s.size), 1)
     inner = slice(200, -200)
     assert np.sqrt(np.mean((series.acceleration_rad_s2 - a)[inner] ** 2)) < 0.03
-    text = next(f.text for f in series.findings if f.code == "time-recovered")
+    (text,) = rebuilt(series)
     assert f"{series.bridged.sum()} samples lost" in text  # type: ignore[union-attr]
 
 
@@ -139,8 +144,7 @@ def test_jitter_is_stated_by_a_spread_and_not_by_its_worst() -> None:
     t[2500:] += 0.3 * T
     q, v, _ = arm(t, 0)
     series = condition(log_of(np.sort(t), q, v, q), ConditioningConfig())
-    text = next(f.text for f in series.findings if f.code == "time-jitter")
-    assert "scatter by 0.03" in text
+    assert any("scatter by 0.03" in f.text for f in series.findings)
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.05, 0.099, 0.101, 0.2, 0.5])

@@ -66,7 +66,7 @@ def test_stamp_jitter_is_told_from_sampling_jitter() -> None:
     sampling_jitters = make_timebase(jittered, smooth_motion(jittered), 1.8)
     assert stamps_lie.snap == (True,)
     assert sampling_jitters.snap == (False,)
-    assert codes(stamps_lie) == codes(sampling_jitters) == ["time-jitter"]
+    assert codes(stamps_lie) == codes(sampling_jitters) == ["fact"]
 
 
 def test_the_period_is_recovered_from_jittered_stamps_to_its_statistical_error() -> None:

@@ -60,7 +60,7 @@ def test_a_wrapped_angle_is_continued_by_whole_turns(
     np.testing.assert_allclose(away, np.round(away[0]) + np.zeros_like(away), atol=1e-9)
     assert not found.breaks
     stepped = bool((np.abs(np.diff(spoilt.position_rad[:, 0])) > 5.0).any())
-    assert [f.code for f in found.findings] == ["log-position-wrapped"] * stepped
+    assert [f.code for f in found.findings] == ["fact"] * stepped
 
 
 @settings(max_examples=60, deadline=None)
@@ -87,7 +87,7 @@ def test_wrapped_angles_give_the_same_series() -> None:
     plain, other = condition(log, CONFIG), condition(wrapped(log, -np.pi), CONFIG)
     np.testing.assert_allclose(other.velocity_rad_s, plain.velocity_rad_s, atol=1e-12)
     np.testing.assert_allclose(other.acceleration_rad_s2, plain.acceleration_rad_s2, atol=1e-9)
-    assert {f.code for f in other.findings} == {"log-position-wrapped"}
+    assert {f.code for f in other.findings} == {"fact"}
     assert not plain.findings
 
 
@@ -142,7 +142,7 @@ def test_a_sample_astray_is_cut_out() -> None:
 
 def test_prismatic_joints_are_never_continued() -> None:
     log = wrapped(turning(), -np.pi)
-    assert said(log) == [("log-position-wrapped", "a")]
+    assert said(log) == [("fact", "a")]
     assert said(log, "a") == [] and list(continued_angles(log, ["a"]).breaks) == [0]
 
 

@@ -11,7 +11,7 @@ from collaudit.core.contacts.least_force import SURFACE_M, longest_levers, with_
 from collaudit.core.contacts.looked_at import LookedAt
 from collaudit.core.data.detection_result import ContactForce, LeastForce
 from collaudit.fixtures.robots.robot_registry import robot_named
-from collaudit.reports.values.contact_rows import force_text
+from collaudit.reports.values.contact_alarms import force_text
 
 
 def test_no_force_on_the_arm_turns_a_joint_by_more_than_its_longest_lever() -> None:

@@ -12,7 +12,7 @@ from synthetic import PERIOD, make_log
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.joint_units import in_joint_units
 from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
@@ -22,7 +22,7 @@ from collaudit.reports.terminal.rule_text import rule_text
 def test_findings_of_a_sliding_joint_speak_of_forces_and_ways() -> None:
     torso = Finding("residual-level", "warning", "4 N·m at 0.2 rad/s, 3 N·m·s/rad, 0.1 rad", joint="torso")
     arm = Finding("residual-level", "warning", "4 N·m at 0.2 rad/s", joint="arm")
-    both = Finding("gamma-from-fit", "info", "Thresholds (N·m): torso 30, arm 4.")
+    both = fact("Thresholds (N·m): torso 30, arm 4.")
     sliding, turning, named = in_joint_units((torso, arm, both), ("torso",))
     assert sliding.text == "4 N at 0.2 m/s, 3 N·s/m, 0.1 m"
     assert turning is arm

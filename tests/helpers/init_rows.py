@@ -261,7 +261,7 @@ ROWS: tuple[Row, ...] = (
         _changed(lambda m: {"time_ms": 1e3 * m.time_s} | {n: v for n, v in m.plain().items() if n != "t"})),
     Row("Trap", "a stamp of 1e154 s", _changed(_garbage), finding="time-garbage"),
     Row("Trap", "one quantity a file, the same names", _one_quantity_each),
-    Row("Trap", "an angle wrapped by 2π", _changed(_wrapped), finding="log-position-wrapped"),
+    Row("Trap", "an angle wrapped by 2π", _changed(_wrapped), finding="fact"),
     Row("Trap", "a `label` column", _changed(lambda m: m.plain(label=(np.sin(m.time_s) > 0.9).astype(float))),
         finding="log-labels-offered"),
     Row("Trap", "columns of a force/torque sensor", _six("Fx", "Fy", "Fz", "Mx", "My", "Mz")),

@@ -230,11 +230,11 @@ def busy(count: int = 30) -> Audit:
         )
     codes = (
         "effort-gain",
-        "friction-load",
+        "friction-warm-up",
         "residual-position",
         "friction-scatter",
         "friction-level",
-        "hidden-at-rest",
+        "detector-slow",
     )
     text = "joint '{}' differs by 1.23 N·m (95 %: 1.1 to 1.4), more than a quarter of its threshold of 4 N·m"
     findings = tuple(

@@ -136,7 +136,7 @@ def test_drive_gains_and_signs_are_found_with_their_intervals(gain: tuple[float,
     seen = calibrated(log, Calibration(found), config)
     assert seen.series.effort_unit == "Nm"
     assert not any(f.code == "effort-sign-inverted" for f in seen.findings)
-    assert any(f.code == "identified-used" for f in seen.findings)
+    assert any(f.is_fact and f.where == "friction file" for f in seen.findings)
 
 
 def bare(config: Config) -> RobotModel:
@@ -177,7 +177,7 @@ def test_a_joint_whose_gain_cannot_be_told_keeps_the_stated_one() -> None:
     assert kept.gain_kept
     assert kept.gain == 1.0
     assert kept.gain_ci95 == pytest.approx((1.0 - 1.96 * 0.2, 1.0 + 1.96 * 0.2))
-    assert {f.joint for f in identified_findings(found) if f.code == "gain-kept"} >= {"joint1"}
+    assert {f.joint for f in identified_findings(found) if "stated gain is kept" in f.text} >= {"joint1"}
     assert not any(f.code == "effort-sign-unknown" for f in identified_findings(found))
     assert not found.joints["joint2"].gain_kept
 

@@ -88,7 +88,7 @@ def test_a_calibrated_tool_is_in_the_model(moved: tuple[FixtureRobot, Trace]) ->
     known = calibrated(unknown, Calibration.of_sensor({"log": facts}, config), config)
     assert level(unknown) > 1.0
     assert level(known) < 1.5 * level(described) + 0.02
-    assert any(f.code == "identified-used" and "0.8 kg" in f.text for f in known.findings)
+    assert any(f.where == "friction file" and "0.8 kg" in f.text for f in known.findings)
 
 
 def test_a_tool_on_file_is_not_carried_twice(moved: tuple[FixtureRobot, Trace]) -> None:

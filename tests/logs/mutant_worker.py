@@ -33,7 +33,7 @@ SETTINGS = LogConfig.of({"wrench": "/ft/wrench"})
 CHECKED = ("mcap-zstd", "mcap-lz4", "mcap-none")
 #: Kinds that say how many messages there are: none may be missing without a word.
 COUNTED = (*CHECKED, "mcap-plain", "mcap-unchunked", "mcap-ros1", "bag-none", "bag-lz4", "bag-bz2")
-SAYING = {"log-partial", "log-message-skipped", "log-joints-merged", "time-garbage"}
+SAYING = {"log-partial", "log-message-skipped", "time-garbage"}
 EXTREMES = (b"\xff" * 4, b"\0" * 4, b"\xff\xff\xff\x7f", (50 * 2**30).to_bytes(8, "little"), b"\xff" * 8, b"\x01\0\0\0")
 
 
@@ -116,13 +116,18 @@ def arrays(log: JointLog) -> list[Any]:
     return [part for part in parts if part is not None]
 
 
+def admits(log: JointLog) -> bool:
+    """Whether a finding says that samples are missing, or were merged onto others' stamps."""
+    return any(f.code in SAYING or "were merged by name" in f.text for f in log.findings)
+
+
 def complaint(kind: str, log: JointLog, reference: JointLog) -> str | None:
     """What is wrong with the log read from a mutant, or None."""
-    said = {finding.code for finding in log.findings}
+    partial = any(finding.code == "log-partial" for finding in log.findings)
     lost = log.time_s.shape[0] < reference.time_s.shape[0]
-    if kind in COUNTED and lost and not said & SAYING:
+    if kind in COUNTED and lost and not admits(log):
         return f"{reference.time_s.shape[0] - log.time_s.shape[0]} samples are missing and nothing says so"
-    if kind in CHECKED and "log-partial" not in said and log.position_rad.shape[1:] == reference.position_rad.shape[1:]:
+    if kind in CHECKED and not partial and log.position_rad.shape[1:] == reference.position_rad.shape[1:]:
         known = {row.tobytes() for row in reference.position_rad}
         if any(row.tobytes() not in known for row in log.position_rad):
             return "positions were read that were never written"
@@ -144,7 +149,7 @@ def judge(kind: str, path: Path, reference: JointLog) -> tuple[str, str | None]:
     same = len(arrays(log)) == len(arrays(reference)) and all(
         np.array_equal(a, b, equal_nan=True) for a, b in zip(arrays(log), arrays(reference), strict=True)
     )
-    outcome = "same" if same else "partial" if SAYING & {f.code for f in log.findings} else "other data"
+    outcome = "same" if same else "partial" if admits(log) else "other data"
     return outcome, complaint(kind, log, reference)
 
 

@@ -26,7 +26,7 @@ def clock_findings(tmp_path: Path, stamp_of: Callable[[int], int], count: int = 
         for k in range(count)
     ]
     log = read_log((w.write_mcap(tmp_path / "x.mcap", said),), LogConfig(), robot_joints=None)
-    return [finding for finding in log.findings if finding.code.startswith("clock-")]
+    return [f for f in log.findings if f.code.startswith("clock-") or "stamps count from" in f.text]
 
 
 def test_equal_clocks_say_nothing(tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def test_jumps_are_those_of_whole_arrays(period_ms: float, count: int) -> None:
 
 def test_simulated_time(tmp_path: Path) -> None:
     (finding,) = clock_findings(tmp_path, lambda k: 5 * SECOND + k * w.PERIOD // 2)
-    assert finding.code == "clock-simulated"
+    assert finding.is_fact
     assert "0.5 times" in finding.text
 
 

@@ -89,7 +89,7 @@ def test_the_page_has_no_script_and_shows_the_motion(made: Path) -> None:
     page = (made / "plan.html").read_text(encoding="utf-8")
     assert "<script" not in page and "script-src 'none'" in page
     assert page.count("<animate ") == 2
-    for title in ("Sweeps", "What it should tell", "Clean hours", "Limits", "taken for granted"):
+    for title in ("Sweeps", "What it should tell", "Clean hours", "Limits", "Taken for granted"):
         assert title in page
 
 

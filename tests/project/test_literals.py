@@ -78,3 +78,34 @@ def test_what_is_left_of_a_match_is_never() -> None:
 
 def test_such_a_chain_is_seen() -> None:
     assert list(chains(ast.parse("if x.kind == 'a':\n    p()\nelse:\n    q()"))) == [(1, "x.kind", {"a"})]
+
+
+#: Which severities a kind comes with is what its table says; of the quantities of a joint not all are tested.
+BY_DESIGN = ("core/findings/finding_kinds.py", "core/history/joint_series.py")
+
+
+def partial_tables(tree: ast.Module, known: dict[str, set[str]]) -> Iterator[tuple[int, str]]:
+    """Line and name of the literal of each table that has words for two and more of its values, and not for all."""
+    for node in (each.value for each in tree.body if isinstance(each, ast.Assign | ast.AnnAssign)):
+        if isinstance(node, ast.Dict):
+            keys = {key.value if isinstance(key, ast.Constant) else None for key in node.keys}
+            about = [name for name, values in known.items() if len(keys) > 1 and keys <= values]
+            if about and not any(keys == known[name] for name in about):
+                yield node.lineno, " or ".join(about)
+
+
+def test_a_table_has_every_value_of_a_literal() -> None:
+    known = literals()
+    wrong = [
+        f"{place}:{line} {name}"
+        for place, tree in TREES.items()
+        if place not in BY_DESIGN
+        for line, name in partial_tables(tree, known)
+    ]
+    assert not wrong
+
+
+def test_a_table_that_lacks_a_value_is_seen() -> None:
+    known = {"Kind": {"a", "b", "c"}}
+    assert list(partial_tables(ast.parse("x = {'a': 1, 'b': 2}"), known)) == [(1, "Kind")]
+    assert not list(partial_tables(ast.parse("x = {'a': 1, 'b': 2, 'c': 3}\ny = {'a': 1, 'z': 2}"), known))

@@ -47,7 +47,7 @@ def test_thresholds_of_a_fit_hold_on_another_log(made, friction_of: FitOf, robot
     assert not clean.result.collisions
     gamma = clean.result.rule.gamma_nm
     assert max(gamma.values()) > 1.5 * min(gamma.values()), "one number does not fit every joint"
-    assert "gamma-from-fit" in {f.code for f in clean.result.findings}
+    assert any("Thresholds in usual motion" in f.text for f in clean.result.findings)
 
 
 def test_without_thresholds_nothing_is_judged(hits: Path, friction: FrictionFile) -> None:
@@ -118,7 +118,7 @@ def test_a_threshold_above_the_drive_is_an_exclusion(hits: Path, friction: Frict
     found = audited(hits, replace(friction, thresholds=replace(friction.thresholds, joints=joints))).result
     (said,) = [f for f in found.findings if f.code == "gamma-beyond-drive"]
     assert said.joint == "joint1" and said.text in found.exclusions
-    (source,) = [f for f in found.findings if f.code == "gamma-from-fit"]
+    (source,) = [f for f in found.findings if "Thresholds in usual motion" in f.text]
     assert "an hour" in source.text
 
 

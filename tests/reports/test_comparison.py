@@ -20,11 +20,10 @@ from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.limits_file import read_limits
 from collaudit.reports.files.result_schemas import comparison_schema
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
-from collaudit.reports.terminal.body_region_text import body_region_text
-from collaudit.reports.terminal.comparison_text import comparison_text
-from collaudit.reports.values.body_regions import CANNOT_BE_CONCLUDED, body_region_rows
+from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
+from collaudit.reports.terminal.comparison_text import body_region_text, comparison_text
 from collaudit.reports.values.comparison import compare
-from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
 
 LIMITS = """
 source = "our own measurement of 3 March"
@@ -182,4 +181,4 @@ def test_the_page_of_forces_says_what_cannot_be_concluded(audit: Audit, tmp_path
     text = body_regions_html([_with_force(audit, 300.0, 400.0, 0).result, samples.not_judged().result], limits)
     assert "the whole interval is above" in text
     assert "no evidence that the limit was kept" in text
-    assert "not judged</p>" in text
+    assert "not judged</bdi></p>" in text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import get_args
 
 from collaudit.core.data.detection_result import ContactKind
-from collaudit.reports.values.contact_rows import KIND_WORDS
+from collaudit.reports.sections.event_sections import KIND_WORDS
 
 
 def test_kinds_are_told_in_words() -> None:

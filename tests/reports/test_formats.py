@@ -16,7 +16,8 @@ from collaudit.reports.files.run_files import audit_json
 from collaudit.reports.formats.markdown import escaped
 from collaudit.reports.formats.registry import FORMATS, report_text, write_report
 from collaudit.reports.page.index import entry_of, entry_of_error, summary_json, write_index
-from collaudit.reports.terminal.audit_text import audit_text, summary_table
+from collaudit.reports.terminal.night_text import summary_table
+from collaudit.reports.terminal.screen_text import audit_text
 from collaudit.reports.values.entries import IndexEntry, worst_first
 
 BROKEN = entry_of_error(
@@ -110,7 +111,7 @@ def test_the_text_of_an_audit_has_its_numbers() -> None:
     for words in (
         "FAIL",
         "shoulder_pan",
-        "9.22 N·m",
+        " 9.22  ",
         "peak, N·m",
         " 3.9996  ",
         "99.99 % of γ",

@@ -119,7 +119,7 @@ def test_findings_are_grouped_by_kind_and_sorted_by_severity(page: Page, failed:
     )
     more = replace(failed.result, findings=(*failed.result.findings, *again))
     text = Page(html_text([replace(failed, result=more)])).text
-    assert "3 times: wrist_3, elbow, wrist_1" in text
+    assert "wrist_3 never moved at constant speed 1 more elbow, wrist_1: not at constant speed" in text
     assert text.count("friction-not-fitted") == 1
 
 

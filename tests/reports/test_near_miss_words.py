@@ -9,7 +9,7 @@ import pytest
 import samples
 
 from collaudit.core.data.audit_result import NearMissKind
-from collaudit.reports.values.rows import near_miss_row
+from collaudit.reports.sections.event_sections import near_miss_section
 
 WORDS = {
     "amplitude": ("% of γ", 0.9),
@@ -22,9 +22,10 @@ WORDS = {
 def test_every_kind_has_words_of_its_own(kind: NearMissKind) -> None:
     result = samples.failed().result
     words, ratio = WORDS[kind]
-    row = near_miss_row(replace(result.near_misses[0], kind=kind, ratio=ratio), result)
-    assert row.kind == kind
-    assert words in row.closeness
+    near = replace(result.near_misses[0], kind=kind, ratio=ratio)
+    (row,) = near_miss_section(replace(result, near_misses=(near,))).records
+    assert row["kind"] == kind
+    assert words in row["how close"]
 
 
 def test_a_knock_is_no_share_of_the_persistence() -> None:
@@ -32,4 +33,5 @@ def test_a_knock_is_no_share_of_the_persistence() -> None:
     result = samples.failed().result
     near = replace(result.near_misses[0], kind="impulse", ratio=1.2)
     n = result.rule.n
-    assert near_miss_row(near, result).closeness == f"120 % of the impulse of γ for {n} samples"
+    (row,) = near_miss_section(replace(result, near_misses=(near,))).records
+    assert row["how close"] == f"120 % of the impulse of γ for {n} samples"

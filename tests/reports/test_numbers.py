@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.identification_result import FrictionVariation, Identification, Trend
+from collaudit.reports.sections.identified_sections import identified_sections
 from collaudit.reports.terminal.fit_text import fit_text
-from collaudit.reports.values.identified import identification_tables
 from collaudit.reports.values.numbers import (
     BELOW_SUPPORT,
     UNKNOWN,
@@ -87,7 +87,7 @@ def test_an_interval_without_width_is_none() -> None:
     text = fit_text(FrictionFile("", {"j": held}, (), result.provenance))
     assert "D 0 (held at its limit)" in text and "[0, 0]" not in text
     trend = Trend("load", 0.0, (0.0, 0.0), 1.0, "a.bag")
-    (table,) = identification_tables(Identification(None, {}, {"j": FrictionVariation((trend,), (), ())}))
+    (table,) = identified_sections(Identification(None, {}, {"j": FrictionVariation((trend,), (), ())}))
     assert "not determined" in table.rows[0]
 
 

@@ -14,8 +14,9 @@ from collaudit.core.data.audit_result import RecommendedRule
 from collaudit.core.data.detection_result import ControllerAlarmComparison
 from collaudit.core.errors import LogError
 from collaudit.reports.page.index import entry_of, entry_of_error, write_index
-from collaudit.reports.values.controller_words import mark_text
-from collaudit.reports.values.rows import falling, residual_row
+from collaudit.reports.sections.detection_sections import mark_text
+from collaudit.reports.sections.judged_sections import residual_section
+from collaudit.reports.sections.threshold_sections import falling
 from collaudit.reports.values.times import clock_text
 from collaudit.reports.values.words import counted
 
@@ -42,7 +43,8 @@ def test_gamma_never_rises_with_n() -> None:
 def test_the_largest_residual_covers_every_listed_event() -> None:
     result = samples.failed(2000).result
     near = replace(result.near_misses[0], joint="elbow", peak_nm=-12.5)
-    assert residual_row("elbow", replace(result, near_misses=(near,))).largest.startswith("12.5")
+    rows = {row["joint"]: row for row in residual_section(replace(result, near_misses=(near,))).records}
+    assert rows["elbow"]["largest"].startswith("12.5")
 
 
 def test_no_zero_where_the_log_was_not_judged() -> None:

@@ -23,7 +23,6 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.reports.files.run_files import open_run, read_run
 from collaudit.reports.files.run_folder import write_run
 from collaudit.reports.page.html import html_text
-from collaudit.reports.page.selection import furthest
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
 from collaudit.reports.plots.coverage_bar import coverage_bar
 from collaudit.reports.plots.downsample import column_shares, thin
@@ -37,7 +36,7 @@ from collaudit.reports.plots.plot_statistics import autocorrelation
 from collaudit.reports.plots.signal_data import UNKNOWN, kept_samples, packed
 from collaudit.reports.plots.svg_path import polyline, strokes
 from collaudit.reports.plots.ticks import tick_text, ticks
-from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of, strongest
 
 
 @settings(deadline=None)
@@ -322,10 +321,20 @@ def test_points_without_a_model_are_drawn() -> None:
 
 
 def test_those_furthest_above_their_thresholds_have_cards_in_order_of_time() -> None:
-    assert furthest([1.5, 3.0, 1.1, 9.0], 2) == [1, 3]
-    assert furthest([3.0, 9.0, 3.0, 1.0], 2) == [0, 1], "of equals the earlier"
-    assert furthest([2.0], 2) == [0]
-    assert furthest([], 2) == []
+    result = samples.failed(2000).result
+    alarm = result.collisions[0]
+
+    def of(*heights: float) -> list[int]:
+        alarms = tuple(
+            replace(alarm, onset_s=float(k), detected_s=k + 0.1, duration_s=0.2, peak_nm=height * alarm.gamma_nm)
+            for k, height in enumerate(heights)
+        )
+        return list(strongest(replace(result, collisions=alarms, contacts=(), detection=None), 2))
+
+    assert of(1.5, 3.0, 1.1, 9.0) == [2, 4]
+    assert of(3.0, 9.0, 3.0, 1.0) == [1, 2], "of equals the earlier"
+    assert of(2.0) == [1]
+    assert of() == []
 
 
 def test_every_contact_has_samples_of_its_own_and_its_peak_among_them() -> None:

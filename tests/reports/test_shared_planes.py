@@ -11,7 +11,7 @@ from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.rule_study.joint_plane import JointSeries, joint_plane
 from collaudit.reports.page.html import html_text
-from collaudit.reports.page.shared_planes import shared_planes
+from collaudit.reports.page.study_section import shared_planes
 
 
 def studied(seed: int, period_s: float = 0.002) -> Audit:
@@ -29,8 +29,8 @@ def test_planes_of_two_logs_are_drawn_once() -> None:
     assert both.count('class="planes"') == 1 and 'id="shared-planes"' in both
     assert "over 2 logs together" in both and "drawn at the head of the page" in both
     found = shared_planes([one.study, None, two.study])
-    assert found is not None and found.logs == 2
-    assert {row.joint for row in found.points} == {"joint1"}
+    assert found is not None and "over 2 logs" in found.sections[0].title
+    assert {row[0] for row in found.sections[0].rows} == {"joint1"}
 
 
 def test_logs_that_cannot_be_compared_share_no_planes() -> None:

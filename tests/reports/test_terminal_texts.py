@@ -17,7 +17,7 @@ def test_the_demo_shows_what_was_missed() -> None:
     lines = [" ".join(line.split()) for line in text.splitlines()]
     assert "joint1 A_nm 7.1 7.02 6.9 to open yes" in lines
     assert "joint1 B_nm 2.5 not identifiable" in lines
-    assert "A link 3 at 28 s yes, on joint1 26 ms 31 ms 9.2 N·m" in lines
+    assert "A link 3 at 28 s yes, on joint1 26 ms 31 ms 9.2" in lines
     assert "B link 4 at 41 s no" in lines
     assert "0.99 N·m; no false alarms." in text
     assert "unknown; 1 false alarm." in text

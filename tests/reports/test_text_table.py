@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from wcwidth import wcswidth, wcwidth
 
 from collaudit.reports.terminal import text_table
-from collaudit.reports.terminal.audit_text import audit_text
-from collaudit.reports.terminal.text_table import table, table_with_text, without_unit
+from collaudit.reports.terminal.screen_text import audit_text
+from collaudit.reports.terminal.text_table import table, table_with_text
 
 LINES = [
     ("shoulder_pan", "1.25", "a reason that is much longer than the others"),
@@ -89,13 +89,6 @@ def test_text_without_room_beside_a_row_stands_below_it() -> None:
     assert table_with_text(head, lines, width=80) == table(head, lines)
     narrow = table_with_text(head, lines, width=25).splitlines()
     assert narrow[-3:] == ["PASS     a.mcap", "    a reason of many words", "FAIL     b.mcap"]
-
-
-def test_a_unit_that_all_cells_share_is_said_once() -> None:
-    lines = [("a", "4.00 N·m", "–"), ("b", "1.50 N·m", "2.00 N·m")]
-    assert without_unit(lines, (1, 2)) == ([["a", "4.00", "–"], ["b", "1.50", "2.00"]], ", N·m")
-    mixed = [*lines, ("lift", "9.00 N", "–")]
-    assert without_unit(mixed, (1, 2)) == ([list(line) for line in mixed], "")
 
 
 def test_sentences_of_an_audit_are_never_cut() -> None:

@@ -13,8 +13,8 @@ from collaudit.core.rule_study.contact_shapes import ContactShape
 from collaudit.core.rule_study.injected_contacts import InjectedContact, random_direction
 from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.shown_torque import Windows
+from collaudit.reports.sections.study_sections import chosen_flags
 from collaudit.reports.terminal.study_text import study_text
-from collaudit.reports.values.study_rows import chosen_flags
 
 
 def test_wilson_interval() -> None:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from collaudit.core.data.friction_correction import FrictionCorrection, LoadFriction
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_variation import any_law, jackknifed
 from collaudit.core.friction.gear.load_term import load_torque
 from collaudit.core.friction.gear.ripple_fit import ripple_waves
@@ -133,9 +133,9 @@ def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[F
                 f"The friction of joint '{joint}' rises with the load on the gear by {found.load.per_nm:.2g} N·m per "
                 f"N·m (± {half:.1g}), which the residual follows; {gain}."
             )
-            findings.append(Finding("friction-load", "info", text, joint=joint))
+            findings.append(fact(text, joint=joint))
         if found.ripple:
             waves = ", ".join(f"{wave.cycles_per_turn:.0f}" for wave in found.ripple)
             text = f"Gear ripple of joint '{joint}' with {waves} cycles a turn is subtracted from the residual; {gain}."
-            findings.append(Finding("friction-ripple", "info", text, joint=joint))
+            findings.append(fact(text, joint=joint))
     return findings

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.sample_clock import EPOCH_FLOOR_NS, steadiness
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import median_of
@@ -75,7 +75,7 @@ def _simulated(clocks: _Clocks, topic: str) -> list[Finding]:
         f"The header's stamps count from {clocks.stamp_ns[0] / 1e9:.6g} s, not from the epoch: time since start, or "
         f"simulated time, running at {factor:.3g} times the speed of the recording."
     )
-    return [Finding("clock-simulated", "info", text, where=topic)]
+    return [fact(text, where=topic)]
 
 
 def _jumps(clocks: _Clocks) -> IntArray:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from collaudit.core.errors import ConfigError, LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.signals.joint_guess import JointGuess, guess_joints, joints_line, mapping_line
 
 
@@ -138,7 +138,7 @@ def _kept(
     missing = [name for name in robot if name not in mapped]
     if ignored:
         text = f"The log has joints that the robot does not have; they are left out: {listed(ignored)}."
-        findings.append(Finding("log-joints-ignored", "info", text, where=where))
+        findings.append(fact(text, where=where))
     if missing:
         text = f"The robot has joints that the log does not have: {listed(missing)}."
         findings.append(Finding("log-joints-missing", "warning", text, where=where))

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.data.joint_log import Annotation, Digest, JointLog, LogSource
 from collaudit.core.errors import LogError
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.logs.messages.decoded_columns import QUANTITIES, all_names
 from collaudit.core.logs.signals.annotation_spans import absent_labels, annotation_findings
 from collaudit.core.logs.signals.clock_checks import compare_clocks
@@ -220,4 +220,4 @@ def _merged(publishers: Sequence[Publisher], topic: str) -> list[Finding]:
         for p in publishers
     )
     text = f"{len(publishers)} publishers with different joints were merged by name onto the first's stamps: {parts}."
-    return [Finding("log-joints-merged", "info", text, where=topic)]
+    return [fact(text, where=topic)]

@@ -1,4 +1,4 @@
-"""Contacts: cards of those furthest above their thresholds, and a row for each with what a card says but the plots."""
+"""Cards of the contacts furthest above their thresholds: their row of the table, with plots."""
 
 from __future__ import annotations
 
@@ -7,96 +7,38 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from collaudit.core.data.audit_result import AuditResult, Collision
+from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import Contact
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.page.sections.joint_figures import JointFigures
-from collaudit.reports.page.selection import furthest
 from collaudit.reports.plots.arm_pose import draw_pose, drawn_arm
-from collaudit.reports.plots.plot_contact import contact_limits, draw_contact
-from collaudit.reports.values.contact_rows import ContactRow, alarms_of, contact_row, contacts_of
-from collaudit.reports.values.controller_words import controller_text
-from collaudit.reports.values.numbers import against, apart, duration, speed
-from collaudit.reports.values.rows import NONE, in_time
-from collaudit.reports.values.times import clock_text
+from collaudit.reports.plots.plot_contact import draw_contact
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.values.contact_alarms import alarms_of, height
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import speed_unit, torque_unit
+from collaudit.reports.values.words import torque_unit
 
-_LINES = 500
-
-
-@dataclass(frozen=True, slots=True)
-class AlarmRow:
-    """One joint's alarm in a contact: peak and its margin to γ, duration and what n needs, the joint's speed."""
-
-    joint: str
-    onset: str
-    peak: str
-    gamma: str
-    margin: str
-    lasted: str
-    speed: str
+_SHOWN = ("wall clock", "alarms", "lasted", "link or further out", "force (95 %)", "tool speed", "controller")
 
 
 @dataclass(frozen=True, slots=True)
 class ContactCard:
-    """One contact; ``window`` are the seconds that its plots show."""
+    """One contact.
 
-    anchor: str
+    Attributes:
+        title: when it was, and of which kind.
+        facts: term and value.
+        evidence: why it is of its kind, and where it may be.
+        window: seconds that its plots show.
+    """
+
     number: int
-    row: ContactRow
-    clock: str
-    alarms: tuple[AlarmRow, ...]
-    tool_speed: str
-    controller: str
+    title: str
+    facts: tuple[tuple[str, str], ...]
+    evidence: str
     pose: Markup | None
     plot: Markup | None
     window: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class ContactLine:
-    """One contact in the table of all: ``card`` says that it has a card, whose anchor this is then.
-
-    ``joints`` are those that alarmed, ``span`` its first and last second.
-    """
-
-    anchor: str
-    number: int
-    row: ContactRow
-    clock: str
-    alarms: tuple[AlarmRow, ...]
-    tool_speed: str
-    controller: str
-    window: tuple[float, float]
-    card: bool
-    joints: tuple[str, ...]
-    span: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class ContactCards:
-    """The cards, and a line for each of the first contacts, both in order of time.
-
-    Attributes:
-        count: of all contacts.
-    """
-
-    cards: tuple[ContactCard, ...]
-    lines: tuple[ContactLine, ...]
-    count: int
-
-    @property
-    def controller_varies(self) -> bool:
-        """Whether the controller or the labels said different things of them."""
-        return len({line.controller for line in self.lines}) > 1
-
-
-def drawn_contacts(result: AuditResult, limit: int) -> dict[int, Contact]:
-    """The contacts that get a card, by their number from 1: those furthest above their thresholds."""
-    contacts, alarms = contacts_of(result), in_time(result.collisions)
-    heights = [max((abs(a.peak_nm) / a.gamma_nm for a in alarms_of(c, result, alarms)), default=0.0) for c in contacts]
-    return {k + 1: contacts[k] for k in furthest(heights, limit)}
 
 
 def contact_cards(
@@ -105,91 +47,46 @@ def contact_cards(
     figures: Sequence[JointFigures],
     force: tuple[FloatArray, FloatArray] | None,
     key: str,
-) -> ContactCards:
+) -> tuple[ContactCard, ...]:
     """The cards of one audit.
 
     Args:
         result: the audit.
-        drawn: of :func:`drawn_contacts`.
+        drawn: the contacts, by their number from 1.
         figures: of the joints.
         force: time and size (n,) of the force at the wrist sensor; None without one.
         key: prefix of anchors.
     """
-    cards = tuple(_card(result, number, contact, figures, force, key) for number, contact in drawn.items())
-    in_order, contacts = in_time(result.collisions), contacts_of(result)
-    lines = tuple(
-        _line(result, k, contact, in_order, key, k in drawn) for k, contact in enumerate(contacts[:_LINES], 1)
-    )
-    return ContactCards(cards, lines, len(contacts))
-
-
-def _line(
-    result: AuditResult, number: int, contact: Contact, in_order: Sequence[Collision], key: str, card: bool
-) -> ContactLine:
-    return ContactLine(
-        anchor=f"{key}-contact-{number}",
-        number=number,
-        row=contact_row(contact, result, in_order),
-        clock=clock_text(result.log.start, contact.onset_s),
-        alarms=tuple(_alarm(alarm, contact, result) for alarm in alarms_of(contact, result, in_order)),
-        tool_speed=_tool_speed(contact),
-        controller=controller_text(contact, result),
-        window=contact_limits(contact, result.log.sample_period_s),
-        card=card,
-        joints=contact.joints,
-        span=(contact.onset_s, contact.end_s),
+    found = contact_section(result, drawn)
+    return tuple(
+        ContactCard(
+            number=number,
+            title=f"at {record['onset']} · {record['kind']}",
+            facts=tuple((term, record[term]) for term in _SHOWN if record[term]),
+            evidence=record["evidence"],
+            pose=_pose(contact, result, f"{key}-contact-{number}-pose"),
+            plot=_plot(number, contact, result, figures, force, f"{key}-contact-{number}-plot"),
+            window=window,
+        )
+        for (number, contact), record, window in zip(drawn.items(), found.records, found.windows, strict=True)
     )
 
 
-def _tool_speed(contact: Contact) -> str:
-    tool_speed = None if contact.scene is None else contact.scene.tool_speed_m_s
-    return NONE if tool_speed is None else speed(tool_speed, "m/s")
-
-
-def _card(
-    result: AuditResult,
+def _plot(
     number: int,
     contact: Contact,
+    result: AuditResult,
     figures: Sequence[JointFigures],
     force: tuple[FloatArray, FloatArray] | None,
-    key: str,
-) -> ContactCard:
-    anchor = f"{key}-contact-{number}"
-    alarms = alarms_of(contact, result)
-    worst = max(alarms, key=lambda a: abs(a.peak_nm) / a.gamma_nm).joint if alarms else ""
+    name: str,
+) -> Markup | None:
     windows = [figure.windows[number] for figure in figures if number in figure.windows]
+    if not windows:
+        return None
+    highest = max(alarms_of(contact, result), key=height, default=None)
+    worst = "" if highest is None else highest.joint
     label = visible(f"Contact {number}: residual of all joints over γ, measured and modelled torque of {worst}")
-    plot = None
-    if windows:
-        plot = draw_contact(windows, contact, worst, torque_unit(result, worst), force, f"{anchor}-plot", label)
-    return ContactCard(
-        anchor=anchor,
-        number=number,
-        row=contact_row(contact, result),
-        clock=clock_text(result.log.start, contact.onset_s),
-        alarms=tuple(_alarm(alarm, contact, result) for alarm in alarms),
-        tool_speed=_tool_speed(contact),
-        controller=controller_text(contact, result),
-        pose=_pose(contact, result, f"{anchor}-pose"),
-        plot=plot,
-        window=contact_limits(contact, result.log.sample_period_s),
-    )
-
-
-def _alarm(alarm: Collision, contact: Contact, result: AuditResult) -> AlarmRow:
-    unit = torque_unit(result, alarm.joint)
-    peak, gamma = against(alarm.peak_nm, alarm.gamma_nm)
-    joint_speed = None if contact.scene is None else contact.scene.joint_speed_rad_s.get(alarm.joint)
-    fit = result.friction.get(alarm.joint)
-    return AlarmRow(
-        joint=alarm.joint,
-        onset=f"{alarm.onset_s:.3f} s",
-        peak=f"{peak} {unit}",
-        gamma=f"{gamma} {unit}",
-        margin=f"× {apart([abs(alarm.peak_nm) / alarm.gamma_nm, 1.0])[0]}",
-        lasted=duration(alarm.duration_s),
-        speed=NONE if joint_speed is None else speed(joint_speed, speed_unit(fit) if fit is not None else "rad/s"),
-    )
+    return draw_contact(windows, contact, worst, torque_unit(result, worst), force, name, label)
 
 
 def _pose(contact: Contact, result: AuditResult, name: str) -> Markup | None:

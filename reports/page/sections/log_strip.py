@@ -10,9 +10,8 @@ from markupsafe import Markup
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.reports.page.sections.joint_figures import JointFigures
 from collaudit.reports.plots.ticks import tick_text, ticks
-from collaudit.reports.values.contact_rows import contacts_of
-from collaudit.reports.values.rows import NONE
-from collaudit.reports.values.sensitivity_rows import sensitivity_row
+from collaudit.reports.sections.judged_sections import judged_section
+from collaudit.reports.values.contact_alarms import contacts_of
 
 _WIDTH, _HEIGHT = 1000, 20
 
@@ -57,15 +56,9 @@ def log_strip(result: AuditResult, end_s: float, figures: Sequence[JointFigures]
         phases=tuple(_phase(span.phase, span.start_s, span.end_s, end_s) for span in result.phases),
         contacts=_marks(contacts, end_s, "mark-alarm", f"{len(contacts)} contacts over the log"),
         near_misses=_marks(near, end_s, "mark-near", f"{len(near)} near misses over the log"),
-        bars=tuple(_bar(joint, result, drawn.get(joint)) for joint in result.coverage.joints),
+        bars=tuple(StripBar(joint, drawn.get(joint), judged) for joint, judged, *_ in judged_section(result).rows),
         ticks=tuple((round(100 * t / end_s, 3), text) for t, text in zip(values, tick_text(values), strict=True)),
     )
-
-
-def _bar(joint: str, result: AuditResult, svg: Markup | None) -> StripBar:
-    row = sensitivity_row(joint, result)
-    watched = result.coverage.joints[joint].watched
-    return StripBar(joint, svg, "not watched" if not watched else NONE if row is None else row.judged)
 
 
 def _phase(phase: str, start_s: float, end_s: float, end: float) -> StripPhase:

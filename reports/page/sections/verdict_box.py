@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.verdict.noticed_words import force_text, headline_forces
-from collaudit.reports.values.contact_rows import contacts_of
+from collaudit.reports.values.contact_alarms import contacts_of
+from collaudit.reports.values.noticed import lost_share, noticed_line
 from collaudit.reports.values.numbers import duration, percent, significant, stated
-from collaudit.reports.values.rows import NONE
-from collaudit.reports.values.sensitivity_rows import lost_share, noticed_line
-from collaudit.reports.values.words import VERDICT_SENTENCE, counted, verdict_word
+from collaudit.reports.values.words import NONE, VERDICT_SENTENCE, counted, verdict_word
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 from collaudit.core.data.audit_result import AuditResult
 from collaudit.core.data.detection_result import ContactForce
-from collaudit.reports.values.contact_rows import contact_row, contacts_of
+from collaudit.reports.sections.event_sections import contact_section
+from collaudit.reports.sections.section import Section
+from collaudit.reports.values.contact_alarms import contacts_of
+from collaudit.reports.values.words import nothing_judged
 
 #: What stands beside every such table.
 CANNOT_BE_CONCLUDED = (
@@ -55,16 +58,22 @@ class BodyRegionRow:
 def body_region_rows(result: AuditResult, limits: BodyLimits) -> list[BodyRegionRow]:
     """Every contact beside every limit of the file."""
     made = []
-    for contact in contacts_of(result):
-        row = contact_row(contact, result)
+    for contact, record in zip(contacts_of(result), contact_section(result).records, strict=True):
         for region in limits.regions:
             for kind, limit in (("quasi-static", region.quasi_static_n), ("transient", region.transient_n)):
                 if limit is not None:
                     beside = _beside(contact.force, limit)
-                    made.append(
-                        BodyRegionRow(row.onset, row.joints, row.force, region.name, f"{limit:g} N {kind}", beside)
-                    )
+                    told = (record["onset"], record["joints"], record["force (95 %)"])
+                    made.append(BodyRegionRow(*told, region.name, f"{limit:g} N {kind}", beside))
     return made
+
+
+def body_region_section(result: AuditResult, limits: BodyLimits) -> Section:
+    """Every contact of a log beside every limit."""
+    head = ("onset", "joints", "estimated force (95 %)", "region", "limit", "force beside limit")
+    none = "not judged" if nothing_judged(result) else "no contact was found in the time that was judged"
+    lines = tuple(astuple(row) for row in body_region_rows(result, limits))
+    return Section(result.log.name, head, lines, () if lines else (none,))
 
 
 def _beside(force: ContactForce | None, limit_n: float) -> str:

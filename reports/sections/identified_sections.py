@@ -1,9 +1,8 @@
-"""Tables of sensor delays, gains, inertials and trends: for the page and for the terminal, every value as text."""
+"""What a fit identified besides friction: sensor delays, gains, inertials, trends."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
@@ -17,6 +16,7 @@ from collaudit.core.data.identification_result import (
     TriedEstimate,
 )
 from collaudit.core.data.threshold_result import FittedThresholds
+from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines
 from collaudit.reports.values.numbers import interval, percent, significant
 
@@ -26,19 +26,8 @@ _USUAL_S = 0.034
 Bounds = tuple[float | None, float | None]
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A table: title, column heads, rows of cells, sentences below it, and whether it is long and second to others."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...] = ()
-    folded: bool = False
-
-
-def identification_tables(found: Identification) -> tuple[Table, ...]:
-    """Every table there is something for."""
+def identified_sections(found: Identification) -> tuple[Section, ...]:
+    """Every section there is something for."""
     tables = [_choice(found.choice)] if found.choice is not None else []
     if found.identified is not None:
         tables += _identified(found.identified)
@@ -52,7 +41,7 @@ def identification_tables(found: Identification) -> tuple[Table, ...]:
     return tuple(tables)
 
 
-def _choice(choice: EstimateChoice) -> Table:
+def _choice(choice: EstimateChoice) -> Section:
     """What each way to fit leaves of motion that it has not seen."""
     joints = tuple(dict.fromkeys(joint for one in choice.tried for joint in one.held_out_rms_nm))
     rows = [
@@ -66,14 +55,14 @@ def _choice(choice: EstimateChoice) -> Table:
     note = f"Taken: {choice.taken}. It is {rule} among those that can be."
     if choice.better is not None:
         note = f'Stated: {choice.taken}. {choice.better} is {rule}: [fit] estimate = "auto" would take it.'
-    return Table("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
+    return Section("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
 
 
 def _why_not(one: TriedEstimate) -> str:
     return f" (not taken: {one.refused})" if one.refused else ""
 
 
-def threshold_table(found: FittedThresholds) -> Table:
+def threshold_section(found: FittedThresholds) -> Section:
     """Thresholds that gamma_nm = "auto" takes at the usual persistence, and what they rest on."""
     rows = []
     for joint, one in found.joints.items():
@@ -90,14 +79,14 @@ def threshold_table(found: FittedThresholds) -> Table:
         'Best estimates for gamma_nm = "auto", which follow the motion: one false alarm of the arm in ten hours, and a '
         "fifth on top. collaudit recommend states bounds (95 %) instead, and needs hours."
     )
-    return Table("Thresholds", head, tuple(rows), (note,))
+    return Section("Thresholds", head, tuple(rows), (note,))
 
 
 def _seconds(hours: float) -> str:
     return f"{significant(3600.0 * hours)} s" if hours < 0.1 else f"{significant(60.0 * hours)} min"
 
 
-def _coupled(axes: dict[str, CoupledFriction]) -> Table:
+def _coupled(axes: dict[str, CoupledFriction]) -> Section:
     rows = [
         (
             joint,
@@ -110,10 +99,10 @@ def _coupled(axes: dict[str, CoupledFriction]) -> Table:
     ]
     head = ("Motor of", "Turns with", "Coulomb, N·m", "Viscous, N·m·s/rad", "Drive inertia, kg·m²")
     note = "Subtracted from the effort of each of these joints. Their own friction is in the table of friction."
-    return Table("Friction of coupled axes", head, tuple(rows), (note,))
+    return Section("Friction of coupled axes", head, tuple(rows), (note,))
 
 
-def _identified(found: Identified) -> Iterator[Table]:
+def _identified(found: Identified) -> Iterator[Section]:
     joints = [
         (
             name,
@@ -126,7 +115,7 @@ def _identified(found: Identified) -> Iterator[Table]:
     ]
     head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on held-out time, N·m")
     said = f"{found.samples} samples, {significant(found.sample_rate_hz)} a second: {found.loss}."
-    yield Table("Drives, as identified", head, tuple(joints), (found.prior, said))
+    yield Section("Drives, as identified", head, tuple(joints), (found.prior, said))
     if "inertials" in found.estimate:
         bodies = [
             (
@@ -142,23 +131,23 @@ def _identified(found: Identified) -> Iterator[Table]:
             "No motion determines every mass on its own: only the base parameters below are determined. "
             f"Physical consistency: {found.consistency}."
         )
-        yield Table("Inertials, as identified", above, tuple(bodies), (note,))
+        yield Section("Inertials, as identified", above, tuple(bodies), (note,))
         base = [
             (b.name, _with(b.value, b.ci95), significant(b.value_file), percent(b.from_data, 0))
             for b in found.base_parameters
         ]
         columns = ("Combination", "Value", "On file", "Known from the data")
-        yield Table(f"{len(base)} base parameters, best known first", columns, tuple(base), folded=True)
+        yield Section(f"{len(base)} base parameters, best known first", columns, tuple(base), folded=True)
     if found.tool is not None:
         tool = found.tool
         com = NONE if tool.com_m is None else ", ".join(significant(x) for x in tool.com_m)
         moment = "; ".join(interval(*b) for b in tool.moment_ci95_kg_m)
         row = (tool.frame, _with(tool.mass_kg, tool.mass_ci95), com, moment)
         over = ("In frame", "Mass, kg", "Centre of mass, m", "95 % of mass · centre (x; y; z), kg·m")
-        yield Table("Tool, as the joints feel it", over, (row,))
+        yield Section("Tool, as the joints feel it", over, (row,))
 
 
-def _channels(channels: dict[str, ChannelFacts]) -> Table:
+def _channels(channels: dict[str, ChannelFacts]) -> Section:
     lines = [
         (
             log,
@@ -168,7 +157,7 @@ def _channels(channels: dict[str, ChannelFacts]) -> Table:
         )
         for log, c in channels.items()
     ]
-    return Table(
+    return Section(
         "Sensor delays: lag behind the positions",
         ("Log", "Effort", "Logged velocity", "Wrench"),
         tuple(lines),
@@ -176,7 +165,7 @@ def _channels(channels: dict[str, ChannelFacts]) -> Table:
     )
 
 
-def _sensor(log: str, sensor: SensorFacts | None) -> Table:
+def _sensor(log: str, sensor: SensorFacts | None) -> Section:
     assert sensor is not None
     lines = [("mass carried, kg", _with(sensor.mass_kg, sensor.mass_ci95))]
     if sensor.com_m is not None and sensor.com_ci95 is not None:
@@ -189,14 +178,14 @@ def _sensor(log: str, sensor: SensorFacts | None) -> Table:
     lines += _axes("drift of force {} over the log, N", "xyz", sensor.drift[:3], sensor.drift_ci95[:3])
     lines += _axes("drift of moment {} over the log, N·m", "xyz", sensor.drift[3:], sensor.drift_ci95[3:])
     title = f"Wrist sensor in {sensor.frame}, from {sensor.poses} poses at rest of {log}"
-    return Table(title, ("Quantity", "Value"), tuple(lines), sensor.missing)
+    return Section(title, ("Quantity", "Value"), tuple(lines), sensor.missing)
 
 
 def _axes(text: str, names: str, values: tuple[float, ...], bounds: tuple[Bounds, ...]) -> list[tuple[str, str]]:
     return [(text.format(n), _with(x, b)) for n, x, b in zip(names, values, bounds, strict=True)]
 
 
-def _trends(trends: dict[str, FrictionVariation]) -> Table:
+def _trends(trends: dict[str, FrictionVariation]) -> Section:
     lines: list[tuple[str, ...]] = []
     untold: list[tuple[str, str]] = []
     for joint, found in trends.items():
@@ -216,7 +205,7 @@ def _trends(trends: dict[str, FrictionVariation]) -> Table:
         "With load, N·m per N·m",
         "Ripple: amplitude, cycles, share of the residual's variance",
     )
-    return Table(
+    return Section(
         "Friction trends (time, temperature, load, position)",
         head,
         tuple(lines),

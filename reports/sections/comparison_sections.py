@@ -1,36 +1,17 @@
-"""Two audits side by side as tables of text, for terminal and page alike."""
+"""Two audits side by side: contacts, settings, friction, residual level, findings."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.reports.sections.section import Section
 from collaudit.reports.values.comparison import Bounds, Change, Comparison
 from collaudit.reports.values.numbers import duration, interval, significant
-from collaudit.reports.values.rows import NONE
 from collaudit.reports.values.visible_text import visible
-from collaudit.reports.values.words import parameter_unit, verdict_word, with_force_unit
+from collaudit.reports.values.words import NONE, parameter_unit, verdict_word
 
 _SAME = "nothing differs"
-
-
-@dataclass(frozen=True, slots=True)
-class ComparedTable:
-    """One table of a comparison.
-
-    Attributes:
-        title: what it compares.
-        head, rows: its cells; no rows where nothing differs.
-        numeric: numbers of the columns that hold numbers.
-        note: what to know of it; in place of rows where there are none.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numeric: tuple[int, ...] = ()
-    note: str = ""
 
 
 def compared_sides(found: Comparison) -> list[tuple[str, str, str, str]]:
@@ -55,7 +36,7 @@ def compared_notes(found: Comparison) -> list[str]:
     return notes
 
 
-def compared_tables(found: Comparison) -> list[ComparedTable]:
+def compared_sections(found: Comparison) -> list[Section]:
     """Contacts, settings, friction, residual level, findings."""
     return [
         _contacts(found),
@@ -66,7 +47,7 @@ def compared_tables(found: Comparison) -> list[ComparedTable]:
     ]
 
 
-def _contacts(found: Comparison) -> ComparedTable:
+def _contacts(found: Comparison) -> Section:
     lines = tuple(
         (c.change, f"{c.onset_s:.3f} s", duration(c.end_s - c.onset_s), ", ".join(c.joints), c.why)
         for c in found.contacts
@@ -76,15 +57,15 @@ def _contacts(found: Comparison) -> ComparedTable:
         title = f"Contacts: {count['before']} before, {count['after']} after"
     else:
         title = f"Contacts: {found.kept} in both, {count['gained']} gained, {count['lost']} lost"
-    return ComparedTable(title, ("", "onset", "lasted", "joints", "note"), lines, (1, 2))
+    return Section(title, ("change", "onset", "lasted", "joints", "note"), lines, () if lines else (_SAME,))
 
 
-def _changes(title: str, changes: Sequence[Change]) -> ComparedTable:
+def _changes(title: str, changes: Sequence[Change]) -> Section:
     lines = tuple((change.what, change.before or NONE, change.after or NONE) for change in changes)
-    return ComparedTable(title, ("", "before", "after"), lines, note="" if lines else _SAME)
+    return Section(title, ("what", "before", "after"), lines, () if lines else (_SAME,))
 
 
-def _friction(found: Comparison) -> ComparedTable:
+def _friction(found: Comparison) -> Section:
     differ = {True: "differs", False: "no difference shown", None: "no interval: not known"}
     lines = tuple(
         (
@@ -99,7 +80,7 @@ def _friction(found: Comparison) -> ComparedTable:
     )
     note = "differs: the 95 % intervals do not overlap. Intervals that overlap do not prove that friction is the same."
     head = ("joint", "parameter", "before [95 %]", "after [95 %]", "intervals")
-    return ComparedTable("Friction", head, lines, note=note if lines else _SAME)
+    return Section("Friction", head, lines, (note if lines else _SAME,))
 
 
 def _value(value: float | None, bounds: Bounds | None) -> str:
@@ -108,15 +89,13 @@ def _value(value: float | None, bounds: Bounds | None) -> str:
     return significant(value) if bounds is None else f"{significant(value)} [{interval(*bounds)}]"
 
 
-def _residual(found: Comparison) -> ComparedTable:
+def _residual(found: Comparison) -> Section:
     lines = []
     for level in found.residual:
         before, after = level.before_nm, level.after_nm
         ratio = NONE if before is None or after is None or not before else f"× {significant(after / before)}"
-        clean = (duration(level.before_s), duration(level.after_s))
-        units = {level.joint: level.unit}
-        cells = (NONE if v is None else with_force_unit(significant(v), level.joint, units) for v in (before, after))
-        lines.append((level.joint, *cells, ratio, *clean))
-    head = ("joint", "before, N·m", "after, N·m", "ratio", "time before", "time after")
+        levels = (NONE if value is None else f"{significant(value)} {level.unit}" for value in (before, after))
+        lines.append((level.joint, *levels, ratio, duration(level.before_s), duration(level.after_s)))
+    head = ("joint", "before", "after", "ratio", "time before", "time after")
     note = "Mean of the residual's size, half a second and more away from alarms; a mean without an interval."
-    return ComparedTable("Residual level", head, tuple(lines), (1, 2, 3, 4, 5), note)
+    return Section("Residual level", head, tuple(lines), (note,))

@@ -1,0 +1,169 @@
+"""What happened in a log: contacts, alarms of single joints, near misses, disturbances at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import assert_never
+
+from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss, RuleFacts
+from collaudit.core.data.detection_result import Contact, ContactKind
+from collaudit.reports.sections.detection_sections import mark_text
+from collaudit.reports.sections.section import Section
+from collaudit.reports.values.contact_alarms import alarms_of, contact_limits, contacts_of, force_text, height, in_time
+from collaudit.reports.values.numbers import against, apart, duration, fixed, significant, speed, time_decimals
+from collaudit.reports.values.times import clock_text
+from collaudit.reports.values.words import NONE, speed_unit, torque_unit
+
+#: Kinds as readers are told them.
+KIND_WORDS: dict[ContactKind, str] = {"meant": "intended", "accidental": "accidental", "undecided": "undecided"}
+#: Alarms that a contact's row names.
+_MOST_ALARMS = 8
+#: Room around an event where its signals are shown, s.
+_AROUND_S = 0.2
+_AROUND_REST_S = 0.3
+
+
+def contact_section(result: AuditResult, contacts: Mapping[int, Contact] | None = None) -> Section:
+    """Contacts in order of time.
+
+    Args:
+        result: the audit.
+        contacts: those to list, by their number from 1; None: all.
+    """
+    listed = dict(enumerate(contacts_of(result), 1)) if contacts is None else contacts
+    alarms = in_time(result.collisions)
+    records = [_contact(number, one, result, alarms_of(one, result, alarms)) for number, one in listed.items()]
+    head = tuple(records[0]) if records else ("#",)
+    windows = tuple(contact_limits(one, result.log.sample_period_s) for one in listed.values())
+    rows = tuple(tuple(record.values()) for record in records)
+    note = f"Alarms that belong together: |residual| above γ for n = {result.rule.n} samples or more."
+    return Section("Contacts in order of time", head, rows, (note,) if rows else (), windows=windows)
+
+
+def _contact(number: int, contact: Contact, result: AuditResult, alarms: Sequence[Collision]) -> dict[str, str]:
+    worst = max(alarms, key=height, default=None)
+    others = len(contact.joints) - 1
+    first = contact.joints[0] if worst is None and contact.joints else NONE if worst is None else worst.joint
+    peak, gamma = (NONE, NONE) if worst is None else _beside_gamma(worst, result)
+    flags = () if result.detection is None else result.detection.flags
+    mark = next((mark_text(flag) for flag in flags if flag.detected_s == contact.detected_s), "not compared")
+    tool_speed = None if contact.scene is None else contact.scene.tool_speed_m_s
+    evidence = "; ".join((*contact.evidence, *([contact.link_note] if contact.link_note else [])))
+    return {
+        "#": str(number),
+        "onset": _time(contact.onset_s, result),
+        "wall clock": _clock(contact.onset_s, result),
+        "lasted": duration(contact.end_s - contact.onset_s),
+        "joint": f"{first} +{others}" if others > 0 else first,
+        "joints": ", ".join(contact.joints),
+        "highest residual": peak,
+        "γ": gamma,
+        "alarms": "; ".join(_alarm_text(alarm, contact, result) for alarm in alarms[:_MOST_ALARMS]),
+        "link or further out": contact.link or NONE,
+        "force (95 %)": force_text(contact.force, contact.least_force),
+        "tool speed": "" if tool_speed is None else speed(tool_speed, "m/s"),
+        "kind": KIND_WORDS[contact.kind],
+        "controller": mark if flags else "",
+        "evidence": evidence,
+    }
+
+
+def _alarm_text(alarm: Collision, contact: Contact, result: AuditResult) -> str:
+    """One joint's alarm in a contact: peak and its margin to γ, how long, the joint's speed."""
+    joint_speed = None if contact.scene is None else contact.scene.joint_speed_rad_s.get(alarm.joint)
+    fit = result.friction.get(alarm.joint)
+    moved = "" if joint_speed is None else f", {speed(joint_speed, speed_unit(fit) if fit is not None else 'rad/s')}"
+    margin = apart([height(alarm), 1.0])[0]
+    return f"{alarm.joint} {_beside_gamma(alarm, result)[0]} (× {margin} γ), {duration(alarm.duration_s)}{moved}"
+
+
+def alarm_section(result: AuditResult) -> Section:
+    """Alarms of single joints in order of time."""
+    rows = tuple(
+        (
+            alarm.joint,
+            _time(alarm.onset_s, result),
+            _time(alarm.detected_s, result),
+            _lasted(alarm.duration_s, result),
+            *_beside_gamma(alarm, result),
+            alarm.phase,
+        )
+        for alarm in in_time(result.collisions)
+    )
+    return Section("Alarms of single joints", ("joint", "onset", "detected", "above γ", "peak", "γ", "phase"), rows)
+
+
+def near_miss_section(result: AuditResult) -> Section:
+    """Near misses, those closest to an alarm first; their numbers count in order of time."""
+    numbered = sorted(enumerate(in_time(result.near_misses), 1), key=lambda item: (-item[1].ratio, item[0]))
+    rows = [
+        (
+            str(number),
+            near.joint,
+            closeness(near, result.rule),
+            *_beside_gamma(near, result),
+            _lasted(near.duration_s, result),
+            near.kind,
+            _time(near.onset_s, result),
+            _clock(near.onset_s, result),
+            near.phase,
+        )
+        for number, near in numbered
+    ]
+    rule = result.rule
+    head = ("#", "joint", "how close", "peak", "γ", "lasted", "kind", "onset", "wall clock", "phase")
+    windows = tuple((near.onset_s - _AROUND_S, near.onset_s + near.duration_s + _AROUND_S) for _, near in numbered)
+    note = (
+        f"Amplitude: n samples over {100 * rule.near_miss_amplitude:g} % of γ. Persistence: above γ for "
+        f"{100 * rule.near_miss_persistence:g} % of n or more. Impulse: a shorter knock with "
+        f"{100 * rule.near_miss_impulse:g} % of the impulse of γ."
+    )
+    return Section(
+        "Near misses, closest to an alarm first", head, tuple(rows), (note,) if rows else (), windows=windows
+    )
+
+
+def closeness(near: NearMiss, rule: RuleFacts) -> str:
+    """How close to an alarm a near miss came, in what its kind is told by."""
+    match near.kind:
+        case "amplitude":
+            return f"{apart([100 * near.ratio, 100 * rule.near_miss_amplitude, 100.0])[0]} % of γ"
+        case "persistence":
+            return f"{round(near.ratio * rule.n)} of {rule.n} samples above γ"
+        case "impulse":
+            share, _ = apart([100 * near.ratio, 100 * rule.near_miss_impulse])
+            return f"{share} % of the impulse of γ for {rule.n} samples"
+        case _:
+            assert_never(near.kind)
+
+
+def disturbance_section(result: AuditResult) -> Section:
+    """Disturbances of standing joints below what alarms: neither contacts nor near misses, and yet seen."""
+    rows = []
+    for number, item in enumerate(result.disturbances, 1):
+        steps = (f"{j.joint} {significant(abs(j.torque_step_nm))} {torque_unit(result, j.joint)}" for j in item.joints)
+        rows.append((str(number), _time(item.onset_s, result), _time(item.end_s, result), ", ".join(steps)))
+    windows = tuple((item.onset_s - _AROUND_REST_S, item.end_s + _AROUND_REST_S) for item in result.disturbances)
+    title = "Pushes of standing joints too weak to alarm: friction hides how strong they were"
+    head = ("#", "from", "to", "joints, with the largest step of torque: a lower bound")
+    return Section(title, head, tuple(rows), windows=windows)
+
+
+def _beside_gamma(event: Collision | NearMiss, result: AuditResult) -> tuple[str, str]:
+    """Peak and threshold, which compare as the numbers do."""
+    unit = torque_unit(result, event.joint)
+    peak, gamma = against(event.peak_nm, event.gamma_nm)
+    return f"{peak} {unit}", f"{gamma} {unit}"
+
+
+def _time(seconds: float, result: AuditResult) -> str:
+    return f"{fixed(seconds, time_decimals(result.log.sample_period_s))} s"
+
+
+def _clock(seconds: float, result: AuditResult) -> str:
+    return "" if result.log.start is None else clock_text(result.log.start, seconds)
+
+
+def _lasted(seconds: float, result: AuditResult) -> str:
+    """How long, in as many digits as it takes to differ from the persistence."""
+    return duration(seconds) if seconds >= 1 else f"{apart([1e3 * seconds, 1e3 * result.rule.persistence_s])[0]} ms"

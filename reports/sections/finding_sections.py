@@ -1,0 +1,82 @@
+"""Findings: worst first, each kind once, what several joints or several logs share said once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from collaudit.core.findings import Finding
+from collaudit.reports.sections.section import Section
+from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.visible_text import visible
+
+_MOST_PLACES = 4
+_ORDER = ("error", "warning", "info")
+_MARKS = {"error": "✕ error", "warning": "△ warning", "info": "i info"}
+
+
+def worst_first(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings by severity, then in the order they were made."""
+    return sorted(findings, key=lambda finding: _ORDER.index(finding.severity))
+
+
+def finding_section(title: str, findings: Sequence[Finding]) -> Section:
+    """A row a kind: what is said, what to do about it, its code."""
+    rows = tuple(
+        (_MARKS[found[0].severity], "\n".join(_lines(found, timed=True)), found[0].kind.remedy, found[0].code)
+        for found in _kinds(worst_first(findings)).values()
+    )
+    return Section(title, ("severity", "finding", "what to do", "code"), rows)
+
+
+def fact_lines(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Facts, a line each; what is said alike of several joints once."""
+    return tuple(_lines([finding for finding in findings if finding.is_fact], timed=True))
+
+
+def finding_lines(findings: Iterable[Finding], brief: bool = False) -> list[tuple[str, str]]:
+    """Severity and line of each finding, in the order of the first of its kind.
+
+    Args:
+        findings: of one log or of several; ``where`` then names the log.
+        brief: as :func:`joint_lines` has it.
+    """
+    kinds = _kinds(findings).items()
+    return [(severity, f"{code}: {line}") for (severity, code), found in kinds for line in _lines(found, brief)]
+
+
+def _kinds(findings: Iterable[Finding]) -> dict[tuple[str, str], list[Finding]]:
+    kinds: dict[tuple[str, str], list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault((finding.severity, finding.code), []).append(finding)
+    return kinds
+
+
+def _lines(findings: Sequence[Finding], brief: bool = False, timed: bool = False) -> list[str]:
+    """What is said by findings of one kind; with the time of each in the log where they are ``timed``."""
+    places: dict[tuple[str, str, str], list[str]] = {}
+    for finding in findings:
+        when = _when(finding) if timed else ""
+        places.setdefault((finding.text, finding.joint or "", when), []).append(finding.where or "")
+    said: dict[str, list[tuple[str, str]]] = {}
+    for (text, joint, when), found in places.items():
+        said.setdefault(_places((*found, when)), []).append((joint, text))
+    return [f"{visible(line)}{visible(place)}" for place, group in said.items() for line in _joined(group, brief)]
+
+
+def _joined(said: Sequence[tuple[str, str]], brief: bool) -> list[str]:
+    """As they are where nothing can be joined: a finding's text names its joint itself."""
+    joined = joint_lines(said, brief=brief)
+    names_itself = {f"{joint}: {text}": text for joint, text in said if joint and joint in text}
+    return [names_itself.get(line, line) for line in joined] if len(joined) < len(said) else [text for _, text in said]
+
+
+def _places(found: Sequence[str]) -> str:
+    named = list(dict.fromkeys(place for place in found if place))
+    more = f" and {len(named) - _MOST_PLACES} more" if len(named) > _MOST_PLACES else ""
+    return f" [{'; '.join(named[:_MOST_PLACES])}{more}]" if named else ""
+
+
+def _when(finding: Finding) -> str:
+    if finding.start_s is None:
+        return ""
+    return f"at {finding.start_s:.3f} s" if finding.end_s is None else f"{finding.start_s:.3f} to {finding.end_s:.3f} s"

@@ -1,0 +1,90 @@
+"""What a fit says of each joint, and what it left out of the logs."""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+from collaudit.core.data.audit_result import FrictionFile
+from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.identification_result import Identification
+from collaudit.core.data.left_out import LeftOut
+from collaudit.reports.sections.identified_sections import identified_sections, threshold_section
+from collaudit.reports.sections.section import Section
+from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.words import NONE
+
+
+def fit_sections(friction: FrictionFile, detail: bool = False) -> tuple[Section, ...]:
+    """Friction and threshold of every joint, and what to do.
+
+    Args:
+        friction: the fit.
+        detail: sensor delays, gains, inertials and trends, too.
+    """
+    left_out = tuple(f"{name}: {said}" for name, facts in friction.left_out.items() if (said := _left_out(facts)))
+    brief = (_joints(friction), Section("Contact in the logs", (), (), left_out))
+    if not detail:
+        return brief
+    found = Identification(friction.identified, friction.channels, friction.trends, friction.coupled, friction.choice)
+    thresholds = friction.thresholds
+    known = (threshold_section(thresholds),) if thresholds is not None and thresholds.joints else ()
+    return (*brief, *known, *identified_sections(found))
+
+
+def _left_out(facts: LeftOut) -> str:
+    """What the fit of one log did without; empty where it used all."""
+    if facts.refused:
+        return "mostly contact, nothing of it was fitted"
+    what = f"{len(facts.spans)} stretches, {facts.seconds:.3g} s, {100 * facts.share:.2g} % of the motion, left out"
+    match facts.by:
+        case "stated":
+            return "stated to be free of contact, nothing left out"
+        case "found":
+            return f"{what}: looks like contact, a stop or a fault" if facts.spans else ""
+        case "labels":
+            return f"{what}: labelled as contact" if facts.spans else ""
+        case _:
+            assert_never(facts.by)
+
+
+def _joints(friction: FrictionFile) -> Section:
+    """One line a joint: model, threshold, quality, parameters with intervals; below it what to do for the rest."""
+    rows: list[tuple[str, ...]] = []
+    said: list[tuple[str, str]] = []
+    gamma = {}
+    if friction.thresholds is not None:
+        for joint, level, _, _, why in threshold_section(friction.thresholds).rows:
+            gamma[joint] = level
+            said += [(joint, f"no threshold from this fit: {why}")] if level == NONE else []
+    for name, fit in friction.joints.items():
+        speeds = "" if fit.speed_range_rad_s is None else " to ".join(f"{x:.3g}" for x in fit.speed_range_rad_s)
+        rows.append((name, fit.model or "not fitted", gamma.get(name, NONE), _quality(fit), speeds, _parameters(fit)))
+        said += [(name, fit.reason)] if fit.reason else []
+        said += [(name, text) for text in fit.not_identifiable]
+        if fit.identifiability is not None and fit.identifiability.motion_needed:
+            said.append((name, f"to determine it: {'; '.join(fit.identifiability.motion_needed)}"))
+    head = ("joint", "model", "auto γ, N·m", "RMSE (of rated)", "speeds, rad/s", "parameters [95 % interval]")
+    return Section("", head, tuple(rows), tuple(joint_lines(said, len(friction.joints), brief=True)))
+
+
+def _parameters(fit: FrictionFit) -> str:
+    parts = []
+    for name, value in fit.parameters.items():
+        bounds = fit.ci95.get(name)
+        interval = "" if bounds is None else f" [{_bound(bounds[0])}, {_bound(bounds[1])}]"
+        if bounds is not None and bounds[0] is not None and bounds[0] == bounds[1]:
+            interval = " (held at its limit)"  # where the data ask for what friction cannot have
+        parts.append(f"{name.partition('_')[0]} {value:.4g}{interval}")
+    return "  ".join(parts)
+
+
+def _bound(value: float | None) -> str:
+    return "open" if value is None else f"{value:.3g}"
+
+
+def _quality(fit: FrictionFit) -> str:
+    """RMSE with its share of the joint's rated torque."""
+    if fit.rmse_nm is None:
+        return ""
+    share = "" if fit.rmse_share is None else f" ({100 * fit.rmse_share:.2g} %)"
+    return f"{fit.rmse_nm:.3g} {fit.effort_unit}{share}"

@@ -1,0 +1,166 @@
+"""What was judged of each joint, what would have been noticed along the arm, and the level of the residual."""
+
+from __future__ import annotations
+
+from collaudit.core.data.audit_result import AuditResult, JointCoverage
+from collaudit.core.data.sensitivity_result import FOREARM, TOOL, NoticedForce
+from collaudit.core.verdict.noticed_words import force_text, time_text
+from collaudit.reports.sections.section import Section, section
+from collaudit.reports.values.joint_lines import joint_lines
+from collaudit.reports.values.numbers import apart, duration, fixed, percent, significant, stated, time_decimals
+from collaudit.reports.values.words import NONE, counted, reason_text, torque_unit
+
+#: Shares of the time that tables show.
+SHOWN = (0.5, 0.95)
+_BY = {"stated": "stated", "default": "default", "arm-limits": "half of what the arm can exert there"}
+
+
+def judged_section(result: AuditResult) -> Section:
+    """Shares of the time in which each joint was watched, and the torque that would have alarmed."""
+    sensitivity = result.sensitivity
+    joints = result.coverage.joints
+    rows = [(joint, *_shares(cover), *_torques(joint, result)) for joint, cover in joints.items()]
+    head = (
+        "joint",
+        "judged",
+        "friction a range",
+        "not judged",
+        "alarms in 50 %",
+        "in 95 %",
+        "whenever judged",
+        "asked",
+    )
+    said = [(joint, why) for joint, cover in joints.items() if (why := _why_not(cover))]
+    title = "Smallest torque that would have alarmed; shares of the time watched"
+    if sensitivity is None or not sensitivity.joints:
+        title = "Shares of the time watched; nothing is known of what would have been noticed"
+    return section(title, head, rows, *joint_lines(said, len(joints)))
+
+
+def _shares(cover: JointCoverage) -> tuple[str, str, str]:
+    """Of the time in which the joint was watched: judged, friction known only as a range, nothing to be told."""
+    if not cover.watched:
+        return "not watched", "", ""
+    lost_s = sum(cover.not_judged_s.values()) - cover.not_judged_s.get("not-watched", 0.0)
+    time_s = cover.judged_s + cover.standing_s + lost_s
+    parts = (cover.judged_s, cover.standing_s, lost_s)
+    judged, as_range, lost = (percent(part_s / time_s) if time_s > 0 else NONE for part_s in parts)
+    return judged, as_range, lost
+
+
+def _torques(joint: str, result: AuditResult) -> tuple[str, str, str, str]:
+    """Torques that would have alarmed in half, in 95 % and in all of the time in which anything can be told; asked."""
+    s = None if result.sensitivity is None else result.sensitivity.joints.get(joint)
+    if s is None:
+        return "", "", "", ""
+    unit = torque_unit(result, joint)
+    levels = {level.share: level.torque_nm for level in s.levels}
+    limit = None if s.asked is None else s.asked.torque_nm
+    half, most, always = (
+        NONE if value is None else f"{_beside(value, limit)} {unit}"
+        for value in (*(levels.get(share) for share in SHOWN), s.largest_nm)
+    )
+    asked = "" if s.asked is None else f"{stated(s.asked.torque_nm)} {unit}: {percent(s.asked.share)} of its motion"
+    return half, most, always, asked
+
+
+def _beside(value: float, limit: float | None) -> str:
+    """A torque in three digits, or as many as it takes to differ from what was asked for."""
+    text = significant(value)
+    if limit is None or text != significant(limit) or value == limit:
+        return text
+    return apart([value, limit], 1)[0]
+
+
+def _why_not(cover: JointCoverage) -> str:
+    if not cover.watched:
+        return f"not watched: {cover.why}"
+    longest = sorted(cover.not_judged_s.items(), key=lambda item: (-item[1], item[0]))
+    told = "; ".join(f"{duration(seconds)}: {reason_text(code)}" for code, seconds in longest if seconds > 0)
+    return f"not judged {told}" if told else ""
+
+
+def force_section(result: AuditResult) -> Section:
+    """What push would have been noticed along the arm, base to tool, by share of the time."""
+    sensitivity = result.sensitivity
+    if sensitivity is None or sensitivity.time is None:
+        return Section("", (), ())
+    shares = sorted({*SHOWN, sensitivity.time.share})
+    rows = tuple(_force_row(force, shares) for force in sensitivity.forces)
+    head = ("place", *(f"in {100 * share:.3g} %" for share in shares), "asked", "met in")
+    which = "in motion" if sensitivity.time.moving else "watched"
+    title = f"Smallest push that would have alarmed from 80 % of the directions, by share of the time {which}"
+    return Section(title, head, rows)
+
+
+def _force_row(force: NoticedForce, shares: list[float]) -> tuple[str, ...]:
+    place = {TOOL: TOOL, FOREARM: f"end of {force.link} (forearm)"}.get(force.place, f"end of {force.link}")
+    asked, met = "", ""
+    if force.asked is not None:
+        asked = f"{stated(force.asked.force_n)} N ({_BY[force.asked.by]})"
+        met = f"{percent(force.asked.share)} of the time"
+    return place, *(force_text(force.at(share)) if force.unfelt < 1.0 else "not felt" for share in shares), asked, met
+
+
+def force_line(result: AuditResult) -> str:
+    """The pushes of :func:`force_section` at the share that the policy asks for, in a line; empty without any."""
+    sensitivity = result.sensitivity
+    if sensitivity is None or sensitivity.time is None or not sensitivity.forces:
+        return ""
+    column = f"in {100 * sensitivity.time.share:.3g} %"
+    pushes = ", ".join(f"{record['place']} {record[column]}" for record in force_section(result).records)
+    return f"Smallest push from 80 % of the directions, {time_text(sensitivity.time)}: {pushes}"
+
+
+def coverage_section(result: AuditResult) -> Section:
+    """How long each joint moved and was judged."""
+    rows = tuple(
+        (
+            joint,
+            "yes" if cover.watched else "no",
+            cover.why,
+            duration(cover.moving_s),
+            duration(cover.judged_s),
+            duration(cover.standing_s),
+        )
+        for joint, cover in result.coverage.joints.items()
+    )
+    head = ("joint", "watched", "why", "moving", "alarms above γ", "alarms beyond friction")
+    return Section("Time of each joint", head, rows)
+
+
+def span_section(result: AuditResult) -> Section:
+    """Longer stretches that were not judged."""
+    decimals = time_decimals(result.log.sample_period_s)
+    rows = tuple(
+        (joint, f"{fixed(span.start_s, decimals)} s", f"{fixed(span.end_s, decimals)} s", reason_text(span.reason))
+        for joint, cover in result.coverage.joints.items()
+        for span in sorted(cover.spans, key=lambda span: (span.start_s, span.end_s))
+    )
+    return Section("Longer stretches that were not judged", ("joint", "from", "to", "reason"), rows)
+
+
+def residual_section(result: AuditResult) -> Section:
+    """Level of each joint's residual over its judged samples."""
+    rows = tuple(_residual_row(joint, result) for joint in result.residual)
+    head = ("joint", "mean |r|", "RMS", "99 % below", "largest", "γ", "judged", "clean mean", "alarms, near misses")
+    notes = ("Alarms and near misses included; “clean” is without half a second around alarms; ▲: above γ.",)
+    return Section("Statistics of the judged residual", head, rows, notes if rows else ())
+
+
+def _residual_row(joint: str, result: AuditResult) -> tuple[str, ...]:
+    """``largest`` covers every alarm and near miss of the joint too, those beyond friction's range among them."""
+    stats, gamma, unit = result.residual[joint], result.rule.gamma_nm.get(joint), torque_unit(result, joint)
+    alarms = [abs(alarm.peak_nm) for alarm in result.collisions if alarm.joint == joint]
+    peaks = [*alarms, *(abs(near.peak_nm) for near in result.near_misses if near.joint == joint)]
+    largest_nm = max((x for x in (stats.max_abs_nm, *peaks) if x is not None), default=None)
+    values = (stats.mean_abs_nm, stats.rms_nm, stats.p99_nm, largest_nm, stats.clean_mean_abs_nm)
+    beside = [apart([value, gamma]) for value in values]
+    above = [gamma is not None and (value or 0.0) > gamma for value in values]
+    texts = [
+        NONE if value is None else f"{text} {unit}{' ▲' if high else ''}"
+        for value, (text, _), high in zip(values, beside, above, strict=True)
+    ]
+    limit = NONE if gamma is None else f"{max((limit for _, limit in beside), key=len)} {unit}"  # holds for every value
+    count = counted(len(peaks), result)
+    return joint, *texts[:4], limit, duration(stats.judged_s), f"{texts[4]} ({duration(stats.clean_s)})", count

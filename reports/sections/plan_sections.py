@@ -1,0 +1,147 @@
+"""A plan: sweeps, what they should tell, clean hours, limits; and what a later fit delivered of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from collaudit.core.data.plan_result import CleanTime, Delivered, PlanFile, Prediction
+from collaudit.reports.sections.section import Section
+from collaudit.reports.values.numbers import duration, significant
+
+#: Up to so many hours it is worth a thought to repeat the exciting trajectory for them.
+_REPEATED_H = 8.0
+_NONE = "none"
+
+
+def plan_sections(plan: PlanFile, of_joints_only: bool = False) -> tuple[Section, ...]:
+    """Sweeps, predictions, clean hours, limits, and in words what was taken for granted.
+
+    Args:
+        plan: the plan.
+        of_joints_only: without the parameters of the whole arm, which are many.
+    """
+    return (
+        _sweeps(plan),
+        _predictions([one for one in plan.predictions if one.joint is not None or not of_joints_only]),
+        _clean(plan),
+        _limits(plan),
+        *(Section(title, (), (), tuple(lines)) for title, lines in _assumed(plan) if lines),
+    )
+
+
+def _assumed(plan: PlanFile) -> list[tuple[str, Sequence[str]]]:
+    return [
+        ("Taken for granted, not stated", plan.assumed),
+        ("Surroundings", plan.surroundings),
+        ("Links with a shape of the description", plan.shapes),
+        (
+            "Links as capsules, with a radius guessed from the mass, or stated",
+            [f"{joint}: radius {1e3 * radius:.0f} mm" for joint, radius in plan.capsules_m.items()],
+        ),
+        ("Not kept apart, being neighbours or nearly so", plan.unchecked),
+        ("Not planned or not predicted", plan.missing),
+    ]
+
+
+def _sweeps(plan: PlanFile) -> Section:
+    rows = tuple(
+        (
+            one.joint,
+            f"{one.low_rad:.2f} to {one.high_rad:.2f}",
+            " ".join(significant(speed) for speed in one.speeds_rad_s),
+            f"{one.start_s:.1f} s",
+            f"{one.end_s - one.start_s:.1f} s",
+        )
+        for one in plan.sweeps
+    )
+    head = ("joint", "window, rad", "speeds, rad/s, each both ways", "begins", "takes")
+    return Section("Sweeps", head, rows, ("One joint at a time; every speed both ways.",) if rows else (_NONE,))
+
+
+def _predictions(predictions: Sequence[Prediction]) -> Section:
+    rows = tuple(
+        (
+            one.joint or "arm",
+            one.parameter,
+            "" if one.value is None else significant(one.value) + (" (guessed)" if one.guessed else ""),
+            _half_width(one.before, "open"),
+            _half_width(one.after, "not predicted"),
+        )
+        for one in predictions
+    )
+    head = ("joint", "parameter", "value", "half width before", "predicted after")
+    note = "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far."
+    return Section("What it should tell", head, rows, (note if rows else _NONE,))
+
+
+def _half_width(value: float | None, without: str) -> str:
+    return without if value is None else f"±{significant(value)}"
+
+
+def _clean(plan: PlanFile) -> Section:
+    rows = tuple((joint, duration(3600.0 * one.hours), *_gammas(one, plan)) for joint, one in plan.clean.items())
+    head = ("joint", "clean time", "γ now", "γ with the plan", "clean hours for γ")
+    return Section("Clean hours", head, rows, (_clean_words(plan),))
+
+
+def _gammas(one: CleanTime, plan: PlanFile) -> tuple[str, str, str]:
+    none = "no run says"
+    if one.hours_for_gamma is not None:
+        asked = duration(3600.0 * one.hours_for_gamma)
+    else:
+        open_end = "no number of hours" if plan.gamma_asked_nm is not None else "none asked"
+        asked = none if one.gamma_nm is None else open_end
+    both = (one.gamma_nm, one.gamma_after_nm)
+    now, after = (none if gamma is None else f"{significant(gamma)} N·m" for gamma in both)
+    return now, after, asked
+
+
+def _clean_words(plan: PlanFile) -> str:
+    """How much clean motion the rate needs, and which."""
+    enough = max((one.hours_for_rate for one in plan.clean.values()), default=0.0)
+    least = min((one.hours for one in plan.clean.values()), default=0.0)
+    more = max(0.0, enough - least)
+    need = "these are there" if more == 0.0 else f"{duration(3600.0 * more)} more are needed"
+    repeated = ""
+    if 0.0 < more <= _REPEATED_H and plan.exciting_s is not None:
+        turn = plan.exciting_s[1] - plan.exciting_s[0]
+        repeated = (
+            f" The exciting trajectory takes {duration(turn)}: {3600.0 * more / turn:.0f} times would be as long."
+        )
+    return (
+        f"{significant(plan.per_hour)} false alarms of the arm an hour take {duration(3600.0 * enough)} of motion "
+        f"without contact, of the kind that is to be judged later; {need}.{repeated}"
+    )
+
+
+def _limits(plan: PlanFile) -> Section:
+    rows = tuple(
+        (
+            joint,
+            f"{one.low_rad:.3f} to {one.high_rad:.3f}",
+            f"{one.start_rad:.3f}",
+            *(significant(x) for x in (one.speed_rad_s, one.acceleration_rad_s2, one.jerk_rad_s3, one.torque_nm)),
+        )
+        for joint, one in plan.limits.items()
+    )
+    head = ("joint", "range, rad", "start", "speed, rad/s", "acceleration, rad/s²", "jerk, rad/s³", "torque, N·m")
+    return Section("Limits", head, rows, ("Hard: no part of the motion passes one.",))
+
+
+def delivered_section(found: Sequence[Delivered]) -> Section:
+    """What the planned motion gave of each joint, beside what was predicted."""
+    predicted = [one for one in found if one.predicted is not None]
+    kept = sum(one.outcome in ("as predicted", "better") for one in predicted)
+    rows = tuple(
+        (
+            one.joint,
+            one.parameter,
+            _half_width(one.predicted, _NONE),
+            _half_width(one.delivered, "open"),
+            one.outcome,
+        )
+        for one in found
+        if one.joint is not None
+    )
+    title = f"The plan predicted {len(predicted)} half widths: {kept} are as predicted or smaller."
+    return Section(title, ("joint", "parameter", "predicted half width", "delivered", "outcome"), rows)

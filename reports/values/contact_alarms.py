@@ -1,0 +1,84 @@
+"""Contacts, which headlines, tables and formats list, and the alarms of single joints, which are their detail."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from typing import TypeVar
+
+from collaudit.core.data.audit_result import AuditResult, Collision, NearMiss
+from collaudit.core.data.detection_result import Contact, ContactForce, LeastForce
+
+_LEAST_MARGIN_S = 0.25
+_LEAST_MARGIN_SAMPLES = 25
+
+E = TypeVar("E", Collision, NearMiss)
+
+
+def in_time(events: Sequence[E]) -> list[E]:
+    """Events in order of their onset."""
+    return sorted(events, key=lambda event: (event.onset_s, event.joint))
+
+
+def contacts_of(result: AuditResult) -> tuple[Contact, ...]:
+    """The contacts of an audit; in files of versions that did not join alarms each alarm is one."""
+    if result.contacts:
+        return result.contacts
+    if result.detection is not None and result.detection.incidents:
+        return result.detection.incidents
+    return tuple(
+        Contact(c.onset_s, c.detected_s, c.onset_s + c.duration_s, (c.joint,), "", "", None, "undecided", ())
+        for c in in_time(result.collisions)
+    )
+
+
+def alarms_of(contact: Contact, result: AuditResult, alarms: Sequence[Collision] | None = None) -> list[Collision]:
+    """The alarms of single joints that make up a contact, in order of time.
+
+    Args:
+        contact: the contact.
+        result: the audit.
+        alarms: its alarms in order of time, for those who ask of many contacts.
+    """
+    alarms = in_time(result.collisions) if alarms is None else alarms
+    first = bisect_left(alarms, contact.onset_s, key=lambda alarm: alarm.onset_s)
+    after = bisect_right(alarms, contact.end_s, key=lambda alarm: alarm.onset_s)
+    return [alarm for alarm in alarms[first:after] if alarm.joint in contact.joints]
+
+
+def height(alarm: Collision) -> float:
+    """Peak over threshold."""
+    return abs(alarm.peak_nm) / alarm.gamma_nm
+
+
+def strongest(result: AuditResult, limit: int) -> dict[int, Contact]:
+    """The contacts with the highest residual for its threshold, by their number from 1, in order of time.
+
+    Args:
+        result: the audit.
+        limit: how many at most; of equals the earlier.
+    """
+    contacts, alarms = contacts_of(result), in_time(result.collisions)
+    heights = [max(map(height, alarms_of(contact, result, alarms)), default=0.0) for contact in contacts]
+    kept = sorted(range(len(contacts)), key=lambda k: (-heights[k], k))[:limit]
+    return {k + 1: contacts[k] for k in sorted(kept)}
+
+
+def contact_limits(contact: Contact, period_s: float) -> tuple[float, float]:
+    """Times between which a contact is drawn: 0.25 s, 25 samples or its own length on either side."""
+    margin = max(_LEAST_MARGIN_S, _LEAST_MARGIN_SAMPLES * period_s, contact.end_s - contact.onset_s)
+    return contact.onset_s - margin, contact.end_s + margin
+
+
+def force_text(force: ContactForce | None, least: LeastForce | None = None) -> str:
+    """The interval of a contact's force and its blind directions; what it is at least where there is no interval."""
+    at_least = "" if least is None or least.force_n < 1.0 else f"at least {math.floor(least.force_n)} N"
+    if force is None:
+        return at_least or "unknown"
+    low, high = force.size_ci95_n
+    if force.blind and low < 0.5:
+        visible = f"up to {high:.0f} N in visible directions"
+        return f"{at_least} ({visible})" if at_least else f"not determinable ({visible})"
+    blind = f", {len(force.blind)} blind direction{'s' if len(force.blind) > 1 else ''}" if force.blind else ""
+    return f"{low:.0f} to {high:.0f} N{blind}"

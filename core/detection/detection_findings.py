@@ -138,7 +138,7 @@ def _hidden_at_rest(
     if joint not in inputs.laws or hidden is None or inside.size == 0:
         return []
     seconds = float(inside.size) * series.period_s
-    most = float((run.threshold.of(j, inside) + hidden[j].at(inside)).max())
+    most = float((run.threshold.of(j, inside) + hidden[inside, j]).max())
     text = (
         f"Joint '{joint}' rested or had just reversed for {seconds:.4g} s: there, external torque of up to "
         f"{most:.3g} N·m (threshold and width of its friction's range) can go unseen. This time counts as "

@@ -14,13 +14,12 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
 from collaudit.core.data import shown
-from collaudit.core.data.columns import OfTwo
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.tables import copied
+from collaudit.core.numeric.tables import combined, copied
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -285,7 +284,7 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else OfTwo(np.add, rigid, contact)
+    explained = rigid if rigid is None or contact is None else combined(np.add, rigid, contact)
     switched = switched_efforts(series, explained, start.judged)
     states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
     series = without_states(series, states.not_driven)

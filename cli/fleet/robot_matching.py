@@ -91,7 +91,7 @@ def robots_of(traits: LogTraits, robots: Mapping[str, FleetRobot]) -> list[str]:
         "no robot of the fleet is this log's" if not found else "the log may be of several robots of the fleet",
         where=traits.place,
         found=", ".join(found) or None,
-        expected="one robot whose paths, topics, joints and serials match, or several with topics or joints of their own",
+        expected="one robot whose rules match, or several with topics or joints of their own",
         hint="add or narrow a rule in [fleet.robots.NAME]",
     )
 

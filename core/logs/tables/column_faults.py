@@ -106,7 +106,7 @@ def _lines(families: Sequence[_Family], value: Callable[[int], str | int], known
 
 
 def sides_of(names: Sequence[str], quantity: str = "position") -> dict[str, dict[str, str]]:
-    """Numbered columns with a word more than the quantity's, such as the side of an arm: word to quantity to pattern."""
+    """Numbered columns with a word more than the quantity's, such as an arm's side: word to quantity to pattern."""
     bare = [without_unit(name) for name in names]
     sides: dict[str, dict[str, str]] = {}
     stems = {name[: hit.start()] + MARK + name[hit.end() :] for name in bare for hit in _NUMBER.finditer(name)}

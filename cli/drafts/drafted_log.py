@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from collaudit.cli.drafts.catalogue import add_proposals
 from collaudit.cli.drafts.choice_evidence import add_choice_evidence
 from collaudit.cli.drafts.draft import Draft
 from collaudit.cli.drafts.draft_evidence import (
@@ -104,7 +105,8 @@ def drafted(known: Known, output: Path | None, *, of_fleet: bool = False) -> Dra
         resting = add_rest_threshold(draft.sections, trial.prepared)
         if delays or resting:
             trial = try_again(trial, parse_config(draft.text(), place))
+    proposed = add_proposals(draft, trial) if known.robot is None else []
     draft.remark(trial.findings)
     text = draft.text()
     parse_config(text, output)
-    return Drafted(text, trial, missing(trial, draft.problems, robot=known.robot is not None))
+    return Drafted(text, trial, [*missing(trial, draft.problems, robot=known.robot is not None), *proposed])

@@ -17,7 +17,7 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.candidates import Candidate, candidates_of, wanted
+from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
 from collaudit.core.identification.priors import Gains, tool_body
 from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
 from collaudit.core.identification.problem.identification_samples import Motion, collect
@@ -32,6 +32,8 @@ _MOST = 3.0
 _ALIKE = 5
 #: Whole logs are held out where there are so many.
 _FEWEST_LOGS = 2
+#: Standard errors by which a joint's own torque by its angle must predict better.
+_SURE = 2.0
 #: Samples that tell candidates apart as well as all would: errors within a second are alike.
 _MOST_TO_CHOOSE = 2000
 
@@ -84,18 +86,25 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     scale = unknowns(tried[0]).gain if raw else np.ones(len(robot.joint_names))
     if not np.isfinite(scale).any():
         return nothing, None
-    left = [
-        held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
-        for one in map(unknowns, tried)
-    ]
-    if not np.isfinite(left).all(axis=0).any():  # no sample by which all can be compared
+
+    def left_of(one: Unknowns) -> FloatArray:
+        return held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
+
+    left = {one: left_of(unknowns(one)) for one in tried}
+    plain = [one for one in tried if not {"gain", "inertials", "tool"} & set(one.estimate)]
+    if asked == "auto" and plain:
+        every = left_of(unknowns(replace(plain[-1], estimate=(*plain[-1].estimate, "spring"))))
+        springs = _joints_better(every, left[plain[-1]], motion.cluster // _ALIKE)
+        tried = with_springs(tried, springs) if springs else tried
+    left = {one: left[one] if one in left else left_of(unknowns(one)) for one in tried}
+    if not np.isfinite(list(left.values())).all(axis=0).any():  # no sample by which all can be compared
         return tried[0], None
 
     def refused(one: Candidate) -> str:
         free = "tool" in one.estimate and one != stated and (asked == "auto" or stated is not None)
         return "the tool would weigh less than nothing" if free and _weighs_less(prepared, config, one) else ""
 
-    taken, choice = choose_estimate(tried, left, motion.cluster // _ALIKE, robot.joint_names, refused)
+    taken, choice = choose_estimate(tried, list(left.values()), motion.cluster // _ALIKE, robot.joint_names, refused)
     if stated is None:
         return taken, choice
     return stated, None if taken == stated else replace(choice, taken=stated.words, better=taken.words)
@@ -116,6 +125,17 @@ def _refuse_if_impossible(asked: Sequence[str], log: Prepared) -> None:
             found=", ".join(asked),
             expected='"gain" among them',
         )
+
+
+def _joints_better(with_more: FloatArray, without: FloatArray, cluster: IntArray) -> tuple[int, ...]:
+    """Joints whose held-out torque (n, j) is less with more identified, by two standard errors of the difference."""
+    out = []
+    for j in range(without.shape[1]):
+        usual = np.array([np.sqrt(np.nanmean(without[:, j] ** 2))]) if np.isfinite(without[:, j]).any() else np.ones(1)
+        gained = _by_cluster(without[:, j, None], usual, cluster) - _by_cluster(with_more[:, j, None], usual, cluster)
+        if gained.size and gained.mean() > _SURE * _error(gained):
+            out.append(j)
+    return tuple(out)
 
 
 def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:

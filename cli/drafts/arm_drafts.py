@@ -86,7 +86,7 @@ def _one_arm(arms: Mapping[str, tuple[Arm, Known]]) -> bool:
         if not arm.topics:
             continue
         try:
-            logs.append(open_log(known.files, known.loaded, hashed=False))
+            logs.append(open_log(known.files, known.loaded))
         except CollauditError:
             return True
     return any(same_arm(one, other) for k, one in enumerate(logs) for other in logs[k + 1 :])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.data.identification_result import Identified
+from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -294,7 +294,7 @@ def identified_scale_findings(identified: Identified | None, joints: Collection[
         return []
     findings = []
     for joint, found in identified.joints.items():
-        interval = found.gain_ci95
+        interval = None if found.gain_ci95 is None else _closed(found.gain_ci95)
         if joint not in joints or found.gain is None or interval is None or _overlaps(interval, _ACCURATE_GAIN):
             continue
         text = (
@@ -346,6 +346,11 @@ def raw_effort_findings(series: UniformSeries) -> list[Finding]:
         "description tell it; a joint without one is not judged."
     )
     return [Finding("effort-unit-raw", "warning", text)]
+
+
+def _closed(bounds: Bounds) -> tuple[float, float]:
+    low, high = bounds
+    return -np.inf if low is None else low, np.inf if high is None else high
 
 
 def _overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:

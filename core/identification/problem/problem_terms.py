@@ -56,8 +56,8 @@ class Terms:
         if springs is not None and springs.any():
             nuisance = np.insert(nuisance, [nuisance.shape[2] - motion.drift.shape[1]] * DEGREE, 0.0, axis=2)
             at = cls.angles_in(nuisance, motion)
-            for j in np.flatnonzero(springs):
-                nuisance[j][:, at] = angle_columns(motion.position[:, j], motion.moving[:, j])
+            for spring in map(int, np.flatnonzero(springs)):
+                nuisance[spring][:, at] = angle_columns(motion.position[:, spring], motion.moving[:, spring])
         starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
         starts = np.asarray(starts, dtype=np.int64)
         return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)

@@ -13,8 +13,10 @@ from collaudit.core.plan.checks import STEP, MoveCheck
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
 from collaudit.core.plan.timing import Motion, move
 
-#: Time at constant speed: what a section loses at both ends to settling and to the filter of speed, and what is left.
-LEVEL_S = 0.8
+#: Time at constant speed: ramps and settling take little of the longer one, which is asked for where its way is short.
+LEVEL_S, LONG_S, _SHORT_WAY = 0.8, 2.0, 0.4
+#: What a section loses at both ends to settling and to the filter of speed, s.
+_LOST_S = 0.2
 #: Shortest way at constant speed, rad (m): some periods of a gear's ripple.
 LEAST_WAY = 0.03
 SLOWEST = 0.01
@@ -22,7 +24,7 @@ PAUSE_S = 0.05
 _SPEEDS = 24
 #: Speeds of a joint whose friction is not settled, before any is asked for again: a law is chosen by speeds left out.
 _DISTINCT = 8
-_WANDER = 0.25  # share of a stroke that the next one starts farther along, so that a gear's ripple is averaged
+_WANDER = 0.1  # share of a stroke that the next one starts farther along, so that a gear's ripple is averaged
 _GOLDEN = 0.618
 _SPREAD = 0.04  # share by which a speed that is asked for again differs
 _WIDEST = 1.6  # rad to either side of the start
@@ -58,7 +60,7 @@ class JointSweeps:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Grid:
-    """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) derivatives of the curve there."""
+    """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) derivatives of the curve there over the points' errors."""
 
     speed: FloatArray
     cost: FloatArray
@@ -68,7 +70,7 @@ class _Grid:
 def choose_sweeps(
     check: MoveCheck, fits: Mapping[str, FrictionFit], joints: Sequence[int], seconds: float, target: float
 ) -> list[JointSweeps]:
-    """Speeds of all joints: the pair of sweeps that raises log det of the information most for its time, in turn.
+    """Speeds of all joints: the pair of sweeps that lowers the parameters' relative variances most for its time, in turn.
 
     Args:
         check: limits of the arm.
@@ -98,7 +100,7 @@ def _next(sweeps: JointSweeps, grid: _Grid, left: float, target: float) -> tuple
     used = np.array([[abs(v / u - 1.0) < _SPREAD for u in sweeps.speeds] for v in grid.speed]).sum(axis=-1)
     used = np.zeros(grid.speed.size) if not sweeps.speeds else used
     possible = grid.cost <= left
-    if len(sweeps.speeds) < _DISTINCT:
+    if sweeps.design.points + len(sweeps.speeds) < _DISTINCT:
         possible &= used == 0
     elif sweeps.settled(target):
         return 0.0, 0.0, 0.0
@@ -162,7 +164,7 @@ def _open(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> Join
 
 
 def _with(sweeps: JointSweeps, speed: float) -> JointSweeps:
-    added = sweeps.added + sweeps.design.information(speed)
+    added = sweeps.added + sweeps.design.information(speed, _level_s(speed) - _LOST_S)
     return JointSweeps(sweeps.joint, sweeps.window, sweeps.design, (*sweeps.speeds, speed), added)
 
 
@@ -182,11 +184,15 @@ def _window(check: MoveCheck, joint: int) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
+def _level_s(speed: float) -> float:
+    """Time of a stroke at constant speed, s."""
+    return max(LEVEL_S, min(LONG_S, _SHORT_WAY / speed), LEAST_WAY / speed)
+
+
 def _way(check: MoveCheck, joint: int, speed: float) -> float:
     """Length of a stroke, rad: constant speed for long enough, and both ramps."""
     limits = check.limits
-    level = max(speed * LEVEL_S, LEAST_WAY)
-    return level + speed * (speed / float(limits.acceleration[joint]) + _rounding(check, joint, speed))
+    return speed * (_level_s(speed) + speed / float(limits.acceleration[joint]) + _rounding(check, joint, speed))
 
 
 def _rounding(check: MoveCheck, joint: int, speed: float) -> float:
@@ -216,4 +222,5 @@ def _grid(check: MoveCheck, sweeps: JointSweeps) -> _Grid:
             speeds.append(float(speed))
             costs.append(2.0 * (motion.duration_s + PAUSE_S))
     every = np.array(speeds)
-    return _Grid(every, np.array(costs), sweeps.design.gradients(every))
+    useful = np.array([_level_s(speed) for speed in speeds]) - _LOST_S
+    return _Grid(every, np.array(costs), sweeps.design.gradients(every, useful))

@@ -33,7 +33,7 @@ _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001
 #: has other seeds), and how many degrees of freedom this is worth; parameters of a law, which take some.
 _BEYOND, _EXPECTED, _FREE = 1.2, 5, 4
 _STEP = 1e-5
-_NEARLY_ALL = 1.0 - 1e-9  # of the variances, beyond which rounding counts
+_LEAST_LEFT = 1e-9  # of the variances, below which rounding counts
 _LEAST_KNOWN = 1e-9  # information of every parameter without data, in units of its own size: so that all is finite
 
 
@@ -73,17 +73,18 @@ class FrictionDesign:
         return np.asarray(g[:, :, None] * g[:, None, :])
 
     def gains(self, gradients: FloatArray, added: FloatArray) -> FloatArray:
-        """(n,) by how much a point of each of the gradients (g, n, p) lowers the log of the summed relative variances.
+        """(n,) by how much a point of each of the gradients (g, n, p) lowers the sum of the relative variances.
 
-        The mean of the guesses. A-optimal, since the widest interval is what keeps a joint from being done;
+        The geometric mean of the guesses. A-optimal, since the widest interval is what keeps a joint from being done;
         (M + g gᵀ)⁻¹ = M⁻¹ - M⁻¹g gᵀM⁻¹ / (1 + gᵀM⁻¹g): Sherman and Morrison.
         """
         inverse = np.linalg.inv(self._whole(added))
         scaled = gradients * self._sizes()[:, None, :]
         turned = np.einsum("gnp,gpq->gnq", scaled, inverse)
         less = np.sum(turned**2, axis=2) / (1.0 + np.sum(turned * scaled, axis=2))
-        share = less / np.trace(inverse, axis1=1, axis2=2)[:, None]
-        return np.asarray(-np.log1p(-np.minimum(share, _NEARLY_ALL)).mean(axis=0))
+        before = np.log(np.trace(inverse, axis1=1, axis2=2))
+        left = np.maximum(1.0 - less / np.exp(before)[:, None], _LEAST_LEFT)
+        return np.asarray(np.exp(before.mean()) * (1.0 - np.exp(np.log(left).mean(axis=0))))
 
     def half_widths(self, added: FloatArray, count: int) -> dict[str, float]:
         """Half widths of 95 % intervals by symbol, the middle one of the guesses, with ``count`` points added."""

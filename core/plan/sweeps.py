@@ -59,7 +59,7 @@ class JointSweeps:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Grid:
+class SpeedGrid:
     """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) derivatives of the curve there over the points' errors."""
 
     speed: FloatArray
@@ -79,8 +79,8 @@ def choose_sweeps(
         seconds: of all sweeps at most.
         target: half width, as a share of the parameter, that is enough.
     """
-    found = [_open(check, fits, j) for j in joints]
-    grids = [_grid(check, sweeps) for sweeps in found]
+    found = [nothing_swept(check, fits, j) for j in joints]
+    grids = [speed_grid(check, sweeps) for sweeps in found]
     left = seconds
     while True:
         asked = [_next(sweeps, grid, left, target) for sweeps, grid in zip(found, grids, strict=True)]
@@ -92,7 +92,7 @@ def choose_sweeps(
         found[k] = _with(found[k], speed)
 
 
-def _next(sweeps: JointSweeps, grid: _Grid, left: float, target: float) -> tuple[float, float, float]:
+def _next(sweeps: JointSweeps, grid: SpeedGrid, left: float, target: float) -> tuple[float, float, float]:
     """What a joint's best next pair of sweeps gains a second, its speed and its time; a gain of 0 where none is left.
 
     Other speeds than before come first until there are enough, then all, a little off those that were.
@@ -155,7 +155,8 @@ def _put(pose: FloatArray, joint: int, position: float) -> FloatArray:
     return out
 
 
-def _open(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> JointSweeps:
+def nothing_swept(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> JointSweeps:
+    """A joint's window, and what is known of its friction, before any sweep."""
     name = check.limits.joint_names[joint]
     window = _window(check, joint)
     fastest = _fastest(check, joint, window)
@@ -164,7 +165,7 @@ def _open(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> Join
 
 
 def _with(sweeps: JointSweeps, speed: float) -> JointSweeps:
-    added = sweeps.added + sweeps.design.information(speed, _level_s(speed) - _LOST_S)
+    added = sweeps.added + sweeps.design.information(speed, useful_s(speed))
     return JointSweeps(sweeps.joint, sweeps.window, sweeps.design, (*sweeps.speeds, speed), added)
 
 
@@ -189,6 +190,11 @@ def _level_s(speed: float) -> float:
     return max(LEVEL_S, min(LONG_S, _SHORT_WAY / speed), LEAST_WAY / speed)
 
 
+def useful_s(speed: float) -> float:
+    """Time of the section that a stroke gives, s."""
+    return _level_s(speed) - _LOST_S
+
+
 def _way(check: MoveCheck, joint: int, speed: float) -> float:
     """Length of a stroke, rad: constant speed for long enough, and both ramps."""
     limits = check.limits
@@ -208,7 +214,7 @@ def _fastest(check: MoveCheck, joint: int, window: tuple[float, float]) -> float
     return fit[-1] if fit else SLOWEST
 
 
-def _grid(check: MoveCheck, sweeps: JointSweeps) -> _Grid:
+def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:
     """Speeds that can be swept, and the time that both ways take; none where nothing has room."""
     joint, (low, high) = sweeps.joint, sweeps.window
     speeds, costs = [], []
@@ -222,5 +228,5 @@ def _grid(check: MoveCheck, sweeps: JointSweeps) -> _Grid:
             speeds.append(float(speed))
             costs.append(2.0 * (motion.duration_s + PAUSE_S))
     every = np.array(speeds)
-    useful = np.array([_level_s(speed) for speed in speeds]) - _LOST_S
-    return _Grid(every, np.array(costs), sweeps.design.gradients(every, useful))
+    useful = np.array([useful_s(speed) for speed in speeds])
+    return SpeedGrid(every, np.array(costs), sweeps.design.gradients(every, useful))

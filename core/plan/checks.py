@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,7 +54,7 @@ class MoveCheck:
         """What a motion from rest to rest violates, in words; None where it keeps all limits."""
         if not self.limits.inside(motion.q).all():
             return "a joint's range"
-        if (joint := self.overloaded(motion)) is not None:
+        if (joint := self.overloaded([motion])[0]) is not None:
             return f"the torque of {joint}"
         found = self.shapes.touching(self._places(motion))
         return None if found is None else found[1]
@@ -72,13 +72,16 @@ class MoveCheck:
             torque[:, j] += way * size
         return torque
 
-    def overloaded(self, motion: Motion) -> str | None:
-        """A joint whose torque exceeds its limit; None where none does, or no model tells."""
+    def overloaded(self, motions: Sequence[Motion]) -> list[str | None]:
+        """Of every motion a joint whose torque exceeds its limit; None where none does, or no model tells."""
         if not self.robot.has_inertials:
-            return None
-        _, q, v, a = motion.sampled(_TORQUE_STEP_S)
-        over = np.abs(self.torque_nm(q, v, a)) > _TORQUE_RESERVE * self.limits.torque
-        return self.robot.joint_names[int(np.argmax(over.any(axis=0)))] if over.any() else None
+            return [None] * len(motions)
+        samples = [motion.sampled(_TORQUE_STEP_S)[1:] for motion in motions]
+        torque = self.torque_nm(*(np.concatenate(part) for part in zip(*samples, strict=True)))
+        over = np.abs(torque) > _TORQUE_RESERVE * self.limits.torque
+        ends = np.cumsum([len(q) for q, _, _ in samples])[:-1]
+        each = [part.any(axis=0) for part in np.split(over, ends)]
+        return [self.robot.joint_names[int(np.argmax(one))] if one.any() else None for one in each]
 
     def _places(self, motion: Motion) -> FloatArray:
         """(m, j) positions along a motion, at most half a clearance of any point's way apart."""

@@ -141,7 +141,7 @@ def sweep_moves(
         part += [move(check.limits, begin, there, speed), move(check.limits, there, back, speed)]
         home = move(check.limits, back, start) if np.any(np.abs(back - start) > 1e-9) else None
         every = [*moves, *part, *([home] if home else [])]
-        if sum(one.duration_s + PAUSE_S for one in every) > seconds or any(map(check.overloaded, [*part, *every[-1:]])):
+        if sum(one.duration_s + PAUSE_S for one in every) > seconds or any(check.overloaded([*part, *every[-1:]])):
             continue
         moves, at, done = [*moves, *part], back, _with(done, speed)
     if np.any(np.abs(at - start) > 1e-9):
@@ -217,16 +217,16 @@ def _fastest(check: MoveCheck, joint: int, window: tuple[float, float]) -> float
 def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:
     """Speeds that can be swept, and the time that both ways take; none where nothing has room."""
     joint, (low, high) = sweeps.joint, sweeps.window
-    speeds, costs = [], []
-    for speed in np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS):
-        way = _way(check, joint, float(speed))
-        if way > high - low:
-            continue
-        begin = _put(check.limits.start, joint, low)
-        motion = move(check.limits, begin, _put(begin, joint, low + way), float(speed))
-        if check.overloaded(motion) is None:
-            speeds.append(float(speed))
-            costs.append(2.0 * (motion.duration_s + PAUSE_S))
-    every = np.array(speeds)
-    useful = np.array([useful_s(speed) for speed in speeds])
-    return SpeedGrid(every, np.array(costs), sweeps.design.gradients(every, useful))
+    begin = _put(check.limits.start, joint, low)
+    ways = {
+        v: _way(check, joint, v)
+        for v in map(float, np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS))
+    }
+    motions = {
+        v: move(check.limits, begin, _put(begin, joint, low + way), v) for v, way in ways.items() if way <= high - low
+    }
+    over = check.overloaded(list(motions.values())) if motions else []
+    kept = {v: motion for (v, motion), joint in zip(motions.items(), over, strict=True) if joint is None}
+    speeds = np.array(list(kept))
+    costs = np.array([2.0 * (motion.duration_s + PAUSE_S) for motion in kept.values()])
+    return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(v) for v in kept])))

@@ -1,9 +1,10 @@
 """What points of friction at given speeds tell of a law's parameters: Fisher information, and half widths.
 
 For a point f with standard deviation s at speed v the information is g gᵀ / s², g the derivative of the curve by the
-parameters; s² falls with the time at that speed, but for what points scatter beyond their blocks (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007). Where a law is not determined yet, its rate
-could be many: the information is looked at for several, and the mean of the criterion counts (Bayesian design:
-Chaloner and Verdinelli, Statistical Science 10, 1995).
+parameters (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007); s² falls with the time at that speed, but
+for what points scatter beyond their blocks. Where a law is not determined yet, its rate could be many: the information
+is looked at for several, and the mean of the criterion counts (Bayesian design: Chaloner and Verdinelli, Statistical
+Science 10, 1995).
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class JointSweeps:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedGrid:
-    """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) derivatives of the curve there over the points' errors."""
+    """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) weighted derivatives of the curve."""
 
     speed: FloatArray
     cost: FloatArray
@@ -70,7 +70,7 @@ class SpeedGrid:
 def choose_sweeps(
     check: MoveCheck, fits: Mapping[str, FrictionFit], joints: Sequence[int], seconds: float, target: float
 ) -> list[JointSweeps]:
-    """Speeds of all joints: the pair of sweeps that lowers the parameters' relative variances most for its time, in turn.
+    """Speeds of all joints: the pair of sweeps that lowers relative variances most for its time, in turn.
 
     Args:
         check: limits of the arm.
@@ -218,15 +218,11 @@ def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:
     """Speeds that can be swept, and the time that both ways take; none where nothing has room."""
     joint, (low, high) = sweeps.joint, sweeps.window
     begin = _put(check.limits.start, joint, low)
-    ways = {
-        v: _way(check, joint, v)
-        for v in map(float, np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS))
-    }
-    motions = {
-        v: move(check.limits, begin, _put(begin, joint, low + way), v) for v, way in ways.items() if way <= high - low
-    }
+    every = map(float, np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS))
+    ways = {v: way for v in every if (way := _way(check, joint, v)) <= high - low}
+    motions = {v: move(check.limits, begin, _put(begin, joint, low + way), v) for v, way in ways.items()}
     over = check.overloaded(list(motions.values())) if motions else []
-    kept = {v: motion for (v, motion), joint in zip(motions.items(), over, strict=True) if joint is None}
+    kept = {v: motion for (v, motion), name in zip(motions.items(), over, strict=True) if name is None}
     speeds = np.array(list(kept))
     costs = np.array([2.0 * (motion.duration_s + PAUSE_S) for motion in kept.values()])
     return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(v) for v in kept])))

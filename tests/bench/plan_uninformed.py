@@ -19,8 +19,8 @@ from collaudit.core.plan.planning import Plan
 from collaudit.fixtures.robots.simulated_robot import FixtureRobot
 
 
-def uninformed_ratios(check: MoveCheck, arm: FixtureRobot, before: FrictionFile, plan: Plan) -> list[float]:
-    """Half widths after uninformed sweeps over those of the plan, of every parameter that was open.
+def uninformed_ratios(check: MoveCheck, arm: FixtureRobot, before: FrictionFile, plan: Plan) -> dict[str, list[float]]:
+    """Half widths after uninformed sweeps over those of the plan, of every joint that was open, by symbol.
 
     Args:
         check: limits of the arm.
@@ -31,7 +31,7 @@ def uninformed_ratios(check: MoveCheck, arm: FixtureRobot, before: FrictionFile,
     names = plan.robot.joint_names
     every = {one.joint: one for one in plan.file.sweeps}
     seconds = sum(one.end_s - one.start_s for one in plan.file.sweeps) / len(names)
-    out = []
+    out: dict[str, list[float]] = {symbol: [] for symbol in "ABCD"}
     for j, name in enumerate(names):
         fit, truth = before.joints[name], arm.friction[j].parameters()
         if fit.identifiable or truth is None:
@@ -39,7 +39,8 @@ def uninformed_ratios(check: MoveCheck, arm: FixtureRobot, before: FrictionFile,
         design = _of_truth(fit, truth, float(check.limits.torque[j]))
         mine = design.half_widths(_added(design, every[name].speeds_rad_s if name in every else ()), 1)
         naive = design.half_widths(_added(design, _d_optimal(check, j, fit, seconds)), 1)
-        out += [naive[symbol] / mine[symbol] for symbol in mine]
+        for symbol in out:
+            out[symbol].append(naive[symbol] / mine[symbol])
     return out
 
 

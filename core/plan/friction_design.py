@@ -128,7 +128,8 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
         assert model is not None
         slow, fast = (float(f) for f in model.torque(np.array(model.speed_range)))
         slope = (fast - slow) / (model.speed_range[1] - model.speed_range[0])
-        law, guesses = REFERENCE, _guesses(max(slow, 1e-3 * torque_nm), max(slope, 1e-3 * abs(slow) / fastest))
+        still = slow - slope * model.speed_range[0]
+        law, guesses = REFERENCE, _guesses(max(still, 1e-3 * torque_nm), max(slope, 1e-3 * abs(slow) / fastest))
     else:
         guesses = (values,)
     data = with_scatter(point_arrays(fit.points), np.ones(len(fit.points)))

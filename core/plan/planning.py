@@ -138,7 +138,11 @@ def make_plan(
         clean=clean_times(
             robot.joint_names, audits, friction, request.per_hour, motion.duration_s / 3600.0, request.gamma_nm
         ),
-        missing=(*_strangers(robot, friction), *_missing(check, robot, joints, kept, unknowns)),
+        missing=(
+            *_strangers(robot, friction),
+            *_missing(check, robot, joints, kept, unknowns),
+            *_wide(robot, kept, request.target),
+        ),
         provenance=replace(provenance, model_sha256=robot.sha256),
     )
     return Plan(file, robot, motion, tuple(moves))
@@ -267,6 +271,12 @@ def _strangers(robot: RobotModel, friction: FrictionFile | None) -> tuple[str, .
     if friction is None or friction.provenance.model_sha256 in (None, robot.sha256):
         return ()
     return ("the friction was fitted with another description of an arm, or with another tool",)
+
+
+def _wide(robot: RobotModel, kept: Sequence[JointSweeps], target: float) -> tuple[str, ...]:
+    wide = [robot.joint_names[one.joint] for one in kept if one.design.measured and not one.settled(target)]
+    asked = f"half widths of {100.0 * target:.2g} % of every friction parameter"
+    return (f"{asked} take more minutes for {', '.join(wide)}",) if wide else ()
 
 
 def _missing(

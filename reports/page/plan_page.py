@@ -18,16 +18,17 @@ def plan_page(plan: Plan) -> str:
     assert bodies is not None
     t, q, _, _ = plan.motion.sampled(plan.motion.duration_s / _FRAMES)
     frames = [*bodies.joint_names, bodies.frame_names[-1]]
-    points = np.array([plan.robot.frame_positions(pose, frames) for pose in q])
+    points = np.array([np.vstack([np.zeros(3), plan.robot.frame_positions(pose, frames)]) for pose in q])
     tables = [
         ("Sweeps", rows.SWEEP_HEAD, rows.sweep_rows(file), "One joint at a time; every speed both ways."),
         (
-            "What it should tell", rows.PREDICTION_HEAD, rows.prediction_rows(file.predictions),
-            "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far.",
+            "What it should tell", rows.PREDICTION_HEAD, rows.prediction_rows([p for p in file.predictions if p.joint]),
+            rows.PREDICTION_NOTE,
         ),
-        ("Clean hours", rows.CLEAN_HEAD, rows.clean_rows(file), rows.clean_words(file)),
+        ("Clean hours", *rows.clean_table(file), rows.clean_words(file)),
         ("Limits", rows.LIMIT_HEAD, rows.limit_rows(file), "Hard: no part of the motion passes one."),
     ]  # fmt: skip
+    arm = rows.prediction_rows([p for p in file.predictions if not p.joint])
     notes = [
         ("Taken for granted, not stated", file.assumed),
         ("Surroundings", file.surroundings),
@@ -42,6 +43,7 @@ def plan_page(plan: Plan) -> str:
         .render(
             plan=file,
             tables=tables,
+            inertials=(rows.PREDICTION_HEAD, arm),
             notes=[(title, lines) for title, lines in notes if lines],
             arm=moving_arm(points, plan.motion.duration_s),
             joints=[(name, positions_over_time(t, q[:, j], file.limits[name], f"joint-{j}"))

@@ -8,12 +8,12 @@ from collaudit.core.data.plan_result import Delivered, PlanFile
 from collaudit.reports.terminal.text_table import table, wrapped
 from collaudit.reports.values.numbers import duration
 from collaudit.reports.values.plan_rows import (
-    CLEAN_HEAD,
     DELIVERED_HEAD,
     LIMIT_HEAD,
     PREDICTION_HEAD,
+    PREDICTION_NOTE,
     SWEEP_HEAD,
-    clean_rows,
+    clean_table,
     clean_words,
     delivered_rows,
     limit_rows,
@@ -42,11 +42,10 @@ def plan_text(plan: PlanFile, width: int | None = None) -> str:
         _notes("Surroundings", (*plan.surroundings, *_shapes(plan)), width),
         _part("Sweeps", SWEEP_HEAD, sweep_rows(plan), width),
         f"\nExciting trajectory: {exciting}\n",
-        _part(
-            "What it should tell (half widths of 95 % intervals)", PREDICTION_HEAD, prediction_rows(of_joints), width
-        ),
+        _part("What it should tell", PREDICTION_HEAD, prediction_rows(of_joints), width),
         f"  and {len(plan.predictions) - len(of_joints)} parameters of the whole arm: plan.html, plan.json\n",
-        _part("Clean hours", CLEAN_HEAD, clean_rows(plan), width),
+        wrapped(PREDICTION_NOTE, width) + "\n",
+        _part("Clean hours", *clean_table(plan), width),
         wrapped(clean_words(plan), width) + "\n",
         _notes("Not planned or not predicted", plan.missing, width),
     ]

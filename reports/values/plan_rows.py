@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from collaudit.core.data.plan_result import CleanTime, Delivered, PlanFile, Prediction
-from collaudit.reports.values.numbers import duration, significant
+from collaudit.reports.values.numbers import duration, significant, stated
 
 Rows = list[tuple[str, ...]]
 
@@ -13,6 +13,12 @@ Rows = list[tuple[str, ...]]
 _REPEATED_H = 8.0
 SWEEP_HEAD = ("joint", "window, rad", "speeds, rad/s, each both ways", "begins", "takes")
 PREDICTION_HEAD = ("joint", "parameter", "value", "half width before", "predicted after")
+#: Beside the predictions.
+PREDICTION_NOTE = (
+    "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far. Guessed: "
+    "of a joint whose law is open; the half widths go with what its law turns out to be. A and B in N·m, C in s/rad, D in "
+    "N·m·s/rad, rotor inertia in kg·m² (of prismatic joints: N, s/m, N·s/m, kg)."
+)
 CLEAN_HEAD = ("joint", "clean time", "γ now, N·m", "γ with the plan, N·m", "clean hours for γ")
 DELIVERED_HEAD = ("joint", "parameter", "predicted half width", "delivered", "outcome")
 LIMIT_HEAD = ("joint", "range, rad", "start", "speed, rad/s", "acceleration, rad/s²", "jerk, rad/s³", "torque, N·m")
@@ -39,16 +45,23 @@ def prediction_rows(predictions: Sequence[Prediction]) -> Rows:
             one.joint or "arm",
             one.parameter,
             "" if one.value is None else significant(one.value) + (" (guessed)" if one.guessed else ""),
-            "open" if one.before is None else f"±{significant(one.before)}",
-            "not predicted" if one.after is None else f"±{significant(one.after)}",
+            "open" if one.before is None else _half(one.before, one.value),
+            "not predicted" if one.after is None else _half(one.after, one.value),
         )
         for one in predictions
     ]
 
 
-def clean_rows(plan: PlanFile) -> Rows:
-    """One line a joint."""
-    return [(joint, duration(3600.0 * one.hours), *_gammas(one, plan)) for joint, one in plan.clean.items()]
+def _half(half: float, value: float | None) -> str:
+    """A half width, and what share of the value it is."""
+    return f"±{significant(half)}" + (f" ({100.0 * half / abs(value):.2g} %)" if value else "")
+
+
+def clean_table(plan: PlanFile) -> tuple[tuple[str, ...], Rows]:
+    """Head, and one line a joint; thresholds where a run says them."""
+    columns = len(CLEAN_HEAD) if any(one.gamma_nm is not None for one in plan.clean.values()) else 2
+    rows = [(joint, duration(3600.0 * one.hours), *_gammas(one, plan)) for joint, one in plan.clean.items()]
+    return CLEAN_HEAD[:columns], [row[:columns] for row in rows]
 
 
 def _gammas(one: CleanTime, plan: PlanFile) -> tuple[str, str, str]:
@@ -75,9 +88,11 @@ def clean_words(plan: PlanFile) -> str:
         repeated = (
             f" The exciting trajectory takes {duration(turn)}: {3600.0 * more / turn:.0f} times would be as long."
         )
+    runs = "" if len(clean_table(plan)[0]) > 2 else " Runs (RUN/ of an audit) among the inputs would say thresholds."
     return (
-        f"{significant(plan.per_hour)} false alarms of the arm an hour take {duration(3600.0 * enough)} of motion "
-        f"without contact, of the kind that is to be judged later; {need}.{repeated}"
+        f"Thresholds for {stated(plan.per_hour)} false alarms of the whole arm an hour need "
+        f"{duration(3600.0 * enough)} of motion without contact, of the kind that is to be judged later; "
+        f"{need}.{repeated}{runs}"
     )
 
 

@@ -9,7 +9,7 @@ from collaudit.core.data.plan_result import JointLimits
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.plots.svg import Panel, drawing
 
-_SIDE, _GAP, _WIDE = 260, 20, 700
+_SIDE, _GAP, _WIDE = 300, 40, 1000
 _SHOWN_S = 40.0  # a longer motion is shown faster
 _GHOSTS = 12
 
@@ -41,9 +41,9 @@ def moving_arm(points_m: FloatArray, duration_s: float) -> Markup:
             f'<text x="{left}" y="{height + 14:.1f}">{("from the side", "from above")[view]}</text>'
         )
     label = f"The planned motion from the side and from above, {duration_s:.0f} s; a click starts it"
-    head = Markup('<svg id="moving-arm" class="plot" width="{}" viewBox="0 0 {} {:.0f}" role="img" aria-label="{}">')
+    head = Markup('<svg id="moving-arm" class="plot" viewBox="0 0 {} {:.0f}" role="img" aria-label="{}">')
     body = f'<rect width="{2 * _SIDE + _GAP}" height="{height:.0f}" opacity="0"/>' + "".join(parts)
-    return head.format(_WIDE, 2 * _SIDE + _GAP, height + 20, label) + Markup(body) + Markup("</svg>")
+    return head.format(_WIDE, height + 20, label) + Markup(body) + Markup("</svg>")
 
 
 def positions_over_time(time_s: FloatArray, q: FloatArray, limits: JointLimits, name: str) -> Markup:

@@ -16,8 +16,8 @@ PREDICTION_HEAD = ("joint", "parameter", "value", "half width before", "predicte
 #: Beside the predictions.
 PREDICTION_NOTE = (
     "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far. Guessed: "
-    "of a joint whose law is open; the half widths go with what its law turns out to be. A and B in N·m, C in s/rad, D in "
-    "N·m·s/rad, rotor inertia in kg·m² (of prismatic joints: N, s/m, N·s/m, kg)."
+    "of a joint whose law is open; the half widths go with what its law turns out to be. A and B in N·m, C in s/rad, "
+    "D in N·m·s/rad, rotor inertia in kg·m² (of prismatic joints: N, s/m, N·s/m, kg)."
 )
 CLEAN_HEAD = ("joint", "clean time", "γ now, N·m", "γ with the plan, N·m", "clean hours for γ")
 DELIVERED_HEAD = ("joint", "parameter", "predicted half width", "delivered", "outcome")

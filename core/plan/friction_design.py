@@ -26,8 +26,8 @@ from collaudit.core.numeric.arrays import FloatArray
 
 #: Rates, s/rad, at which extra friction near standstill fades; gears lie between.
 _RATES = (8.0, 20.0, 50.0)
-#: Of the friction near standstill, what fades, where that is not known.
-_FADING = 0.2
+#: Extra friction near standstill that fades, as a share of what stays, where it is not known.
+_FADING = 0.25
 #: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point.
 _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001
 #: Points scatter so many times more than blocks within them do (seed 1 of the six-axis arm; the table of docs/plan.md
@@ -160,7 +160,7 @@ def _scatter(fit: FrictionFit, data: ls.Points) -> tuple[float, float]:
 
 def _guesses(level: float, slope: float) -> tuple[Mapping[str, float], ...]:
     """Parameters of the reference law for each of the rates, from friction near standstill and the slope."""
-    return tuple({"A": (1.0 - _FADING) * level, "B": _FADING * level, "C": c, "D": slope} for c in _RATES)
+    return tuple({"A": level, "B": _FADING * level, "C": c, "D": slope} for c in _RATES)
 
 
 def _gradient(law: FrictionLaw, values: Mapping[str, float], speed: FloatArray) -> FloatArray:

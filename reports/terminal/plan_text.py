@@ -54,11 +54,15 @@ def plan_text(plan: PlanFile, width: int | None = None) -> str:
 
 def delivered_text(found: Sequence[Delivered], width: int | None = None) -> str:
     """What the planned motion gave, beside what was predicted."""
-    of_joints = [one for one in found if one.joint is not None]
-    told = [one for one in found if one.predicted is not None]
+    apart = [one for one in found if one.outcome == "not estimated"]
+    rest = [one for one in found if one not in apart]
+    told = [one for one in rest if one.predicted is not None]
     kept = sum(one.outcome in ("as predicted", "better") for one in told)
     head = f"\nThe plan predicted {len(told)} half widths: {kept} are as predicted or smaller.\n"
-    return head + table(DELIVERED_HEAD, delivered_rows(of_joints), width=width, fold=True)
+    rows = delivered_rows([one for one in rest if one.joint is not None])
+    words = f"{len(apart)} more are of a fit that estimates inertials ([fit] estimate); this one takes them as exact."
+    more = wrapped(words, width) + "\n" if apart else ""
+    return head + table(DELIVERED_HEAD, rows, width=width, fold=True) + more
 
 
 def _part(title: str, head: tuple[str, ...], rows: list[tuple[str, ...]], width: int | None) -> str:

@@ -28,9 +28,15 @@ class Quality:
     t: float
 
     @classmethod
-    def of(cls, sum_squares: float, freedom: int) -> Quality:
-        """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio)."""
-        return cls(max(1.0, sum_squares / freedom), float(student_quantile(freedom, _LEVEL)))
+    def of(cls, sum_squares: float, freedom: int, data: ls.Points) -> Quality:
+        """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio).
+
+        A few precise pairs are no better known for many rough points beside them: of the degrees of freedom, the
+        quantile counts the share that Kish's effective number, (sum of weights)² / sum of squared weights, is of all.
+        """
+        weight = np.min(data.sd) ** 2 / data.sd**2
+        effective = float(np.sum(weight) ** 2 / np.sum(weight**2)) / data.n
+        return cls(max(1.0, sum_squares / freedom), float(student_quantile(max(1.0, effective * freedom), _LEVEL)))
 
     @property
     def allowance(self) -> float:

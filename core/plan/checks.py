@@ -44,12 +44,6 @@ class MoveCheck:
     clearance_m: float
     friction: Mapping[str, FrictionModel]
 
-    @classmethod
-    def of(cls, robot: RobotModel, limits: ArmLimits, around: Surroundings, shapes: ArmShapes,
-           friction: Mapping[str, FrictionModel]) -> MoveCheck:  # fmt: skip
-        """``shapes``: made with :func:`padded` surroundings."""
-        return cls(robot, limits, shapes, shapes.reach_m(), around.clearance_m, friction)
-
     def problem(self, motion: Motion) -> str | None:
         """What a motion from rest to rest violates, in words; None where it keeps all limits."""
         if not self.limits.inside(motion.q).all():

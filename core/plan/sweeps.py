@@ -97,8 +97,7 @@ def _next(sweeps: JointSweeps, grid: SpeedGrid, left: float, target: float) -> t
 
     Other speeds than before come first until there are enough, then all, a little off those that were.
     """
-    used = np.array([[abs(v / u - 1.0) < _SPREAD for u in sweeps.speeds] for v in grid.speed]).sum(axis=-1)
-    used = np.zeros(grid.speed.size) if not sweeps.speeds else used
+    used = sum((np.abs(grid.speed / u - 1.0) < _SPREAD for u in sweeps.speeds), np.zeros(grid.speed.size))
     possible = grid.cost <= left
     if sweeps.design.points + len(sweeps.speeds) < _DISTINCT:
         possible &= used == 0
@@ -150,9 +149,7 @@ def sweep_moves(
 
 
 def _put(pose: FloatArray, joint: int, position: float) -> FloatArray:
-    out = pose.copy()
-    out[joint] = position
-    return out
+    return np.where(np.arange(pose.size) == joint, position, pose)
 
 
 def nothing_swept(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> JointSweeps:
@@ -196,22 +193,16 @@ def useful_s(speed: float) -> float:
 
 
 def _way(check: MoveCheck, joint: int, speed: float) -> float:
-    """Length of a stroke, rad: constant speed for long enough, and both ramps."""
-    limits = check.limits
-    return speed * (_level_s(speed) + speed / float(limits.acceleration[joint]) + _rounding(check, joint, speed))
-
-
-def _rounding(check: MoveCheck, joint: int, speed: float) -> float:
-    """Time that the limit of the jerk adds to a ramp, s."""
+    """Length of a stroke, rad: constant speed for long enough, and both ramps, which the limit of the jerk rounds."""
     a, jerk = float(check.limits.acceleration[joint]), float(check.limits.jerk[joint])
-    return max(a / jerk, 2.0 * float(np.sqrt(speed / jerk)) - speed / a)
+    rounding = max(a / jerk, 2.0 * float(np.sqrt(speed / jerk)) - speed / a)
+    return speed * (_level_s(speed) + speed / a + rounding)
 
 
 def _fastest(check: MoveCheck, joint: int, window: tuple[float, float]) -> float:
     """Highest speed that has room in a window."""
     speeds = np.geomspace(SLOWEST, 0.98 * float(check.limits.speed[joint]), 60)
-    fit = [float(v) for v in speeds if _way(check, joint, float(v)) <= window[1] - window[0]]
-    return fit[-1] if fit else SLOWEST
+    return max((float(v) for v in speeds if _way(check, joint, float(v)) <= window[1] - window[0]), default=SLOWEST)
 
 
 def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:

@@ -12,6 +12,7 @@ import argparse
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -100,7 +101,8 @@ def beside_others(settings: LoadedConfig, before: FrictionFile, plan: Plan, seed
     joints = np.arange(len(robot.joint_names))
     own = plan.moves[-plan.file.exciting_moves :]
     ours = unknowns.prior() + sum(ex.information_of(check, unknowns, part) for part in own)
-    naive = ex.excite(check, unknowns, joints, seconds, seed, informed=False).information
+    flat = replace(unknowns, earlier=-0.999 * np.eye(unknowns.scale.size))  # next to nothing is known
+    naive = ex.excite(check, flat, joints, seconds, seed).information + unknowns.prior() - flat.prior()
     sines = unknowns.prior() + sine_information(check, unknowns, seconds, np.random.default_rng(seed))
     mine = unknowns.half_widths(ours)
     first = unknowns.half_widths(unknowns.prior())

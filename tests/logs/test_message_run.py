@@ -111,3 +111,18 @@ def test_a_file_that_shrinks_while_it_is_read_is_partial(tmp_path: Path) -> None
     assert sum(batch.start.shape[0] for batch in reader.batches()) < whole
     assert any("is damaged" in item.text for item in reader.damage)
     reader.close()
+
+
+def test_messages_between_small_records_are_few_runs(tmp_path: Path) -> None:
+    between = struct.pack("<BQ", 0x0A, 5) + bytes(5)
+    path = tmp_path / "a.mcap"
+    path.write_bytes(MAGIC + b"".join(record(40) + between for _ in range(5000)))
+    file = RandomFile(path)
+    runs = [chunk.loose for chunk in scan(file).chunks]
+    file.close()
+    assert len(runs) <= 2
+    assert sum(run.shape[0] for run in runs if run is not None) == 5000
+    reader = McapFile(path)
+    assert list(reader.batches()) == []  # of a channel that is not defined
+    assert len(reader.damage) == 2
+    reader.close()

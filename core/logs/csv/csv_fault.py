@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,13 +19,12 @@ class Fault:
     Attributes:
         error: what to tell the user, with line and column.
         line: number of the line, from 1.
-        before: bytes of text before it, when it is the file's last line, not ended, and nothing but its end is wrong:
-            the file was cut inside it. None otherwise.
+        cut: whether it is the file's last line, not ended, and only its end is wrong: the file was cut inside it.
     """
 
     error: LogError
     line: int
-    before: int | None
+    cut: bool
 
 
 def first_fault(
@@ -40,29 +38,29 @@ def first_fault(
         wanted: indices of the columns that must be numbers.
         numeric: those of them that may be empty.
         time: index of the time column, which may hold ISO stamps; None without.
+
+    Raises:
+        LogError: as of :func:`~collaudit.core.logs.csv.csv_text.rows_as_text`.
     """
     width = len(dialect.names)
     may_be_empty = set(numeric)
-    rows = rows_as_text(path, dialect)
-    try:
+    with open_bytes(path) as raw:
+        rows = rows_as_text(path, raw, dialect)
         for line, cells in rows:
             where = f"{path}, line {line}"
             held = [(k, cells[k].strip(BLANKS)) for k in wanted if k < len(cells)]
             bad = [k for k, cell in held if not _fine(cell, k, dialect, may_be_empty, time)]
             if len(cells) == width and not bad:
                 continue
-            before = _whole_lines(path, dialect) if next(rows, None) is None else None
+            last = next(rows, None) is None and _lacks_its_end(path, dialect)
             if len(cells) != width:
                 message = "the row has another number of cells than the columns"
                 error = LogError(message, where=where, found=f"{len(cells)} cells", expected=f"{width}")
-                cut = len(cells) < width and not set(bad) - {len(cells) - 1}
-                return Fault(error, line, before if cut else None)
+                return Fault(error, line, last and len(cells) < width and not set(bad) - {len(cells) - 1})
             name = dialect.names[bad[0]] if dialect.header else f"number {bad[0] + 1}"
             message = f"the cell in column {name!r} is not a number"
             error = LogError(message, where=where, found=repr(cells[bad[0]].strip()[:60]))
-            return Fault(error, line, before if bad == [width - 1] else None)
-    except csv.Error as error:
-        return Fault(LogError(f"cannot be cut into cells: {error}", where=str(path)), 0, None)
+            return Fault(error, line, last and bad == [width - 1])
     return None
 
 
@@ -72,14 +70,10 @@ def _fine(cell: str, index: int, dialect: Dialect, may_be_empty: set[int], time:
     return is_number(cell, dialect.decimal) or (index == time and is_iso(cell))
 
 
-def _whole_lines(path: Path, dialect: Dialect) -> int | None:
-    """Bytes of text up to the end of its last whole line, or None when nothing follows it (or it cannot be told)."""
-    if dialect.encoding == "utf-16":
-        return None
-    whole = total = 0
+def _lacks_its_end(path: Path, dialect: Dialect) -> bool:
+    """Whether the last line has no end; of UTF-16 that is not told."""
+    end = b"\n"
     with open_bytes(path) as stream:
         while piece := stream.read(_PIECE):
-            found = piece.rfind(b"\n")
-            whole = total + found + 1 if found >= 0 else whole
-            total += len(piece)
-    return whole if whole < total else None
+            end = piece[-1:]
+    return end != b"\n" and dialect.encoding != "utf-16"

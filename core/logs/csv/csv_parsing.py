@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.csv.csv_stream import BoundedStream, LineStream
-from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, open_bytes, rows_as_text
+from collaudit.core.logs.csv.csv_text import COMMENT, NULLS, Dialect, damage_of, open_bytes, rows_as_text
 from collaudit.core.logs.storage.decompression import decompression_errors
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.numeric.parallel import ordered_map
@@ -22,39 +22,18 @@ _BLOCK = 3 << 18
 #: Bytes of a file that is read by several threads, and that one of them reads at a time at most: to begin costs as
 #: much as parsing a megabyte.
 _LARGE, _PART = 1 << 24, 1 << 25
-_COMMENT = tuple(mark.encode() for mark in COMMENT)
-
-
-@dataclass(frozen=True, slots=True)
-class Mend:
-    """What to leave out: comments between the rows, and a last row that was cut.
-
-    Attributes:
-        line: number from 1 of the last row, when it is left out.
-        before: bytes of text before it.
-    """
-
-    line: int | None = None
-    before: int | None = None
 
 
 def parse(
-    path: Path,
-    dialect: Dialect,
-    wanted: Sequence[int],
-    types: Mapping[str, Any],
-    mend: Mend | None = None,
-    *,
-    quotes: bool = True,
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any], *, quotes: bool = True
 ) -> tuple[Any, str | None]:
-    """Parse a table once, with the types given.
+    """Parse a table as it lies in the file, with the types given.
 
     Args:
         path: the file.
         dialect: how it is written.
         wanted: indices of columns.
         types: the Arrow type of each column ``c{index}``.
-        mend: what to leave out; None leaves the file as it is.
         quotes: whether cells may stand in quotes.
 
     Returns:
@@ -64,24 +43,63 @@ def parse(
         ArrowInvalid: a row or a cell is not as it should be.
         LogError: a compressed file cannot be read at all.
     """
-    from pyarrow import ArrowInvalid, NativeFile, enable_signal_handlers
+    if dialect.delimiter == " " or dialect.encoding == "utf-16":
+        return parse_rewritten(path, dialect, wanted, types)
+    import pyarrow as pa
 
-    # Arrow's handler of Ctrl-C is a thread of its own; Python's serves between the parts.
-    enable_signal_handlers(False)
+    _leave_signals_alone()
+    encoding = dialect.encoding.removesuffix("-sig")
+    reading = _Reading(
+        len(dialect.names), dialect.skip, dialect.delimiter, encoding, quotes, wanted, types, dialect.decimal
+    )
+    if compression_at(path) is not None:
+        with open_bytes(path) as stream:
+            try:
+                return reading.table(stream), damage_of(stream)
+            except decompression_errors() as error:
+                raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
+    if encoding == "utf-8" and not quotes and path.stat().st_size > _LARGE:
+        try:
+            return reading.table_of_parts(path), None
+        except pa.ArrowInvalid:
+            pass  # the whole file tells at which row
+    with pa.OSFile(str(path)) as source:
+        return reading.table(source), None
+
+
+def parse_rewritten(
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: Mapping[str, Any], stop: int | None = None
+) -> tuple[Any, str | None]:
+    """Parse the rows of a table written anew: between commas, in UTF-8, without comments between them.
+
+    Args:
+        path, dialect, wanted, types: as of :func:`parse`, which also tells what is returned and raised.
+        stop: number from 1 of the line that is left out with all that follows; None for none.
+    """
+    _leave_signals_alone()
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
     try:
-        source, skip, delimiter, encoding = _source(path, dialect, mend)
-        reading = _Reading(len(dialect.names), skip, delimiter, encoding, quotes, wanted, types, dialect.decimal)
-        with source:
-            if isinstance(source, NativeFile) and encoding == "utf-8" and not quotes and source.size() > _LARGE:
-                try:
-                    return reading.table_of_parts(path), None
-                except ArrowInvalid:
-                    pass  # the whole file tells at which row
-            table = reading.table(source)
-            stream = getattr(source, "raw", None)
-            return table, stream.damage if isinstance(stream, (BoundedStream, LineStream)) else None
+        with open_bytes(path) as raw:
+            for line, cells in rows_as_text(path, raw, dialect):
+                if stop is not None and line >= stop:
+                    break
+                if dialect.delimiter == " ":  # whose quotes, if any, stand in the cells
+                    out.write(",".join(cells) + "\n")
+                else:
+                    writer.writerow(cells)
+            damage = damage_of(raw)
     except decompression_errors() as error:
         raise LogError(f"cannot be read to its end: {error}", where=str(path)) from error
+    reading = _Reading(len(dialect.names), 0, ",", "utf-8", True, wanted, types, dialect.decimal)
+    return reading.table(io.BytesIO(out.getvalue().encode("utf-8", "replace"))), damage
+
+
+def _leave_signals_alone() -> None:
+    """Arrow's handler of Ctrl-C is a thread of its own; Python's serves between the parts."""
+    from pyarrow import enable_signal_handlers
+
+    enable_signal_handlers(False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,52 +176,3 @@ def _line_starts(path: Path) -> list[int]:
 def _comment_or_error(row: Any) -> str:
     text = str(row.text).strip()
     return "skip" if not text or text.startswith(COMMENT) else "error"
-
-
-def _source(path: Path, dialect: Dialect, mend: Mend | None) -> tuple[Any, int, str, str]:
-    """A byte source for Arrow, the lines it must skip, the delimiter and the encoding.
-
-    White space becomes commas, and UTF-16 becomes UTF-8.
-
-    Raises:
-        LogError: what should be UTF-16 is not.
-    """
-    import pyarrow as pa
-
-    encoding = dialect.encoding.removesuffix("-sig")
-    if dialect.delimiter == " ":
-        stop = mend.line if mend is not None else None
-        rows = (",".join(cells) for line, cells in rows_as_text(path, dialect) if stop is None or line < stop)
-        return io.BytesIO("\n".join(rows).encode()), 0, ",", "utf-8"
-    if encoding == "utf-16":
-        return io.BytesIO(_from_utf16(path, dialect.skip, mend)), dialect.skip, dialect.delimiter, "utf-8"
-    if mend is not None:
-        stream = open_bytes(path)
-        lines = LineStream(_rows(stream, dialect.skip, mend.before), stream)
-        return io.BufferedReader(lines), dialect.skip, dialect.delimiter, encoding
-    if compression_at(path) is None:
-        return pa.OSFile(str(path)), dialect.skip, dialect.delimiter, encoding
-    return open_bytes(path), dialect.skip, dialect.delimiter, encoding
-
-
-def _from_utf16(path: Path, skip: int, mend: Mend | None) -> bytes:
-    """The text as UTF-8, without comments after the lines that are skipped when it is to be mended."""
-    try:
-        with open_bytes(path) as raw, io.TextIOWrapper(raw, "utf-16", newline="") as text:
-            lines = list(text)
-    except UnicodeError as error:
-        raise LogError(f"begins as UTF-16 text and does not go on so: {error}", where=str(path)) from error
-    if mend is not None:
-        lines = [line for k, line in enumerate(lines) if k < skip or not line.lstrip().startswith(COMMENT)]
-    return "".join(lines).encode()
-
-
-def _rows(stream: IO[bytes], skip: int, before: int | None) -> Iterator[bytes]:
-    """The lines of the first so many bytes, without the comments after those that are skipped."""
-    at = 0
-    for number, line in enumerate(stream):
-        at += len(line)
-        if before is not None and at > before:
-            return
-        if number < skip or not line.lstrip().startswith(_COMMENT):
-            yield line

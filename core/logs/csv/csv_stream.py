@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from itertools import islice
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.storage.decompression import decompression_errors
@@ -14,7 +12,6 @@ from collaudit.core.logs.storage.file_reading import plausible_table
 from collaudit.core.logs.storage.packed_file import opened_packed
 
 _PIECE = 1 << 18
-_LINES = 256
 _LONGEST_LINE = 1 << 24
 
 
@@ -87,38 +84,4 @@ class BoundedStream(io.RawIOBase):
         """Close it and the file below."""
         if not self.closed:
             self._inner.close()
-        super().close()
-
-
-class LineStream(io.RawIOBase):
-    """Some of the lines of another stream, which is closed with it."""
-
-    def __init__(self, lines: Iterator[bytes], of: IO[bytes]) -> None:
-        self._lines = lines
-        self._of = of
-        self._rest = b""
-
-    @property
-    def damage(self) -> str | None:
-        """Where a compressed file below could not be read to its end."""
-        below = getattr(self._of, "raw", None)
-        return below.damage if isinstance(below, BoundedStream) else None
-
-    def readable(self) -> bool:
-        """Always."""
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        """Fill a buffer."""
-        if not self._rest:
-            self._rest = b"".join(islice(self._lines, _LINES))
-        count = min(len(buffer), len(self._rest))
-        buffer[:count] = self._rest[:count]
-        self._rest = self._rest[count:]
-        return count
-
-    def close(self) -> None:
-        """Close it and the stream below."""
-        if not self.closed:
-            self._of.close()
         super().close()

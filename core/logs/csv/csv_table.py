@@ -12,7 +12,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_fault import Fault, first_fault
-from collaudit.core.logs.csv.csv_parsing import Mend, parse
+from collaudit.core.logs.csv.csv_parsing import parse, parse_rewritten
 from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _FIRST_ROWS = 50
 #: Cells of a table that one thread puts together.
 _SMALL = 100_000
+_Parse = Callable[[Sequence[Any], dict[str, Any]], tuple[Any, str | None]]
 _DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blank"}
 
 
@@ -88,12 +89,7 @@ class CsvTable:
 
 
 def _attempts(
-    path: Path,
-    dialect: Dialect,
-    wanted: Sequence[int],
-    types: dict[str, Any],
-    time: int | None,
-    mend: Mend | None = None,
+    path: Path, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None
 ) -> tuple[Any, str | None]:
     """The table with the first type that its stamps fit.
 
@@ -102,29 +98,37 @@ def _attempts(
     """
     import pyarrow as pa
 
-    kinds = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
-    failure: pa.ArrowInvalid | None = None
-    for quotes in (False, True) if mend is None and _may_lack_quotes(dialect, wanted, types) else (True,):
-        for kind in kinds:
-            try:
-                own = types if kind is None else types | {f"c{time}": kind}
-                return parse(path, dialect, wanted, own, mend, quotes=quotes)
-            except pa.ArrowInvalid as error:
-                failure = error
-            if time is None or kind is kinds[-1] or _parses(path, dialect, time, kind, mend, quotes=quotes):
-                break  # no other type of stamps would help
-        if not quotes and not _holds_quotes(path):
-            break  # nor would looking for them
-    assert failure is not None
-    raise failure
+    if _may_lack_quotes(dialect, wanted, types):
+        try:
+            return _typed(partial(parse, path, dialect, quotes=False), dialect, wanted, types, time)
+        except pa.ArrowInvalid:
+            if not _holds_quotes(path):
+                raise
+    return _typed(partial(parse, path, dialect), dialect, wanted, types, time)
 
 
-def _parses(path: Path, dialect: Dialect, column: int, kind: Any, mend: Mend | None, *, quotes: bool) -> bool:
-    """Whether one column alone can be read as a type, so that the fault lies in another."""
+def _typed(
+    parse_as: _Parse, dialect: Dialect, wanted: Sequence[int], types: dict[str, Any], time: int | None
+) -> tuple[Any, str | None]:
+    """The table by one way of parsing, with the first type that its stamps fit; errors as of :func:`_attempts`."""
+    import pyarrow as pa
+
+    *kinds, last = _time_types(dialect.first[time]) if time is not None and time < len(dialect.first) else [None]
+    for kind in kinds:
+        try:
+            return parse_as(wanted, types | {f"c{time}": kind})
+        except pa.ArrowInvalid:
+            if _parses(parse_as, time, kind):
+                raise  # the fault lies in another column
+    return parse_as(wanted, types if last is None else types | {f"c{time}": last})
+
+
+def _parses(parse_as: _Parse, column: int | None, kind: Any) -> bool:
+    """Whether one column alone can be read as a type."""
     import pyarrow as pa
 
     try:
-        parse(path, dialect, [column], {f"c{column}": kind}, mend, quotes=quotes)
+        parse_as([column], {f"c{column}": kind})
     except pa.ArrowInvalid:
         return False
     return True
@@ -158,11 +162,12 @@ def _mended(
         ArrowInvalid: it cannot be read without them either.
         LogError: the fault is another one.
     """
-    if fault is None:
-        return _attempts(path, dialect, wanted, types, time, Mend())
-    if fault.before is None:
+    if fault is not None and not fault.cut:
         raise fault.error
-    table, damage = _attempts(path, dialect, wanted, types, time, Mend(fault.line, fault.before))
+    rewritten = partial(parse_rewritten, path, dialect, stop=None if fault is None else fault.line)
+    table, damage = _typed(rewritten, dialect, wanted, types, time)
+    if fault is None:
+        return table, damage
     return table, damage or f"its last row, line {fault.line}, ends in the middle and was left out"
 
 

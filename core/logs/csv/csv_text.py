@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_stream import BoundedStream
@@ -203,27 +203,48 @@ def _decimal(sample: Sequence[str], delimiter: str) -> str:
     return "," if commas > points else "."
 
 
-def _refuse_damage(path: Path, raw: IO[bytes]) -> None:
-    """A table between blanks is turned into another text before it is read, where damage would be forgotten."""
-    stream = getattr(raw, "raw", None)
-    if isinstance(stream, BoundedStream) and stream.damage is not None:
-        raise LogError(f"the compressed table is damaged: {stream.damage}", where=str(path))
+def damage_of(raw: IO[bytes]) -> str | None:
+    """Where a stream opened by :func:`open_bytes` could not be decompressed to its end, once it was read so far."""
+    below = getattr(raw, "raw", None)
+    return below.damage if isinstance(below, BoundedStream) else None
 
 
-def rows_as_text(path: Path, dialect: Dialect) -> Any:
-    """Iterate (number from 1 of its first line, cells) of the data rows; slow, for error messages and odd files."""
-    with open_bytes(path) as raw, io.TextIOWrapper(raw, dialect.encoding, errors="replace", newline="") as text:
-        if dialect.delimiter == " ":
-            for number, line in enumerate(text, 1):
-                if number > dialect.skip and line.strip() and not line.lstrip().startswith(COMMENT):
-                    yield number, line.split()
-            _refuse_damage(path, raw)
-            return
-        for _ in range(dialect.skip):
-            text.readline()
-        reader = csv.reader(text, delimiter=dialect.delimiter)
-        before = 0  # a quote that is never closed takes the lines below into its cell
-        for cells in reader:
-            if not is_remark(cells):
-                yield dialect.skip + before + 1, cells
-            before = reader.line_num
+def rows_as_text(path: Path, raw: IO[bytes], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
+    """(number from 1 of its first line, cells) of the data rows; slow, for error messages and odd files.
+
+    Args:
+        path: the file, for messages.
+        raw: the file, opened by :func:`open_bytes`.
+        dialect: how it is written.
+
+    Raises:
+        LogError: what should be UTF-16 is not; it cannot be cut into cells; a table between blanks is damaged.
+    """
+    errors = "strict" if dialect.encoding == "utf-16" else "replace"
+    text = io.TextIOWrapper(raw, dialect.encoding, errors=errors, newline="")
+    try:
+        yield from _between_blanks(path, raw, text, dialect) if dialect.delimiter == " " else _quoted(text, dialect)
+    except csv.Error as error:
+        raise LogError(f"cannot be cut into cells: {error}", where=str(path)) from error
+    except UnicodeError as error:
+        raise LogError(f"begins as UTF-16 text and does not go on so: {error}", where=str(path)) from error
+
+
+def _between_blanks(path: Path, raw: IO[bytes], text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
+    for number, line in enumerate(text, 1):
+        if number > dialect.skip and line.strip() and not line.lstrip().startswith(COMMENT):
+            yield number, line.split()
+    damage = damage_of(raw)
+    if damage is not None:
+        raise LogError(f"the compressed table is damaged: {damage}", where=str(path))
+
+
+def _quoted(text: IO[str], dialect: Dialect) -> Iterator[tuple[int, list[str]]]:
+    for _ in range(dialect.skip):
+        text.readline()
+    reader = csv.reader(text, delimiter=dialect.delimiter)
+    before = 0  # a quote that is never closed takes the lines below into its cell
+    for cells in reader:
+        if not is_remark(cells):
+            yield dialect.skip + before + 1, cells
+        before = reader.line_num

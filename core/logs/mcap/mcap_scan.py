@@ -30,6 +30,7 @@ from collaudit.core.logs.mcap.mcap_run import message_run
 from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
 from collaudit.core.logs.storage.file_reading import RandomFile
 from collaudit.core.logs.storage.records import Damage
+from collaudit.core.numeric.arrays import IntArray
 
 _WINDOW = 1 << 13
 _WIDE_WINDOW = 1 << 20
@@ -58,6 +59,8 @@ class Scan:
         self.base = 0
         self.width = _WINDOW
         self.finished = False
+        self.runs: list[IntArray] = []
+        self.end = 0
 
     def run(self) -> McapIndex:
         """What it finds up to the end or to the first damage."""
@@ -67,6 +70,7 @@ class Scan:
             if nxt is None:
                 break
             pos = nxt
+        self._end_run()
         if not self.finished and not self.index.damage:
             self.index.damage.append(
                 Damage(f"it ends at byte {self.file.size} without a footer: it was cut short or is still being written")
@@ -85,6 +89,7 @@ class Scan:
     def step(self, pos: int) -> int | None:
         """Take note of the record at ``pos``; where the next one begins, None at the end or at damage."""
         if pos in self.known:
+            self._end_run()
             self.index.chunks.append(self.known[pos])
             return pos + self.known[pos].extent
         head = self.view(pos, 9)
@@ -125,6 +130,7 @@ class Scan:
 
     def chunk(self, pos: int, length: int) -> int | None:
         """Note a chunk; one that the file ends in is noted with the bytes that are there."""
+        self._end_run()
         head = self.view(pos + 9, min(length, 64))
         try:
             size, crc, name = struct.unpack_from("<QII", head, 16)
@@ -166,6 +172,16 @@ class Scan:
         for at, length in zip(starts[~whole].tolist(), lengths[~whole].tolist(), strict=True):
             self._stop(f"the message at byte {base + at} is only {length} bytes long")
         if whole.any():
-            size = base + after - pos
-            self.index.chunks.append(ChunkRef(pos, pos, size, size, 0, "", loose=base + starts[whole] - pos))
+            if self.runs and base + after - int(self.runs[0][0]) > _WIDE_WINDOW:
+                self._end_run()
+            self.runs.append(base + starts[whole])
+            self.end = base + after
         return max(base + after, pos + 9)
+
+    def _end_run(self) -> None:
+        """Note the messages since the last chunk as one, whatever small records lie between them."""
+        if self.runs:
+            at = np.concatenate(self.runs)
+            start, size = int(at[0]), self.end - int(at[0])
+            self.index.chunks.append(ChunkRef(start, start, size, size, 0, "", loose=at - start))
+            self.runs = []

@@ -10,7 +10,7 @@ Rows = tuple[tuple[str, ...], ...]
 
 #: What stands where there is no value.
 BLANK = frozenset({"", "–", "none", "no force", "not felt", "not known", "not watched", "open", "unknown"})
-_NUMBER = re.compile(r"[-−+±×≤≥<>]? ?\d[^;:]{0,32}")
+_NUMBER = re.compile(r"[-−+±×≤≥<>]? ?\d(?:[^;:,]|,(?=\d)){0,32}")
 _WITH_UNIT = re.compile(r"[-−+]?\d[\d.,e+-]* (N·m|N)( ▲)?")
 
 

@@ -69,4 +69,4 @@ def write_mcap(
     if progress is not None:
         progress(1, 1)
     writer.add_metadata("collaudit", dict(facts))
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]

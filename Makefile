@@ -118,7 +118,7 @@ soak: $(RUN)/.dev
 
 # The generated pages: configuration, its JSON Schema, findings, commands, JSON Schemas of results.
 docs: $(RUN)/.dev
-	$(RUN)/bin/python -m collaudit.cli.docs docs
+	PYTHONPATH=tests/helpers $(RUN)/bin/python -m user_guide.pages docs
 
 clean:
 	rm -rf $(RUN) $(TEST) build dist $(DEMO_OUT) *.egg-info

@@ -23,7 +23,7 @@ def read_findings(files: LogFiles, loaded: LoadedConfig) -> tuple[Finding, ...]:
     from collaudit.core.verdict.asked_findings import asked_findings
 
     with progress("reading") as report:
-        return asked_findings(prepare(files, loaded, progress=report, hashed=False), loaded.config)
+        return asked_findings(prepare(files, loaded, progress=report), loaded.config)
 
 
 def forbidding(findings: Sequence[Finding]) -> str | None:

@@ -90,16 +90,13 @@ def describe(files: Files, settings: LoadedConfig | None = None) -> LogSummary:
     return summary_of(_paths(files), (settings or load_config(None)).config.log)
 
 
-def open_log(
-    files: Files, settings: LoadedConfig, progress: Progress | None = None, *, hashed: bool = True
-) -> JointLog:
+def open_log(files: Files, settings: LoadedConfig, progress: Progress | None = None) -> JointLog:
     """Read one log: joint signals as recorded, in SI units, under the robot's joint names.
 
     Args:
         files: a log, or the parts of one.
         settings: robot, topics, columns, units.
         progress: of reading.
-        hashed: whether its hash will be asked for, and is to be computed beside what follows.
 
     Returns:
         Stamps (n,) in s from the first sample; position, velocity, effort (n, j).
@@ -121,7 +118,6 @@ def open_log(
         judged=settings.config.robot.joints or (),
         progress=progress,
         cache=settings.cache,
-        hashed=hashed,
     )
     return at_joints(log, settings.config.robot, movable or ())
 
@@ -142,8 +138,6 @@ def prepare(
     settings: LoadedConfig,
     friction: FrictionFile | None = None,
     progress: Progress | None = None,
-    *,
-    hashed: bool = True,
 ) -> Prepared:
     """Read one log, build its robot, condition and check both.
 
@@ -152,7 +146,6 @@ def prepare(
         settings: everything about log and robot.
         friction: what an earlier fit found of drives, arm and sensor; None for nothing.
         progress: of reading, conditioning and modelling.
-        hashed: whether its hash will be asked for.
 
     Returns:
         Uniform series, model torque (n, j) in N·m, phases, and findings on all of it.
@@ -166,7 +159,7 @@ def prepare(
 
     settle_within_memory_limit()
     step = stage(progress, 0.0, 1.0)
-    log = open_log(files, settings, stage(progress, 0.0, 0.4), hashed=hashed)
+    log = open_log(files, settings, stage(progress, 0.0, 0.4))
     robot = load_robot(settings, log.joint_names)
     calibration = None if friction is None else Calibration.of(friction, settings.config)
     step(4, 10)

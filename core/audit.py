@@ -142,7 +142,9 @@ def audit_log(
     moving = joints_in_motion(series, detected.state)
     coverage = measure_coverage(series, detected.state, judged.inputs.watch, moving)
     sensitivity = measure_sensitivity(prepared, judged.run, judged.inputs, config, coverage.gaps_s, moving)
-    short = shortfalls(config.policy, coverage, sensitivity, judged.inputs, sliding)
+    short = shortfalls(
+        config.policy, coverage, sensitivity, judged.inputs, sliding, None if friction is None else friction.choice
+    )
     findings = [*asked_findings(prepared, config), *about_axes, *applied.findings, *chosen, *tight, *judged.findings]
     findings += [*at_rest, *coverage_findings(short), *beyond]
     findings += unlabelled

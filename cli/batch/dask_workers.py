@@ -1,8 +1,8 @@
-"""Tasks on Dask: one way for the cores of this machine and for a cluster.
+"""Tasks on a cluster of Dask, done by the same processes as on one machine.
 
 Each Dask worker only watches over a process of its own, which does the task: a task that dies, hangs or runs out of
 memory costs itself and is named with its cause; a Dask worker or machine that is lost costs nothing, for the scheduler
-gives its task to another. Here the workers are threads of this process, so that the machine holds one process a worker.
+gives its task to another.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import logging
 import os
 import threading
 from collections.abc import Callable, Generator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -25,41 +25,39 @@ Prepare = Callable[[int], None]
 _CONNECT_S = "10s"
 _SILENT = logging.CRITICAL + 1  # what a reader of the audit's stderr needs is said by the audit
 _own = threading.local()
-_open: list[SteadyProcess] = []
 
 
 def results_on_dask(
     function: Callable[..., Any],
     items: Sequence[tuple[Any, ...]],
-    count: int,
     prepare: Prepare,
-    timeout_s: float | None = None,
-    scheduler: str | None = None,
+    timeout_s: float | None,
+    scheduler: str,
 ) -> Generator[tuple[int, Any], None, None]:
     """Place and result, or :class:`Lost`, of each item as they come; what still runs is ended when this is closed.
 
     Args:
         function: called with the items' arguments in processes of the workers; to be imported by name, also there.
         items: arguments.
-        count: workers on this machine; of no meaning with a scheduler.
         prepare: called in each new process with the process id of its worker; pickled for the workers.
         timeout_s: longest time for one item.
-        scheduler: address of a cluster's scheduler; None: workers are started here.
+        scheduler: address of the cluster's scheduler.
 
     Raises:
         CollauditError: the scheduler cannot be reached, or Dask is not installed.
     """
     logging.getLogger("distributed").setLevel(_SILENT)
     as_completed = _dask().as_completed
-    with ExitStack() as stack:
-        client = _client(stack, count, scheduler)
+    with closing(_client(scheduler)) as client:
         run = partial(_run, function, prepare, timeout_s)
         futures = {client.submit(run, item, pure=False): index for index, item in enumerate(items)}
-        stack.callback(_end, client, list(futures))
-        for future in as_completed(list(futures), loop=client.loop):
-            index = futures.pop(future)
-            yield index, _result(future)
-            future.release()
+        try:
+            for future in as_completed(list(futures), loop=client.loop):
+                index = futures.pop(future)
+                yield index, _result(future)
+                future.release()
+        finally:
+            _end(client, list(futures))
 
 
 def _dask() -> Any:
@@ -67,22 +65,9 @@ def _dask() -> Any:
     return import_module("distributed")
 
 
-def _client(stack: ExitStack, count: int, scheduler: str | None) -> Any:
-    dask = _dask()
-    if scheduler is None:
-        stack.callback(_close_all)
-        cluster = dask.LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=False,
-            dashboard_address=None,
-            silence_logs=_SILENT,
-            memory_limit=0,  # the processes have limits of their own
-        )
-        stack.enter_context(closing(cluster))
-        return stack.enter_context(closing(dask.Client(cluster, set_as_default=False)))
+def _client(scheduler: str) -> Any:
     try:
-        return stack.enter_context(closing(dask.Client(scheduler, timeout=_CONNECT_S, set_as_default=False)))
+        return _dask().Client(scheduler, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise CollauditError(
             "the scheduler cannot be reached",
@@ -96,13 +81,12 @@ def _client(stack: ExitStack, count: int, scheduler: str | None) -> Any:
 def _run(function: Callable[..., Any], prepare: Prepare, timeout_s: float | None, arguments: tuple[Any, ...]) -> Any:
     """One task, in the thread of a Dask worker."""
     worker, key = _dask().get_worker(), import_module("distributed.worker").thread_state.key
-    settings = (function, prepare, timeout_s)
-    if getattr(_own, "settings", None) != (*settings[:1], repr(prepare), timeout_s):
+    settings = (function, repr(prepare), timeout_s)
+    if getattr(_own, "settings", None) != settings:
         if getattr(_own, "process", None) is not None:
             _own.process.close()
         _own.process = SteadyProcess(function, partial(prepare, os.getpid()), timeout_s)
-        _own.settings = (*settings[:1], repr(prepare), timeout_s)
-        _open.append(_own.process)
+        _own.settings = settings
 
     def cancelled() -> bool:
         task = worker.state.tasks.get(key)
@@ -126,9 +110,3 @@ def _end(client: Any, futures: Sequence[Any]) -> None:
     left = [future for future in futures if future.status == "pending"]
     if left:
         client.cancel(left, force=True)
-
-
-def _close_all() -> None:
-    """End the processes of the workers that were threads here."""
-    while _open:
-        _open.pop().close()

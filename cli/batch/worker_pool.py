@@ -1,7 +1,7 @@
 """Processes that do one task after another; one that dies or takes too long costs the task it had, whenever that is.
 
-In: a function and its items. Out: for each item its result, or how it was lost. Each process has pipes of its own,
-whose far ends only it holds: where it dies in the middle of a message, reading ends there and no other waits for it.
+In: a function and its items. Out: for each item its result, or how it was lost. Each process has a pipe of its own,
+whose far end only it holds: where it dies in the middle of a message, reading ends there and no other waits for it.
 """
 
 from __future__ import annotations
@@ -9,20 +9,27 @@ from __future__ import annotations
 import pickle
 import signal
 import sys
+import threading
 import time
-from collections import deque
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from queue import SimpleQueue
 from typing import Any, Literal
 
 _CONTEXT = get_context("spawn")  # a forked copy of a process that has run numerical threads may hang
 #: So many processes in a row may die before they are ready.
 _FAILED_STARTS = 5
+_WITH_THE_AUDIT = "was ended with the audit"
 _END_S = 5.0
 _POLL_S = 0.5
+#: What reading a message raises of one that came whole, and holds what cannot be made here.
+_UNREADABLE = (pickle.UnpicklingError, AttributeError, ImportError, MemoryError, TypeError, ValueError)
+#: Processes are started and waited for one at a time: each start of one looks whether others have ended.
+_CHILDREN = threading.Lock()
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,24 +45,6 @@ class Lost:
     how: Literal["died", "late", "not started", "not sent"]
     exit_code: int | None = None
     text: str = ""
-
-
-@dataclass(slots=True)
-class _Worker:
-    process: SpawnProcess
-    connection: Connection[Any, Any]
-    ready: bool = False
-    index: int | None = None
-    deadline: float | None = None
-
-    def end(self) -> int:
-        """Wait for it to end, kill it where it does not; its exit code."""
-        self.connection.close()
-        self.process.join(_END_S)
-        if self.process.exitcode is None:
-            self.process.kill()
-            self.process.join(_END_S)
-        return self.process.exitcode or 0
 
 
 def results_of(
@@ -74,34 +63,31 @@ def results_of(
         prepare: called in each new process.
         timeout_s: longest time for one item.
     """
-    waiting = deque(range(len(items)))
-    workers: list[_Worker] = []
-    left, failed = len(items), 0
+    over = threading.Event()
+    processes = [SteadyProcess(function, prepare, timeout_s) for _ in range(max(1, min(count, len(items))))]
+    idle: SimpleQueue[SteadyProcess] = SimpleQueue()
+    for process in processes:
+        idle.put(process)
+
+    def result(arguments: tuple[Any, ...]) -> Any:
+        process = idle.get()
+        try:
+            return process.run(arguments, over.is_set)
+        finally:
+            idle.put(process)
+
     try:
-        while left:
-            while len(workers) < min(count, left):
-                workers.append(_start(function, prepare))
-            for worker in workers:
-                _give(worker, waiting, items, timeout_s)
-            for worker in _heard(workers):
-                message, alive = _take(worker)
-                if isinstance(message, tuple):
-                    left -= 1
-                    yield message
-                failed = 0 if worker.ready else failed + (not alive)
-                if not alive:
-                    workers.remove(worker)
-                    worker.end()
-                if failed >= _FAILED_STARTS:
-                    lost = Lost("not started", worker.process.exitcode, message if isinstance(message, str) else "")
-                    left -= len(waiting)
-                    yield from ((waiting.popleft(), lost) for _ in range(len(waiting)))
-                    failed = 0
+        with ThreadPoolExecutor(len(processes)) as watchers:
+            futures = {watchers.submit(result, item): index for index, item in enumerate(items)}
+            try:
+                for future in as_completed(futures):
+                    yield futures[future], future.result()
+            finally:
+                over.set()
+                watchers.shutdown(cancel_futures=True)
     finally:
-        for worker in workers:
-            worker.process.kill()
-        for worker in workers:
-            worker.end()
+        for process in processes:
+            process.close()
 
 
 class SteadyProcess:
@@ -112,43 +98,88 @@ class SteadyProcess:
     ) -> None:
         """Arguments as of :func:`results_of`; the process starts with the first task."""
         self._function, self._prepare, self._timeout_s = function, prepare, timeout_s
-        self._worker: _Worker | None = None
+        self._process: SpawnProcess | None = None
+        self._connection: Connection[Any, Any]
+        self._failed: list[Lost] = []
 
     def run(self, arguments: tuple[Any, ...], cancelled: Callable[[], bool]) -> Any:
         """The result of one task, or :class:`Lost`; ``cancelled`` is asked twice a second and ends the process."""
-        failed, waiting = 0, deque([0])
-        while True:
-            worker = self._worker = self._worker or _start(self._function, self._prepare)
-            _give(worker, waiting, [arguments], self._timeout_s)
-            spoke = wait([worker.connection, worker.process.sentinel], _POLL_S)
-            if cancelled():
-                self.close()
-                return Lost("died", text="was ended with the audit")
-            if not spoke and (worker.deadline is None or worker.deadline > time.monotonic()):
-                continue
-            message, alive = _take(worker)
-            if not alive:
-                failed += not worker.ready
-                self.close()
-            if isinstance(message, tuple):
-                return message[1]
-            if failed >= _FAILED_STARTS:
-                return Lost("not started", worker.process.exitcode, message if isinstance(message, str) else "")
+        if self._process is not None and wait([self._process.sentinel], 0):
+            self._end()  # since its last task
+        while self._process is None:
+            if len(self._failed) >= _FAILED_STARTS or cancelled():
+                return self._failed[-1] if self._failed else Lost("died", text=_WITH_THE_AUDIT)
+            self._start(cancelled)
+        deadline = None if self._timeout_s is None else time.monotonic() + self._timeout_s
+        try:
+            self._connection.send(arguments)
+        except OSError:
+            return Lost("died", self._end())
+        return self._heard(self._process, deadline, cancelled)
 
     def close(self) -> None:
         """End the process."""
-        worker, self._worker = self._worker, None
-        if worker is not None:
-            worker.process.kill()
-            worker.end()
+        if self._process is not None:
+            self._process.kill()
+            self._end()
 
+    def _start(self, cancelled: Callable[[], bool]) -> None:
+        """Start the process and wait until it is ready for a task; one that is not adds to those that failed."""
+        self._connection, theirs = _CONTEXT.Pipe()
+        process = _CONTEXT.Process(target=_work, args=(theirs, self._function, self._prepare), daemon=True)
+        with _CHILDREN:
+            _start_unheard(process)
+        self._process = process
+        theirs.close()  # or its death would not end what is read from it
+        said = self._heard(process, None, cancelled)
+        if said is None:
+            self._failed.clear()
+        elif isinstance(said, Lost):
+            self._failed.append(Lost("not started", said.exit_code, said.text))
+        else:
+            self._failed.append(Lost("not started", self._end(), said))
 
-def _start(function: Callable[..., Any], prepare: Callable[[], None]) -> _Worker:
-    ours, theirs = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=_work, args=(theirs, function, prepare), daemon=True)
-    _start_unheard(process)
-    theirs.close()  # or its death would not end what is read from it
-    return _Worker(process, ours)
+    def _heard(self, process: SpawnProcess, deadline: float | None, cancelled: Callable[[], bool]) -> Any:
+        """What the process says next; or how it was lost, and then it is ended."""
+        lost: Lost | None = None
+        while lost is None:
+            left = _POLL_S if deadline is None else max(0.0, min(_POLL_S, deadline - time.monotonic()))
+            spoke = wait([self._connection, process.sentinel], left)
+            if cancelled():
+                lost = Lost("died", text=_WITH_THE_AUDIT)
+            elif self._connection in spoke:
+                try:
+                    return self._connection.recv()
+                except (EOFError, OSError):
+                    break  # it died, perhaps in the middle of a message
+                except (
+                    pickle.UnpicklingError,
+                    AttributeError,
+                    ImportError,
+                    MemoryError,
+                    TypeError,
+                    ValueError,
+                ) as error:
+                    lost = Lost("not sent", text=_said(error))
+            elif spoke:
+                break
+            elif deadline is not None and deadline <= time.monotonic():
+                lost = Lost("late")
+        if lost is not None:
+            process.kill()
+        exit_code = self._end()
+        return lost or Lost("died", exit_code)
+
+    def _end(self) -> int:
+        """Wait for the process to end, kill it where it does not; its exit code."""
+        process, self._process = self._process, None
+        assert process is not None
+        self._connection.close()
+        if not wait([process.sentinel], _END_S):
+            process.kill()
+        with _CHILDREN:
+            process.join(_END_S)
+            return process.exitcode or 0
 
 
 def _start_unheard(process: SpawnProcess) -> None:
@@ -164,62 +195,8 @@ def _start_unheard(process: SpawnProcess) -> None:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _give(worker: _Worker, waiting: deque[int], items: Sequence[tuple[Any, ...]], timeout_s: float | None) -> None:
-    """Give an idle process the next item; one that has died meanwhile is found by who listens to it."""
-    if not waiting or not worker.ready or worker.index is not None:
-        return
-    index = waiting.popleft()
-    try:
-        worker.connection.send((index, items[index]))
-    except OSError:
-        waiting.appendleft(index)
-        return
-    worker.index = index
-    worker.deadline = None if timeout_s is None else time.monotonic() + timeout_s
-
-
-def _heard(workers: Sequence[_Worker]) -> list[_Worker]:
-    """Wait until processes say something, die, or are late; which."""
-    deadlines = [worker.deadline for worker in workers if worker.deadline is not None]
-    patience = max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
-    spoke = set(wait([item for w in workers for item in (w.connection, w.process.sentinel)], patience))
-    now = time.monotonic()
-    return [
-        w
-        for w in workers
-        if w.connection in spoke or w.process.sentinel in spoke or (w.deadline is not None and w.deadline <= now)
-    ]
-
-
-def _take(worker: _Worker) -> tuple[tuple[int, Any] | str | None, bool]:
-    """What a process has to say, and whether it goes on.
-
-    Returns:
-        (place, result or Lost) of an item; or why it could not be prepared; or None.
-    """
-    index = worker.index
-    try:
-        if worker.connection.poll():
-            message = worker.connection.recv()
-            worker.index = worker.deadline = None
-            worker.ready = worker.ready or message is None
-            return message, not isinstance(message, str)
-    except (EOFError, OSError):
-        pass  # it died, perhaps in the middle of a message
-    except (pickle.UnpicklingError, AttributeError, ImportError, MemoryError, TypeError, ValueError) as error:
-        worker.process.kill()
-        return (None if index is None else (index, Lost("not sent", text=_said(error)))), False
-    late = worker.process.is_alive() and worker.deadline is not None and worker.deadline <= time.monotonic()
-    if late:
-        worker.process.kill()
-    exit_code = worker.end()
-    if index is None:
-        return None, False
-    return (index, Lost("late") if late else Lost("died", exit_code)), False
-
-
 def _work(connection: Connection[Any, Any], function: Callable[..., Any], prepare: Callable[[], None]) -> None:
-    """What a process does until nobody gives it anything more."""
+    """What a process does until nobody gives it anything more: it says None when it is ready, or why it is not."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started it hears it too, and ends it
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # held back until here
@@ -231,14 +208,14 @@ def _work(connection: Connection[Any, Any], function: Callable[..., Any], prepar
     connection.send(None)
     while True:
         try:
-            index, arguments = connection.recv()
+            arguments = connection.recv()
         except (EOFError, OSError):
             return
         result = function(*arguments)
         try:
-            connection.send((index, result))
+            connection.send(result)
         except (pickle.PicklingError, AttributeError, TypeError, ValueError, MemoryError) as error:
-            connection.send((index, Lost("not sent", text=_said(error))))
+            connection.send(Lost("not sent", text=_said(error)))
 
 
 def _said(error: BaseException) -> str:

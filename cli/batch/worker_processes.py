@@ -77,8 +77,8 @@ def _memory_gb(limits: Limits) -> float | None:
 
 
 def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tuple[int, Any], None, None]:
-    """Results of :func:`audit_one`: on Dask where it is installed, and in processes of this program where it is not."""
-    if limits.scheduler is None and (min(limits.workers, len(items)) == 1 or find_spec("distributed") is None):
+    """Results of :func:`audit_one`: from processes of this program, or from those of a cluster's workers."""
+    if limits.scheduler is None:
         prepare = partial(_begin_worker, _memory_gb(limits), _threads(limits, len(items)), os.getpid())
         return results_of(audit_one, items, limits.workers, prepare, limits.time_s)
     if find_spec("distributed") is None:
@@ -88,8 +88,7 @@ def _results(items: Sequence[tuple[Any, ...]], limits: Limits) -> Generator[tupl
     from collaudit.cli.batch.dask_workers import results_on_dask
 
     begin = partial(_begin_worker, _memory_gb(limits), 1)
-    count = min(limits.workers, len(items))
-    return results_on_dask(audit_one, items, count, begin, limits.time_s, limits.scheduler)
+    return results_on_dask(audit_one, items, begin, limits.time_s, limits.scheduler)
 
 
 def _not_judged(lost: Lost, job: LogJob, out: Path, limits: Limits) -> Outcome:

@@ -1,18 +1,13 @@
-"""A commented configuration: sections of lines, each with why it says what it says; written by tomlkit."""
+"""A commented configuration: sections of lines, each with why it says what it says."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from collaudit.core.config.toml_text import key_item, to_toml, toml_item, toml_key
+from collaudit.core.config.toml_text import to_toml, toml_key
 from collaudit.reports.values.visible_text import visible
-
-if TYPE_CHECKING:
-    from tomlkit import TOMLDocument
-    from tomlkit.items import Table
 
 _WIDTH = 110
 
@@ -42,19 +37,11 @@ class Line:
         """The evidence for the value, guesses marked."""
         return visible(f"GUESS: {self.why}" if self.guess else self.why)
 
-    def put_into(self, table: Table) -> None:
-        """Append the line, or a comment that shows it."""
-        import tomlkit
-
-        if not self.active:
-            shown = f"{toml_key(self.key)} = {to_toml(self.value)}"
-            table.add(tomlkit.comment(f"{shown}  # {self.remark}" if self.remark else shown))
-            return
-        item = toml_item(self.value)
-        if self.remark:
-            item.comment(self.remark)
-            item.trivia.comment_ws = "  "
-        table.append(key_item(self.key), item)
+    @property
+    def text(self) -> str:
+        """The line, or a comment that shows it."""
+        shown = f"{toml_key(self.key)} = {to_toml(self.value)}" + (f"  # {self.remark}" if self.remark else "")
+        return shown if self.active else f"# {shown}"
 
 
 @dataclass(slots=True)
@@ -111,15 +98,11 @@ class Section:
         """Whether the table counts; one that has nothing but examples is a comment as a whole."""
         return any(line.active for line in self.lines) or not self.lines
 
-    def table(self) -> Table:
-        """The table's remarks and lines."""
-        import tomlkit
-
-        table = tomlkit.table()
-        _comment(table, self.remarks)
-        for line in self.lines:
-            line.put_into(table)
-        return table
+    @property
+    def rows(self) -> list[str]:
+        """Its header, remarks and lines."""
+        header = f"[{self.name}]"
+        return [header if self.live else f"# {header}", *_comments(self.remarks), *(line.text for line in self.lines)]
 
 
 def document(head: Iterable[str], sections: Mapping[str, Section]) -> str:
@@ -129,44 +112,11 @@ def document(head: Iterable[str], sections: Mapping[str, Section]) -> str:
         head: remarks at its beginning.
         sections: dotted name to table, those of one top-level table next to each other.
     """
-    import tomlkit
-
-    made = tomlkit.document()
-    _comment(made, head)
-    last: TOMLDocument | Table = made
+    rows = _comments(head)
     for section in sections.values():
-        table = section.table()
-        if section.live:
-            _append(made, section.name.split("."), table)
-            table.trivia.indent = "\n"  # the blank line above the header
-            last = table
-            continue
-        last.add(tomlkit.nl())
-        last.add(tomlkit.comment(f"[{section.name}]"))
-        for _, remark in table.value.body:
-            last.append(None, remark)
-    return tomlkit.dumps(made)
+        rows += ["", *section.rows]
+    return "\n".join(rows) + "\n"
 
 
-def _append(made: TOMLDocument, path: Sequence[str], table: Table) -> None:
-    """Put a table in its place; tables above it that have nothing of their own get no header."""
-    import tomlkit
-
-    parent: TOMLDocument | Table = made
-    for name in path[:-1]:
-        if name not in parent:
-            above = tomlkit.table(is_super_table=True)
-            parent.append(key_item(name), above)
-            above.trivia.indent = ""
-        inner = parent[name]
-        assert isinstance(inner, tomlkit.items.Table)
-        parent = inner
-    parent.append(key_item(path[-1]), table)
-
-
-def _comment(into: TOMLDocument | Table, remarks: Iterable[str]) -> None:
-    import tomlkit
-
-    for remark in remarks:
-        for row in textwrap.wrap(remark, _WIDTH):
-            into.add(tomlkit.comment(row))
+def _comments(remarks: Iterable[str]) -> list[str]:
+    return [f"# {row}" for remark in remarks for row in textwrap.wrap(remark, _WIDTH)]

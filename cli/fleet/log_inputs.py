@@ -14,7 +14,7 @@ from collaudit.cli.batch.log_jobs import LogJob
 from collaudit.cli.fleet.log_identities import log_identities, run_folders
 from collaudit.cli.fleet.log_settings import LogSettings
 from collaudit.cli.fleet.remote_logs import is_url, local_copy, remote_logs
-from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robot_of
+from collaudit.cli.fleet.robot_matching import LogTraits, fleet_robots, robots_of
 from collaudit.core.api import find_logs
 from collaudit.core.errors import CollauditError, ConfigError, LogError, NotJudgedError
 
@@ -61,14 +61,16 @@ def night_of(
     )
     logs += [(Path(url),) for url in urls if url is not None]
     jobs = [
-        _job(LogJob(files, "", "", loaded, url=url), robots, settings) for files, url in zip(logs, urls, strict=True)
+        job
+        for files, url in zip(logs, urls, strict=True)
+        for job in _jobs(LogJob(files, "", "", loaded, url=url), robots, settings)
     ]
     for name, error in missing:
-        logs.append((Path(name),))
         remote = is_url(name)
-        jobs.append(LogJob(() if remote else logs[-1], "", "", loaded, None, error, url=name if remote else None))
-    names = log_identities(asked, logs, [job.robot for job in jobs])
-    named = zip(jobs, names, run_folders(names, logs), strict=True)
+        jobs.append(LogJob(() if remote else (Path(name),), "", "", loaded, None, error, url=name if remote else None))
+    places = [job.files or (Path(job.url or ""),) for job in jobs]
+    names = log_identities(asked, places, [job.robot for job in jobs])
+    named = zip(jobs, names, run_folders(names, places), strict=True)
     jobs = [job._replace(name=name, folder=folder) for job, name, folder in named]
     return Night(tuple(jobs), tuple(settings.robot_settings()))
 
@@ -106,10 +108,11 @@ def _there(arguments: Sequence[str], loaded: LoadedConfig) -> tuple[list[str], l
     return there, missing
 
 
-def _job(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) -> LogJob:
-    """The job with its robot and settings. A remote log is fetched for rules about its content only."""
+def _jobs(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) -> list[LogJob]:
+    """The log's job for each of its robots. A remote log is fetched for rules about its content only."""
     place = job.url or job.files[0].as_posix()
-    robot, problem = None, None
+    names: Sequence[str | None] = [None]
+    problem = None
     with ExitStack() as fetched:
         url, files = job.url, job.files
         there = (
@@ -118,10 +121,10 @@ def _job(job: LogJob, robots: Mapping[str, FleetRobot], settings: LogSettings) -
             else cache(lambda: (fetched.enter_context(local_copy(url, job.loaded.config.log.remote)),))
         )
         try:
-            robot = robot_of(LogTraits(place, there, job.loaded), robots) if robots else None
+            names = robots_of(LogTraits(place, there, job.loaded), robots) if robots else names
         except CollauditError as error:
             problem = error
         except OSError as error:
             problem = NotJudgedError(str(error), where=place)
-    own = settings.of(place, robot)
-    return job._replace(files=() if url else files, loaded=own, robot=robot, problem=problem)
+    own = job._replace(files=() if url else files, problem=problem)
+    return [own._replace(loaded=settings.of(place, name), robot=name) for name in names]

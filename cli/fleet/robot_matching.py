@@ -1,9 +1,10 @@
-"""Which robot of a fleet a log belongs to: by its path, topics, joint names, or serial number."""
+"""Which robots of a fleet a log is of: by its path, topics, joint names, or serial number."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 from collaudit.cli.fleet.name_patterns import matches
@@ -65,8 +66,9 @@ class LogTraits:
 
     @property
     def joints(self) -> set[str]:
-        """Names of all joints in it."""
-        return {joint for topic in self._summary.topics for joint in topic.joints}
+        """Names of all joints in it, and of a table its columns."""
+        named = {joint for topic in self._summary.topics for joint in topic.joints}
+        return named | {column.strip() for column in self._summary.csv_columns}
 
     @cached_property
     def serials(self) -> set[str]:
@@ -74,22 +76,32 @@ class LogTraits:
         return stated_serials(self._files())
 
 
-def robot_of(traits: LogTraits, robots: Mapping[str, FleetRobot]) -> str:
-    """Name of the one robot whose rules all hold.
+def robots_of(traits: LogTraits, robots: Mapping[str, FleetRobot]) -> list[str]:
+    """Names of the robots whose rules all hold: one, or the arms of a log that has several.
 
     Raises:
-        NotJudgedError: there is none, or more than one. LogError: the log cannot be looked into.
+        NotJudgedError: there is none, or more than one that topics or joints do not tell apart. LogError: the log
+            cannot be looked into.
     """
     found = [name for name, robot in robots.items() if _is_of(traits, robot)]
-    if len(found) == 1:
-        return found[0]
+    apart = all(_apart(robots[one], robots[other], traits) for one, other in combinations(found, 2))
+    if found and apart:
+        return found
     raise NotJudgedError(
         "no robot of the fleet is this log's" if not found else "the log may be of several robots of the fleet",
         where=traits.place,
         found=", ".join(found) or None,
-        expected="exactly one robot whose paths, topics, joints and serials match",
+        expected="one robot whose rules match, or several with topics or joints of their own",
         hint="add or narrow a rule in [fleet.robots.NAME]",
     )
+
+
+def _apart(one: FleetRobot, other: FleetRobot, traits: LogTraits) -> bool:
+    """Whether two robots of a log have no topic, or no joint of it in common: then each has its own part of it."""
+    if one.joints and other.joints and not _shared(one.joints, other.joints):
+        return True
+    topics = [set(robot.topics) & traits.topics for robot in (one, other) if robot.topics]
+    return len(topics) == 2 and not topics[0] & topics[1]
 
 
 def _is_of(traits: LogTraits, robot: FleetRobot) -> bool:

@@ -50,13 +50,13 @@ def find_arm_states(series: UniformSeries, rigid_nm: FloatArray | None, true_eve
     return ArmStates(mask, tuple(findings[:_LISTED]))
 
 
-def without_states(series: UniformSeries, states: ArmStates) -> UniformSeries:
-    """The series with what was not driven marked; its effort counts as missing there, for fitting as for judging."""
-    if series.effort is None or not states.not_driven.any():
+def without_states(series: UniformSeries, not_driven: BoolArray | None) -> UniformSeries:
+    """The series with what was not driven (n,) marked; its effort counts as missing there, for fitting and judging."""
+    if series.effort is None or not_driven is None or not not_driven.any():
         return series
     effort = copied(series.effort)
-    effort[states.not_driven] = np.nan
-    return replace(series, effort=frozen(effort), not_driven=states.not_driven)
+    effort[not_driven] = np.nan
+    return replace(series, effort=frozen(effort), not_driven=not_driven)
 
 
 def _flagged(series: UniformSeries, mask: BoolArray, true_events: Collection[str]) -> list[Finding]:

@@ -13,7 +13,6 @@ from itertools import pairwise
 import numpy as np
 
 from collaudit.core.arm_states.late_drives import Friction, Gravity, low_passed
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
@@ -64,7 +63,7 @@ class _Samples:
 
 def filtered_effort(
     series: UniformSeries,
-    drive_nm: Columns,
+    drive_nm: FloatArray,
     rigid_nm: FloatArray,
     gravity: Gravity,
     friction: Mapping[int, Friction],
@@ -95,7 +94,7 @@ def filtered_effort(
 
 
 def _amiss(
-    series: UniformSeries, drive_nm: Columns, rigid_nm: FloatArray, friction: Mapping[int, Friction]
+    series: UniformSeries, drive_nm: FloatArray, rigid_nm: FloatArray, friction: Mapping[int, Friction]
 ) -> list[int]:
     """Columns in motion for a while whose residual is no small share of their torque."""
     rows = _rows(series)[0]
@@ -129,7 +128,7 @@ def _every(series: UniformSeries) -> int:
 def _samples(
     series: UniformSeries,
     columns: list[int],
-    drive_nm: Columns,
+    drive_nm: FloatArray,
     rigid_nm: FloatArray,
     gravity: Gravity,
     friction: Mapping[int, Friction],

@@ -20,7 +20,6 @@ import numpy as np
 
 from collaudit.core.arm_states.block_numbers import counted_in_time, without_gaps
 from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.parallel import ordered_map
@@ -76,7 +75,7 @@ class _Blocks:
 
 def hand_guiding(
     series: UniformSeries,
-    drive_nm: Columns,
+    drive_nm: FloatArray,
     rigid_nm: FloatArray,
     gravity: Gravity,
     friction: Mapping[int, Friction],

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import FloatArray, Span
 from collaudit.core.numeric.signal_filters import lfilter
@@ -31,7 +30,7 @@ def follows_late(
     series: UniformSeries,
     span: Span,
     joints: tuple[int, ...],
-    drive_nm: Columns,
+    drive_nm: FloatArray,
     rigid_nm: FloatArray,
     gravity: Gravity,
     friction: Mapping[int, Friction],

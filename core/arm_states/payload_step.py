@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -40,7 +39,7 @@ class PayloadStep:
 
 
 def payload_findings(
-    series: UniformSeries, robot: RobotModel, model_nm: Columns | None, joints: Collection[str]
+    series: UniformSeries, robot: RobotModel, model_nm: FloatArray | None, joints: Collection[str]
 ) -> tuple[Finding, ...]:
     """A finding where the tool's weight changes for good.
 
@@ -63,7 +62,7 @@ def payload_findings(
 
 
 def payload_step(
-    series: UniformSeries, robot: RobotModel, model_nm: Columns, joints: Collection[str]
+    series: UniformSeries, robot: RobotModel, model_nm: FloatArray, joints: Collection[str]
 ) -> PayloadStep | None:
     """The step that explains most of these joints; None where none stands out."""
     frame = robot.tool.frame if robot.tool is not None else robot.link_of(series.joint_names[-1])

@@ -10,7 +10,6 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -46,7 +45,9 @@ _NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 _LEAST_MOVING = 50
 
 
-def switched_efforts(series: UniformSeries, model_nm: Columns | None, judged: Collection[str]) -> tuple[Finding, ...]:
+def switched_efforts(
+    series: UniformSeries, model_nm: FloatArray | None, judged: Collection[str]
+) -> tuple[Finding, ...]:
     """A finding for each judged joint whose effort changes its unit or sign.
 
     Args:
@@ -84,7 +85,7 @@ def switched_efforts(series: UniformSeries, model_nm: Columns | None, judged: Co
 
 
 def _rescaled(
-    series: UniformSeries, effort: FloatArray, model: Columns, columns: list[int]
+    series: UniformSeries, effort: FloatArray, model: FloatArray, columns: list[int]
 ) -> tuple[float, list[float]] | None:
     """Time from which the moving joints' efforts all are larger, or smaller, by like factors; None without one.
 

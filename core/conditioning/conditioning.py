@@ -20,13 +20,12 @@ from collaudit.core.conditioning.velocity_choice import choose_velocity
 from collaudit.core.conditioning.wrapped_angles import continued_angles
 from collaudit.core.conditioning.wrench_grid import wrench_on_grid
 from collaudit.core.config.schema import ConditioningConfig, DetectConfig
-from collaudit.core.data.columns import Slope
 from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.stamp_conflicts import contradictions
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz
+from collaudit.core.numeric.filters import SETTLED_PERIODS, default_bandwidth_hz, differentiate
 from collaudit.core.numeric.tables import table
 
 _RULE = DetectConfig()
@@ -94,7 +93,7 @@ def condition(
         joint_names=log.joint_names,
         position_rad=frozen(position),
         velocity_rad_s=velocity,
-        acceleration_rad_s2=Slope(velocity, segments, period),
+        acceleration_rad_s2=frozen(differentiate(velocity, segments, period)),
         effort=None if effort is None else frozen(effort),
         effort_unit=log.effort_unit,
         wrench=None if wrench is None else frozen(wrench),

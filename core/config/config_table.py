@@ -5,7 +5,7 @@ Annotations of the tables are objects (no ``from __future__ import annotations``
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Self
@@ -53,9 +53,9 @@ class ConfigTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """The table of decoded TOML.
 
         Raises:
-            msgspec.ValidationError: it does not fit; the first problem (``value_problems`` lists all).
+            msgspec.ValidationError: it does not fit; the first problem (``problems_of`` lists all).
         """
-        if any(out_of_range(data)):
+        if not in_range(data):
             raise msgspec.ValidationError("Expected finite numbers")
         table = msgspec.convert(data, cls, dec_hook=_path)
         _note_given(table, data)
@@ -121,16 +121,22 @@ def toml_values(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def out_of_range(value: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
-    """Where decoded TOML holds ``inf``, ``nan`` or a number beyond :data:`LARGEST`, which no key accepts."""
-    if isinstance(value, float | int) and not abs(value) <= LARGEST:
-        yield path
-    elif isinstance(value, Mapping):
-        for key, inner in value.items():
-            yield from out_of_range(inner, (*path, key))
-    elif isinstance(value, list | tuple):
-        for index, inner in enumerate(value):
-            yield from out_of_range(inner, (*path, index))
+def fits(value: object, annotation: Any) -> bool:
+    """Whether decoded TOML is a value of a key of that type; what a table states of several keys aside."""
+    try:
+        msgspec.convert(value, annotation, dec_hook=_path)
+    except msgspec.ValidationError:
+        return False
+    return in_range(value)
+
+
+def in_range(value: object) -> bool:
+    """Whether decoded TOML is free of ``inf``, ``nan`` and numbers beyond :data:`LARGEST`, which no key accepts."""
+    if isinstance(value, float | int):
+        return abs(value) <= LARGEST
+    if isinstance(value, Mapping):
+        return all(in_range(inner) for inner in value.values())
+    return not isinstance(value, list | tuple) or all(in_range(inner) for inner in value)
 
 
 def _rebuilt(kind: type[ConfigTable], values: tuple[object, ...], given: frozenset[str] | None) -> ConfigTable:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
-from msgspec import NODEFAULT, Meta
+from msgspec import Meta
 
 from collaudit.core.config.config_table import ConfigTable
 from collaudit.core.config.schema import Config
@@ -57,16 +57,6 @@ class Key:
         """The path as in TOML."""
         return ".".join(self.path)
 
-    @property
-    def description(self) -> str:
-        """What it means."""
-        return " ".join(item.description or "" for item in _notes(self.field.type) if isinstance(item, Meta)).strip()
-
-    @property
-    def header(self) -> str:
-        """The table's header as in TOML."""
-        return {"array": f"[[{self.dotted}]]", "by-name": f"[{self.dotted}.NAME]"}.get(self.shape, f"[{self.dotted}]")
-
 
 def keys_of(model: type[ConfigTable], front: tuple[str, ...] = ()) -> tuple[Key, ...]:
     """The keys of one table, in the order of the schema."""
@@ -81,49 +71,9 @@ def all_keys(model: type[ConfigTable] = Config, front: tuple[str, ...] = ()) -> 
             yield from all_keys(key.table, key.path)
 
 
-def find_key(path: tuple[str | int, ...]) -> Key | None:
-    """The key a data path leads to; paths into a key's own value lead to that key. None when there is none."""
-    model: type[ConfigTable] | None = Config
-    found: Key | None = None
-    name_follows = False
-    for part in path:
-        if isinstance(part, int) or name_follows:
-            name_follows = False
-            continue
-        if model is None:
-            break
-        match = [key for key in keys_of(model, found.path if found else ()) if key.path[-1] == part]
-        if not match:
-            return None
-        found = match[0]
-        model = found.table
-        name_follows = found.shape == "by-name"
-    return found
-
-
 def value_text(key: Key) -> str:
     """What a key accepts, in words: ``a number above 0, or a table of them by name``."""
     return _type_text(key.field.type)
-
-
-def default_text(key: Key) -> str:
-    """The default as TOML, or ``absent``, or ``required``."""
-    if key.field.required:
-        return "required"
-    made = key.field.default_factory
-    value = key.field.default if made is NODEFAULT else made()
-    if isinstance(value, ConfigTable):
-        value = _without_absent(value.plain())
-    return "absent" if value is None else to_toml(value)
-
-
-def _without_absent(table: dict[str, Any]) -> dict[str, Any]:
-    """Without keys that have no value, at any depth: TOML has no word for them."""
-    return {
-        name: _without_absent(inner) if isinstance(inner, dict) else inner
-        for name, inner in table.items()
-        if inner is not None
-    }
 
 
 def choices_of_laws(annotation: Any) -> tuple[str, ...]:
@@ -131,13 +81,6 @@ def choices_of_laws(annotation: Any) -> tuple[str, ...]:
     if isinstance(annotation, NameOfLaw):
         return annotation.choices
     return next((found for part in get_args(annotation) if (found := choices_of_laws(part))), ())
-
-
-def names_of_entries(key: Key) -> tuple[str, ...]:
-    """The names that entries of a table may have, where it lists them."""
-    annotation = _bare(key.field.type)
-    names = get_args(annotation)[:1] if get_origin(annotation) is dict else ()
-    return get_args(names[0]) if names and get_origin(names[0]) is Literal else ()
 
 
 def _key(path: tuple[str, ...], field: msgspec.structs.FieldInfo, holder: type[ConfigTable]) -> Key:
@@ -165,10 +108,6 @@ def _bare(annotation: Any) -> Any:
         tables = [kind for kind in get_args(annotation) if _is_table(kind)]
         return tables[0] if tables else annotation
     return annotation
-
-
-def _notes(annotation: Any) -> tuple[Any, ...]:
-    return get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
 
 
 def _type_text(annotation: Any) -> str:

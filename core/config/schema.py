@@ -195,11 +195,12 @@ class FitConfig(ConfigTable, frozen=True, kw_only=True):
     """What ``collaudit fit`` identifies, and from which motion."""
 
     estimate: Annotated[
-        Literal["auto"] | list[Literal["friction", "rotor", "gain", "inertials", "tool"]],
+        Literal["auto"] | list[Literal["friction", "rotor", "gain", "inertials", "tool", "spring"]],
         about(
             "What is identified. auto: friction alone, or with rotor inertia, a tool, or all inertials, whichever "
-            "predicts motion left out of the fit best (the simplest within one standard error); gains too where the "
-            "effort is a current. What is found is carried in friction.json and used by detect."
+            "predicts motion left out of the fit best (the simplest within one standard error); a torque by the angle "
+            "of a joint (spring, counterbalance, cable) where that shows one; gains too where the effort is a "
+            "current. What is found is carried in friction.json and used by detect."
         ),
     ] = "auto"
     motion: Annotated[

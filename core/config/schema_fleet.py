@@ -17,7 +17,7 @@ class FleetRobot(ConfigTable, frozen=True, kw_only=True):
         ),
     ] = []
     topics: Annotated[list[str], about("Topics, one of which its logs have.")] = []
-    joints: Annotated[list[str], about("Joint names that its logs have, all of them.")] = []
+    joints: Annotated[list[str], about("Joint names, or columns, that its logs have, all of them.")] = []
     serials: Annotated[
         list[str],
         about(
@@ -56,7 +56,8 @@ class FleetConfig(ConfigTable, frozen=True, kw_only=True):
     robots: Annotated[
         dict[str, FleetRobot],
         about(
-            "A robot of the fleet. A log is its own where every kind of rule that is given holds. A log of no "
-            "robot, or of two, is not judged."
+            "A robot of the fleet. A log is its own where every kind of rule that is given holds. A log of two is "
+            "judged once for each where they have topics, or joints, of their own in it; else it is not judged, as "
+            "is a log of none."
         ),
     ] = {}

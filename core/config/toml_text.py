@@ -1,73 +1,50 @@
-"""Plain values as TOML, by tomlkit; text keeps nothing hidden."""
+"""Plain values as TOML; text keeps nothing hidden."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import date, time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tomlkit.items import Item, Key
+    from tomlkit.items import Key
 
 
 def to_toml(value: object) -> str:
-    """A plain value as TOML on one line.
+    """A plain value as TOML on one line; mappings become inline tables.
 
     Raises:
         ValueError: TOML has no such value.
     """
-    return toml_item(value).as_string()
+    match value:
+        case str() | Path():
+            return f'"{_escaped(str(value))}"'
+        case bool():
+            return str(value).lower()
+        case int() | float():
+            return f"{value!s}"
+        case date() | time():
+            return value.isoformat()
+        case Mapping():
+            inner = ", ".join(f"{toml_key(str(name))} = {to_toml(item)}" for name, item in value.items())
+            return f"{{ {inner} }}" if inner else "{}"
+        case list() | tuple():
+            return f"[{', '.join(map(to_toml, value))}]"
+    raise ValueError(f"TOML has no {type(value).__name__}")
 
 
 def toml_key(name: str) -> str:
     """A key, quoted where TOML needs it."""
-    return key_item(name).as_string()
+    bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if bare else f'"{_escaped(name)}"'
 
 
-def toml_item(value: object) -> Item:
-    """A plain value as an item of a tomlkit document; mappings become inline tables.
-
-    Raises:
-        ValueError: TOML has no such value.
-    """
-    import tomlkit
-    from tomlkit.items import String, StringType, Trivia
-
-    if isinstance(value, str | Path):
-        text = str(value)
-        return String(StringType.SLB, text, _escaped(text), Trivia())
-    if isinstance(value, Mapping):
-        return _inline(value)
-    if isinstance(value, list | tuple):
-        array = tomlkit.array()
-        array.extend([toml_item(inner) for inner in value])
-        return array
-    made: Item = tomlkit.item(value)
-    return made
-
-
-def key_item(name: str, *, quoted: bool = False) -> Key:
-    """A key of a tomlkit document, quoted where TOML needs it or where asked."""
+def key_item(name: str) -> Key:
+    """A quoted key of a tomlkit document."""
     from tomlkit.items import KeyType, SingleKey
 
-    bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
-    if bare and not quoted:
-        return SingleKey(name, KeyType.Bare)
     return SingleKey(name, KeyType.Basic, original=f'"{_escaped(name)}"')
-
-
-def _inline(table: Mapping[Any, object]) -> Item:
-    """An inline table with a space inside each brace."""
-    import tomlkit
-
-    made = tomlkit.inline_table()
-    items = [toml_item(value) for value in table.values()]
-    for name, item in zip(table, items, strict=True):
-        made.append(key_item(str(name)), item)
-    if items:
-        items[0].trivia.indent = " "
-        items[-1].trivia.trail = " "
-    return made
 
 
 def _escaped(text: str) -> str:

@@ -53,7 +53,7 @@ class Unsmoothed:
         near = {k: np.empty((len(prepared.series.time_s[w]), joints), order="F") for k, w in windows.items()}
 
         def of_joint(j: int) -> float:
-            residual = _residual_of(prepared, run, j, None if total is None else np.asarray(total[:, j]))
+            residual = _residual_of(prepared, run, j, None if total is None else total[:, j])
             for k, window in windows.items():
                 near[k][:, j] = residual(window)
             return _noise(run, j, residual)

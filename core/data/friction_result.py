@@ -24,6 +24,7 @@ class FrictionPoint:
         weight: share of its weight the point kept in a robust fit; 1 in an ordinary one.
         timing_nm: change of ``friction_nm`` if effort were stamped one standard deviation (0.29 samples) later than
             position; common to all points, in none of their standard errors.
+        seconds: time that the shorter section took; 0 where that is not known.
     """
 
     speed_rad_s: float
@@ -35,6 +36,7 @@ class FrictionPoint:
     others_moving: bool
     weight: float = 1.0
     timing_nm: float = 0.0
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
+from collaudit.core.data.angle_torque import AngleTorque
 from collaudit.core.data.coupled_friction import CoupledFriction
 
 Bounds = tuple[float | None, float | None]
@@ -27,6 +28,7 @@ class IdentifiedJoint:
         held_out_rms_file_nm, held_out_rms_nm: the same on blocks of time that were left out.
         gain_kept: the gain is the stated one, since the motion tells no better; its interval is that of the statement.
         gain_by_load: the gain follows from logs that differ by a known load, whatever the inertials are.
+        angle_torque: what a spring, a counterbalance or a cable adds by the joint's angle; None where none was found.
     """
 
     gain: float | None
@@ -43,6 +45,7 @@ class IdentifiedJoint:
     armature_ci95: Bounds | None = None
     gain_kept: bool = False
     gain_by_load: bool = False
+    angle_torque: AngleTorque | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,11 +133,19 @@ class EstimateChoice:
         taken: of those tried.
         standard_error: of the best one's mean squared error, between stretches of five seconds.
         tried: the simplest first.
+        better: what would have been taken, where something else was stated; None where nothing was.
     """
 
     taken: str
     standard_error: float
     tried: tuple[TriedEstimate, ...]
+    better: str | None = None
+
+    def gain_of(self, joint: str) -> float | None:
+        """Share that the better way leaves of what is left of a joint's held-out motion; None without a better one."""
+        left = {one.what: one.held_out_rms_nm.get(joint) for one in self.tried}
+        ours, better = left.get(self.taken), left.get(self.better or "")
+        return better / ours if ours and better is not None else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,23 +15,21 @@ JointType = Literal["revolute", "prismatic"]
 
 
 class Digest(Protocol):
-    """A hash that is being computed."""
+    """A hash that is computed where it is asked for."""
 
     def result(self) -> str:
-        """Wait for it."""
+        """The hash."""
 
 
 @dataclass(frozen=True, slots=True)
 class LogSource:
     """Where a log came from.
 
-    The hash may still be computed while the log is prepared and judged: it is wanted when results are written, a second
-    and more later, and to wait for it when the log has been read would make reading a sixth slower (40 MB: 0.03 s of
-    0.16 s). A copy or a pickle holds the text.
+    The hash is computed when results are written: who looks at a log does without. A copy or a pickle holds the text.
 
     Attributes:
         name: file name without its folder (several files joined by ``+``).
-        digest: hash of the bytes, or what is still computing it; :attr:`sha256` waits for it.
+        digest: hash of the bytes, or what computes it for :attr:`sha256`.
         format: ``csv``, ``mcap-ros2``, ``mcap-ros1``, ``ros1-bag``, ``ros2-db3`` …
         start_ns: absolute stamp of the first sample in nanoseconds since the epoch, or None when unknown.
         time_source: ``header``, ``log``, ``column``, or the ``rate`` of rows.

@@ -137,7 +137,7 @@ class PlanFile:
     provenance: Provenance
 
 
-Outcome = Literal["as predicted", "better", "worse", "not told", "not predicted"]
+Outcome = Literal["as predicted", "better", "worse", "not told", "not predicted", "not estimated"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,8 @@ class Delivered:
         joint, parameter: as of :class:`Prediction`.
         predicted: half width.
         delivered: half width; None where the fit has no interval.
-        outcome: in a word: as predicted within a factor.
+        outcome: in a word: as predicted within a factor; not estimated: it goes with inertials, which the fit took as
+            exact.
     """
 
     joint: str | None

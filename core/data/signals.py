@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.data import shown
-from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 
 
@@ -76,7 +75,7 @@ class Signals:
         joint_names: j judged joints.
         position_rad, velocity_rad_s: (n, j).
         measured_nm: (n, j) measured torque.
-        model_nm: (n, j) rigid-body torque + friction + J^T F; computed where it is read.
+        model_nm: (n, j) rigid-body torque + friction + J^T F.
         residual_nm: (n, j) estimate of external joint torque, eq. (5); in state FRICTION_INTERVAL only the
             part that no friction within its interval explains. NaN where unknown.
         state: (n, j) codes of :class:`State`.
@@ -91,12 +90,12 @@ class Signals:
     position_rad: FloatArray
     velocity_rad_s: FloatArray
     measured_nm: FloatArray
-    model_nm: Columns
+    model_nm: FloatArray
     residual_nm: FloatArray
     state: NDArray[np.int8]
     gamma_nm: FloatArray
-    least_nm: Columns | None = None
-    most_nm: Columns | None = None
+    least_nm: NDArray[np.floating] | None = None
+    most_nm: NDArray[np.floating] | None = None
     wrench: FloatArray | None = None
 
     def outline(self) -> shown.Shown:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.coupled_friction import Coupling
 from collaudit.core.data.joint_log import Annotation, EffortUnit, LogSource
 from collaudit.core.findings import Finding
@@ -53,7 +52,7 @@ class UniformSeries:
     joint_names: tuple[str, ...]
     position_rad: FloatArray
     velocity_rad_s: FloatArray
-    acceleration_rad_s2: Columns
+    acceleration_rad_s2: FloatArray
     effort: FloatArray | None
     effort_unit: EffortUnit
     wrench: FloatArray | None

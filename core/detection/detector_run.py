@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.columns import KnownAtFew
 from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
@@ -19,8 +18,8 @@ from collaudit.core.detection.shortest_push import shortest_pushes
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import median_of
+from collaudit.core.numeric.tables import table
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detector import Detector, detector_named
 from collaudit.core.residual.residual import Residual, ResidualInputs
@@ -122,16 +121,13 @@ def judged_signals(series: UniformSeries, run: DetectorRun, gamma_nm: Mapping[st
     )
 
 
-def _spans(run: DetectorRun) -> tuple[KnownAtFew, KnownAtFew] | tuple[None, None]:
+def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] | tuple[None, None]:
     """Least and greatest residual where friction is an interval, NaN elsewhere; in 7 digits, which are looked at."""
     state, spans = run.detected.state, run.residual.span_nm
     if spans is None:
         return None, None
-
-    def of_joint(j: int) -> tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]:
-        rows = np.flatnonzero(state[:, j] == State.FRICTION_INTERVAL)
-        least, most = (end.at(rows).astype(np.float32) for end in spans[j])
-        return rows.astype(np.int32), least, most
-
-    open_, least, most = zip(*ordered_map(of_joint, range(state.shape[1])), strict=True)
-    return KnownAtFew(state.shape[0], open_, least), KnownAtFew(state.shape[0], open_, most)
+    least, most = (table(state.shape[0], state.shape[1], np.float32) for _ in spans)
+    for j, states in enumerate(state.T):
+        for out, span in ((least, spans[0]), (most, spans[1])):
+            out[:, j] = np.where(states == State.FRICTION_INTERVAL, span[:, j], np.nan)
+    return least, most

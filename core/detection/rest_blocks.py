@@ -6,21 +6,17 @@ sliding extremes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from collaudit.core.data.signals import State
-from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.detector_run import DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
-from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.runs import widened
-from collaudit.core.numeric.sliding_extremes import centred_range_at, range_exceeds
+from collaudit.core.numeric.sliding_extremes import centred_extremes
 from collaudit.core.numeric.stats import median_of, quantile_of
-from collaudit.core.numeric.tables import blocks
 from collaudit.core.prepare.prepared import Prepared
 
 #: Steps are looked for in means over this time, s.
@@ -31,8 +27,6 @@ SCALES = ((0.04, 0.02), (0.12, 0.08), (0.3, 0.3), (0.5, 1.0))
 STILL = 5e-3
 #: It has stood for this long before a step, and goes nowhere for this long after it, s.
 STOOD_S, STAYS_S = 0.3, 0.3
-#: Samples at a time.
-_AT_ONCE = 1 << 16
 #: Nothing is told this close to time in which the drives were off, s.
 _NEAR_OFF_S = 0.5
 
@@ -76,73 +70,38 @@ class RestBlocks:
         if series.not_driven is not None and series.not_driven.any():
             off = widened(series.not_driven, round(_NEAR_OFF_S / series.period_s))
 
-        every = _position_means(series, size, count)
+        every = _means(series.position_rad, size)
         steps = np.array([_count(series.position_rad[:, j]) for j in columns])
         torque, model = (np.empty((count, len(columns)), order="F") for _ in range(2))
-
-        def fill_joint(k: int) -> None:
+        for k, j in enumerate(columns):
             usable = run.detected.state[:, k] <= State.FRICTION_INTERVAL
             if off is not None:
                 usable &= ~off
-            for rows, samples in _parts(count, size):
-                left, modelled = _beyond_model(prepared, columns[k], samples)
-                np.copyto(left, np.nan, where=~usable[samples])
-                torque[rows, k], model[rows, k] = _means(left, size), _means(modelled, size)
-
-        for _ in ordered_map(fill_joint, range(len(columns))):
-            pass
+            modelled = prepared.rigid_nm[:, j] + (0.0 if prepared.contact_nm is None else prepared.contact_nm[:, j])
+            left = np.where(usable, series.effort[:, j] - modelled, np.nan)
+            torque[:, k], model[:, k] = _means(left, size), _means(modelled, size)
         stands = ~_moves(every, [Window.of(scale, period) for scale in SCALES])
-        time_s = _means(series.time_s[: count * size], size)
-        own = every if columns == [*range(every.shape[1])] else every[:, columns]
-        return cls(time_s, period, own, torque, model, steps, stands)
-
-
-def _parts(count: int, size: int) -> Iterator[tuple[slice, slice]]:
-    """So many means of so many samples each, in parts that stay in the cache: which means, and their samples."""
-    return ((rows, slice(rows.start * size, rows.stop * size)) for rows in blocks(count, max(1, _AT_ONCE // size)))
+        time_s = _means(series.time_s, size)
+        return cls(time_s, period, every[:, columns], torque, model, steps, stands)
 
 
 def _means(x: FloatArray, size: int) -> FloatArray:
-    """(m,) means of ``size`` samples in a row each, of (m · size,)."""
-    total = x[::size].copy()
+    """(m, …) means of ``size`` rows in a row each; what is left at the end is left out."""
+    whole = x[: x.shape[0] // size * size]
+    total = whole[::size].copy(order="K")
     for k in range(1, size):
-        total += x[k::size]
-    total /= size
-    return total
-
-
-def _position_means(series: UniformSeries, size: int, count: int) -> FloatArray:
-    """(count, joints) means of the positions of all joints of the arm."""
-    out = np.empty((count, series.position_rad.shape[1]), order="F")
-
-    def fill_joint(j: int) -> None:
-        for rows, samples in _parts(count, size):
-            out[rows, j] = _means(series.position_rad[samples, j], size)
-
-    for _ in ordered_map(fill_joint, range(out.shape[1])):
-        pass
-    return out
-
-
-def _beyond_model(prepared: Prepared, j: int, rows: slice) -> tuple[FloatArray, FloatArray]:
-    """Torque (w,) of one joint of the arm less the model's, and the model's, N·m."""
-    assert prepared.rigid_nm is not None and prepared.series.effort is not None
-    modelled = prepared.rigid_nm[rows, j]
-    if prepared.contact_nm is not None:
-        modelled = modelled + prepared.contact_nm[rows, j]
-    return np.asarray(prepared.series.effort[rows, j] - modelled), modelled
+        total += whole[k::size]
+    return np.asarray(total / size)
 
 
 def _moves(position: FloatArray, windows: Sequence[Window]) -> BoolArray:
     """(windows, m) any joint with these positions (m, joints) goes further than one that stands."""
 
-    def of_joint(j: int) -> BoolArray:
-        known = np.where(np.isfinite(position[:, j]), position[:, j], 0.0)
-        return np.stack([travels(known, w.before, w.after, STILL) for w in windows])
-
     moves = np.zeros((len(windows), position.shape[0]), dtype=np.bool_)
-    for one in ordered_map(of_joint, range(position.shape[1])):
-        moves |= one
+    for column in position.T:
+        known = np.where(np.isfinite(column), column, 0.0)
+        for of_window, w in zip(moves, windows, strict=True):
+            of_window |= travel(known, w.before, w.after) > STILL
     return moves
 
 
@@ -176,19 +135,14 @@ class RunningSums:
     """Running sums of a signal of blocks: (m + 1,) of what is known, from its median, and of how many are unknown."""
 
     known: FloatArray
-    lost: NDArray[np.int32]
+    lost: IntArray
 
     @classmethod
     def of(cls, x: FloatArray) -> RunningSums:
         """Of the values (m,), NaN where one is unknown."""
         unknown = ~np.isfinite(x)
-        known, lost = np.zeros(x.size + 1), np.zeros(x.size + 1, dtype=np.int32)
-        if not unknown.all():
-            np.subtract(x, median_of(x[~unknown] if unknown.any() else x), out=known[1:])
-            known[1:][unknown] = 0.0
-            np.cumsum(known[1:], out=known[1:])
-        np.cumsum(unknown, out=lost[1:], dtype=np.int32)
-        return cls(known, lost)
+        known = np.where(unknown, 0.0, x - median_of(x[~unknown]))
+        return cls(np.append(0.0, np.cumsum(known)), np.append(0, np.cumsum(unknown)))
 
     def step(self, width: int, rise: int, rows: IntArray) -> FloatArray:
         """(k,) mean of ``width`` blocks after less that before, ``rise`` blocks apart, at some blocks.
@@ -208,22 +162,15 @@ class RunningSums:
         return out
 
 
-def travel(x: FloatArray, before: int, after: int, rows: IntArray) -> FloatArray:
-    """(k,) largest less smallest value of the blocks from k - before to k + after (not included), at some blocks k.
+def travel(x: FloatArray, before: int, after: int) -> FloatArray:
+    """(m,) largest less smallest value of the blocks from k - before to k + after (not included), about each block k.
 
     Beyond the ends the values there are held.
 
     Args:
         x: (m,) none is unknown.
         before, after: blocks.
-        rows: (k,) in order.
     """
-    length = before + after
-    return centred_range_at(x, length, (rows + length // 2 - before).clip(0, x.size - 1))
-
-
-def travels(x: FloatArray, before: int, after: int, level: float) -> BoolArray:
-    """(m,) whether :func:`travel` exceeds a level, at all blocks."""
-    length = before + after
-    middle = np.arange(x.size) + (length // 2 - before)
-    return np.asarray(range_exceeds(x, length, level)[middle.clip(0, x.size - 1)])
+    low, high = centred_extremes(x, before + after)
+    middle = np.arange(x.size) + (before + after) // 2 - before
+    return np.asarray((high - low)[middle.clip(0, x.size - 1)])

@@ -147,27 +147,20 @@ def _steps_of(blocks: RestBlocks, j: int, gamma_nm: float) -> list[_Steps]:
     out = []
     for number, scale in enumerate(SCALES):
         window, rows = Window.of(scale, blocks.period_s), np.flatnonzero(blocks.stands[number])
-        rest = travel(known, window.before, -(window.rise // 2), rows)
+        rest = travel(known, window.before, -(window.rise // 2))[rows]
         limits = (gamma_nm, float(blocks.count_rad[j]))
         step_q, step_x, changed = (sums.step(window.width, window.rise, rows) for sums in (position, torque, model))
         against, along = _steps(step_q, step_x, np.abs(changed), rest, limits)
         there = against | along
         out.append(
             _Steps(
-                _marked(rows[against], known.size),
-                _marked(rows[along], known.size),
+                np.isin(np.arange(known.size), rows[against]),
+                np.isin(np.arange(known.size), rows[along]),
                 rows[there],
                 step_x[there],
                 step_q[there],
             )
         )
-    return out
-
-
-def _marked(rows: IntArray, count: int) -> BoolArray:
-    """(count,) set at these rows."""
-    out = np.zeros(count, dtype=np.bool_)
-    out[rows] = True
     return out
 
 

@@ -19,7 +19,7 @@ from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.prepare.prepared import Prepared, calibrated
+from collaudit.core.prepare.prepared import Prepared, calibrated, recalibrated
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,12 +68,15 @@ def fit_arm(
         return [log if mask is None else without_samples(log, mask) for log, mask in zip(some, masks, strict=True)]
 
     whole = list(logs)
+    again = calibrated if known is None else recalibrated
     identified = (identify if known is None else identify_values)(seen(whole), config, taken)
     if identified is not None:
-        whole = [calibrated(log, replace(log.calibration, identified=identified, tool=None), config) for log in whole]
+        starts = whole if known is None else known.logs
+        drives = [replace(log.calibration, identified=identified, tool=None, coupled={}) for log in starts]
+        whole = [again(log, drive, config) for log, drive in zip(starts, drives, strict=True)]
     coupled, findings = fit_coupled(seen(whole), config, "inertials" in taken.estimate)
     if coupled:
-        whole = [calibrated(log, replace(log.calibration, coupled=coupled), config) for log in whole]
+        whole = [again(log, replace(log.calibration, coupled=coupled), config) for log in whole]
     if known is None:
         sections = sections_of(seen(whole), config, stage(progress, 0.0, 0.35))
         fits = fit_joints(seen(whole), config, stage(progress, 0.35, 1.0), sections)

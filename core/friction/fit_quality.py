@@ -28,9 +28,15 @@ class Quality:
     t: float
 
     @classmethod
-    def of(cls, sum_squares: float, freedom: int) -> Quality:
-        """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio)."""
-        return cls(max(1.0, sum_squares / freedom), float(student_quantile(freedom, _LEVEL)))
+    def of(cls, sum_squares: float, freedom: int, data: ls.Points) -> Quality:
+        """Errors are scaled up where the points scatter more than their standard errors say (Birge ratio).
+
+        A few precise pairs are no better known for many rough points beside them: of the degrees of freedom, the
+        quantile counts the share that Kish's effective number, (sum of weights)² / sum of squared weights, is of all.
+        """
+        weight = np.min(data.sd) ** 2 / data.sd**2
+        effective = float(np.sum(weight) ** 2 / np.sum(weight**2)) / data.n
+        return cls(max(1.0, sum_squares / freedom), float(student_quantile(max(1.0, effective * freedom), _LEVEL)))
 
     @property
     def allowance(self) -> float:
@@ -44,17 +50,19 @@ class Quality:
 
 
 def point_arrays(points: list[FrictionPoint] | tuple[FrictionPoint, ...]) -> ls.Points:
-    """Points as arrays, their standard errors drawn towards the median.
+    """Points as arrays, their standard errors drawn towards the median of their kind: pairs, or points of the model.
 
     An error from a dozen blocks is itself known to a fifth, and weights from such errors favour points with lucky ones.
     Half the median's variance takes most of that away (moderation of variances: Smyth, Stat. Appl. Genet. Mol. Biol. 3,
-    2004).
+    2004). Points of the model hold its changes along a stroke: their median says nothing of pairs.
     """
     own = np.array([p.se_nm for p in points])
-    se = np.sqrt(0.5 * own**2 + 0.5 * float(np.median(own)) ** 2)
     friction = np.array([p.friction_nm for p in points])
     floor = max(1e-6 * float(np.max(np.abs(friction))), 1e-12)
     direction = np.array([p.direction for p in points], dtype=float)
+    pair = direction == 0
+    middle = np.where(pair, *(np.median(own[kind]) if kind.any() else 0.0 for kind in (pair, ~pair)))
+    se = np.sqrt(0.5 * own**2 + 0.5 * middle**2)
     both = np.count_nonzero(direction > 0) >= 2 and np.count_nonzero(direction < 0) >= 2
     offset = direction if both and len(points) >= 6 else None
     speed = np.array([p.speed_rad_s for p in points])

@@ -172,6 +172,7 @@ def _pair_point(series: UniformSeries, pair: _Pair, j: int, ripple: SectionRippl
         direction=0,
         others_moving=False,
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
+        seconds=min(len(pair.plus.span), len(pair.minus.span)) * series.period_s,
     )
 
 
@@ -227,6 +228,7 @@ def _model_point(
         direction=sign,
         others_moving=bool(section.others_moving),
         timing_nm=slope * speed * _SIMULTANEOUS * series.period_s,
+        seconds=friction.size * series.period_s,
     )
 
 

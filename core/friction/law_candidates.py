@@ -69,7 +69,7 @@ def fit_linear_law(data: ls.Points, law: SeparableLaw) -> Candidate:
     if law.non_negative and np.any(fit.estimate[: len(law.symbols)] < 0):
         fit, held = _non_negative(design, target, law)
     k = len(law.symbols)
-    quality = Quality.of(fit.sum_squares, max(1, data.n - fit.estimate.size))
+    quality = Quality.of(fit.sum_squares, max(1, data.n - fit.estimate.size), data)
     values = law.named(fit.estimate[:k], 0.0)
     ci: dict[str, Bounds | None] = {
         symbol: quality.bounds(values[symbol], float(fit.covariance[i, i])) for i, symbol in enumerate(law.symbols)
@@ -110,7 +110,7 @@ def fit_rate_law(data: ls.Points, law: SeparableLaw, term: RateTerm, units: Fric
     prof = ls.profile(data, law)
     k = len(law.symbols) - 1
     freedom = data.n - prof.estimate.shape[1] - 1
-    quality = Quality.of(float(prof.sum_squares[prof.best]), freedom)
+    quality = Quality.of(float(prof.sum_squares[prof.best]), freedom, data)
     c_interval = ls.interval_of_c(prof, quality.allowance)
     line = LINE if law.viscous_columns else without_column(LINE, "D")
     reasons = _why_not(data, prof, quality, c_interval, term, units, line)

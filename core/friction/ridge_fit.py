@@ -41,7 +41,7 @@ def fit_ridge_law(data: ls.Points, law: RidgeLaw, ridge: float | None = None) ->
     rest = data.target - design @ estimate
     count = float(np.trace(inverse @ design.T @ design)) - (data.offset is not None)
     sum_squares = float(rest @ rest)
-    quality = Quality.of(sum_squares, max(1, round(data.n - count)))
+    quality = Quality.of(sum_squares, max(1, round(data.n - count)), data)
     fitted = ["A", "D", *(f"W{k}" for k in range(1, weights + 1))]
     k = len(fitted)
     values = dict(zip(fitted, (float(x) for x in estimate[:k]), strict=True)) | layout

@@ -19,10 +19,12 @@ class Candidate:
     Attributes:
         estimate: what is identified beside friction; empty for friction on the description as it is.
         width: standard deviation of the described inertials, as a share of them.
+        springs: joints of which a torque by their angle is identified, by number; None for all, where ``spring`` is.
     """
 
     estimate: tuple[str, ...]
     width: float
+    springs: tuple[int, ...] | None = None
 
     @property
     def words(self) -> str:
@@ -51,6 +53,21 @@ def candidates_of(
     plain = [Candidate(part, widths[0]) for part in parts]
     every = [*plain, *(Candidate(("inertials",), w) for w in widths)]
     return tuple([*every, *(replace(c, estimate=(*c.estimate, "gain")) for c in every)] if with_gain else every)
+
+
+def with_springs(tried: Sequence[Candidate], joints: tuple[int, ...]) -> tuple[Candidate, ...]:
+    """Each candidate also with torques by the angles of some joints; these after their like without them.
+
+    Args:
+        tried: the simplest first; those with gains, which such torques would be mistaken for, get none.
+        joints: by number.
+    """
+
+    def rank(one: Candidate) -> tuple[bool, bool, bool]:
+        return "gain" in one.estimate, "inertials" in one.estimate, "spring" in one.estimate
+
+    more = [replace(c, estimate=(*c.estimate, "spring"), springs=joints) for c in tried if "gain" not in c.estimate]
+    return tuple(sorted((*tried, *more), key=rank))
 
 
 def wanted(config: Config) -> tuple[str, ...] | Literal["auto"]:

@@ -10,13 +10,14 @@ standard error of the best is taken (the one-standard-error rule: Breiman et al.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.errors import ConfigError, NotJudgedError
-from collaudit.core.identification.candidates import Candidate, candidates_of, wanted
+from collaudit.core.identification.candidates import Candidate, candidates_of, wanted, with_springs
 from collaudit.core.identification.priors import Gains, tool_body
 from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
 from collaudit.core.identification.problem.identification_samples import Motion, collect
@@ -31,6 +32,8 @@ _MOST = 3.0
 _ALIKE = 5
 #: Whole logs are held out where there are so many.
 _FEWEST_LOGS = 2
+#: Standard errors by which a joint's own torque by its angle must predict better.
+_SURE = 2.0
 #: Samples that tell candidates apart as well as all would: errors within a second are alike.
 _MOST_TO_CHOOSE = 2000
 
@@ -51,30 +54,22 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     elif asked == "auto" and config.robot.tool.mass_kg == "estimate":
         tried = tuple(one for one in tried if not {"inertials", "gain"} & set(one.estimate))  # a tool, or none
     nothing = Candidate((), tried[0].width)
-    if asked == "auto":
-        if not robot.has_inertials or any(log.series.effort is None for log in prepared):
-            return nothing, None
-    elif not tried[0].estimate:
+    unmodelled = not robot.has_inertials or any(log.series.effort is None for log in prepared)
+    if unmodelled and (asked == "auto" or not tried[0].estimate):
         return nothing, None
-    elif not robot.has_inertials:
-        raise NotJudgedError(
-            f"{', '.join(asked)} cannot be identified: the robot has no inertials",
-            hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
-        )
-    elif raw and "gain" not in asked:
-        raise ConfigError(
-            "the effort's unit is not known, so its gain must be estimated too",
-            where="[fit] estimate",
-            found=", ".join(asked),
-            expected='"gain" among them',
-        )
-    if len(tried) == 1:
-        return tried[0], None
+    if asked != "auto":
+        _refuse_if_impossible(asked, prepared[0])
+    stated = tried[0] if len(tried) == 1 else None
+    if stated is not None:
+        if raw or "gain" in stated.estimate:
+            return stated, None
+        others = candidates_of("auto", config, False, prepared[0].effort_source != "joint")
+        tried = (stated, *(one for one in others if one != stated))
     try:
         motion = collect(prepared, min(config.fit.max_samples, _MOST_TO_CHOOSE), config.fit.blocks)
-    except NotJudgedError:
-        if asked == "auto":
-            return nothing, None
+    except (NotJudgedError, ConfigError):
+        if asked == "auto" or stated is not None:
+            return stated or nothing, None
         raise
     regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
 
@@ -91,18 +86,56 @@ def choose(prepared: Sequence[Prepared], config: Config) -> tuple[Candidate, Est
     scale = unknowns(tried[0]).gain if raw else np.ones(len(robot.joint_names))
     if not np.isfinite(scale).any():
         return nothing, None
-    left = [
-        held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
-        for one in map(unknowns, tried)
-    ]
-    if not np.isfinite(left).all(axis=0).any():  # no sample by which all can be compared
+
+    def left_of(one: Unknowns) -> FloatArray:
+        return held_out(terms_of(motion, regressor, one), one, _parts(motion)) * (one.gain / scale)
+
+    left = {one: left_of(unknowns(one)) for one in tried}
+    plain = [one for one in tried if not {"gain", "inertials", "tool"} & set(one.estimate)]
+    if asked == "auto" and plain:
+        every = left_of(unknowns(replace(plain[-1], estimate=(*plain[-1].estimate, "spring"))))
+        springs = _joints_better(every, left[plain[-1]], motion.cluster // _ALIKE)
+        tried = with_springs(tried, springs) if springs else tried
+    left = {one: left[one] if one in left else left_of(unknowns(one)) for one in tried}
+    if not np.isfinite(list(left.values())).all(axis=0).any():  # no sample by which all can be compared
         return tried[0], None
 
     def refused(one: Candidate) -> str:
-        light = asked == "auto" and "tool" in one.estimate and _weighs_less(prepared, config, one)
-        return "the tool would weigh less than nothing" if light else ""
+        free = "tool" in one.estimate and one != stated and (asked == "auto" or stated is not None)
+        return "the tool would weigh less than nothing" if free and _weighs_less(prepared, config, one) else ""
 
-    return choose_estimate(tried, left, motion.cluster // _ALIKE, robot.joint_names, refused)
+    taken, choice = choose_estimate(tried, list(left.values()), motion.cluster // _ALIKE, robot.joint_names, refused)
+    if stated is None:
+        return taken, choice
+    return stated, None if taken == stated else replace(choice, taken=stated.words, better=taken.words)
+
+
+def _refuse_if_impossible(asked: Sequence[str], log: Prepared) -> None:
+    if set(asked) == {"friction"}:
+        return
+    if not log.robot.has_inertials:
+        raise NotJudgedError(
+            f"{', '.join(asked)} cannot be identified: the robot has no inertials",
+            hint="give a URDF with <inertial> elements, or masses in the [[robot.dh]] rows",
+        )
+    if log.series.effort_unit == "raw" and "gain" not in asked:
+        raise ConfigError(
+            "the effort's unit is not known, so its gain must be estimated too",
+            where="[fit] estimate",
+            found=", ".join(asked),
+            expected='"gain" among them',
+        )
+
+
+def _joints_better(with_more: FloatArray, without: FloatArray, cluster: IntArray) -> tuple[int, ...]:
+    """Joints whose held-out torque (n, j) is less with more identified, by two standard errors of the difference."""
+    out = []
+    for j in range(without.shape[1]):
+        usual = np.array([np.sqrt(np.nanmean(without[:, j] ** 2))]) if np.isfinite(without[:, j]).any() else np.ones(1)
+        gained = _by_cluster(without[:, j, None], usual, cluster) - _by_cluster(with_more[:, j, None], usual, cluster)
+        if gained.size and gained.mean() > _SURE * _error(gained):
+            out.append(j)
+    return tuple(out)
 
 
 def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
+from collaudit.core.data.angle_torque import AngleTorque
 from collaudit.core.data.identification_result import (
     BaseParameter,
     Bounds,
@@ -17,6 +18,7 @@ from collaudit.core.data.identification_result import (
 from collaudit.core.identification.base_parameters import BaseMap, base_map
 from collaudit.core.identification.inertial_consistency import is_consistent
 from collaudit.core.identification.priors import ARMATURE_SHARE
+from collaudit.core.identification.problem.angle_columns import angle_torque
 from collaudit.core.identification.problem.identification_problem import Solution, Unknowns, residual, solve, terms_of
 from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS, held_out
 from collaudit.core.identification.problem.nuisance import OFFSET
@@ -65,6 +67,7 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
             gain_by_load=job.gains is not None and bool(job.gains.by_load[j]),
             offset_ci95=_interval(drive.offset_nm, float(job.errors.offset_sd[j])) if offset_known else (None, None),
             armature_ci95=_armature_interval(job, j),
+            angle_torque=_angle_torque(job, j, job.errors.nuisance[j]),
             rms_file_nm=rms[0][j],
             rms_nm=rms[1][j],
             held_out_rms_file_nm=out[0][j],
@@ -89,7 +92,17 @@ def drive_of(found: Solved, j: int) -> IdentifiedJoint:
         rms_nm=None,
         held_out_rms_file_nm=None,
         held_out_rms_nm=None,
+        angle_torque=_angle_torque(found, j, None) if known else None,
     )
+
+
+def _angle_torque(found: Solved, j: int, covariance: FloatArray | None) -> AngleTorque | None:
+    """What joint j's angle adds, with intervals where the covariance (k, k) of its nuisance is given."""
+    if found.unknowns.springs is None or not found.unknowns.springs[j]:
+        return None
+    motion, at = found.terms.motion, found.terms.angles_in(found.terms.nuisance, found.terms.motion)
+    own = None if covariance is None else covariance[at, at]
+    return angle_torque(motion.position[:, j], motion.moving[:, j], found.solution.nuisance[j, at], own)
 
 
 def _armature_interval(job: Report, j: int) -> Bounds | None:

@@ -61,7 +61,10 @@ def unknowns_of(prepared: Sequence[Prepared], robot: RobotModel, candidate: Cand
         for found in prepared[0].gains:
             start = found.gain if abs(found.gain) > 1e-6 else 1.0
             gain[names.index(found.joint)] = (-1.0 if found.inverted else 1.0) if stated else start
-    return Unknowns(inertials, sd, armature, armature_prior_sd, gain, gain_prior_sd)
+    springs = None
+    if "spring" in estimate:
+        springs = np.isin(np.arange(len(names)), range(len(names)) if candidate.springs is None else candidate.springs)
+    return Unknowns(inertials, sd, armature, armature_prior_sd, gain, gain_prior_sd, springs)
 
 
 def gains_stated(prepared: Prepared, config: Config) -> bool:

@@ -30,10 +30,10 @@ class Solved:
     gains: Gains | None
 
 
-def solved(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> Solved:
-    """The solution before what no body can have is mended."""
+def solved(prepared: Sequence[Prepared], config: Config, taken: Candidate, most_samples: int | None = None) -> Solved:
+    """The solution before what no body can have is mended; from ``most_samples``, or as many as are configured."""
     robot = prepared[0].robot
-    motion = collect(prepared, config.fit.max_samples, config.fit.blocks)
+    motion = collect(prepared, min(config.fit.max_samples, most_samples or config.fit.max_samples), config.fit.blocks)
     regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
     unknowns, gains = with_gains(prepared, config, taken, motion, regressor)
     if gains is not None:

@@ -38,7 +38,6 @@ def read_log(
     prismatic: Sequence[str] = (),
     judged: Sequence[str] = (),
     cache: Path | None = None,
-    hashed: bool = True,
 ) -> JointLog:
     """Read one log.
 
@@ -51,7 +50,6 @@ def read_log(
         judged: the joints that ``[robot] joints`` states; a log of as many, under other names, is theirs.
         cache: folder that keeps decoded logs; the next reading of the same bytes with the same settings is then
             only a hash and a load. None keeps nothing.
-        hashed: whether its hash is computed beside what follows; else it is computed where it is asked for.
 
     Returns:
         Joint signals in SI units in the robot's joint order, stamps as recorded.
@@ -62,7 +60,7 @@ def read_log(
     """
     check_there(paths)
     if cache is None or any(partial_file(path) for path in paths):  # of one with holes the hash is known last
-        return _read(paths, settings, robot_joints, prismatic, judged, progress, hashed)
+        return _read(paths, settings, robot_joints, prismatic, judged, progress)
     from collaudit.core.logs.cache import cache_key, load, store
 
     names = [path.name for path in paths]
@@ -70,7 +68,7 @@ def read_log(
     key = cache_key(sha256_of([*paths, *further]), names, settings, robot_joints, prismatic, judged)
     found = load(cache, key)
     if found is None:
-        found = _read(paths, settings, robot_joints, prismatic, judged, progress, hashed)
+        found = _read(paths, settings, robot_joints, prismatic, judged, progress)
         try:
             store(cache, key, found)
         except OSError as error:
@@ -85,28 +83,21 @@ def _read(
     prismatic: Sequence[str],
     judged: Sequence[str],
     progress: Progress | None,
-    hashed: bool,
 ) -> JointLog:
     tables = [is_table(path) for path in paths]
-    hashing = Hashing(paths, soon=hashed)
-    try:
-        if all(tables):
-            log = without_impossible(_read_tables(paths, settings, robot_joints, prismatic, judged, hashing), "row")
-        elif any(tables):
-            raise LogError("tables and recordings cannot be one log", where=log_name(paths))
-        else:
-            from collaudit.core.logs.topics.message_reading import read_message_log
+    hashing = Hashing(paths)
+    if all(tables):
+        log = without_impossible(_read_tables(paths, settings, robot_joints, prismatic, judged, hashing), "row")
+    elif any(tables):
+        raise LogError("tables and recordings cannot be one log", where=log_name(paths))
+    else:
+        from collaudit.core.logs.topics.message_reading import read_message_log
 
-            name = log_name(paths)
-            bounds = ReadingBounds.of([file for path in paths for file in data_files(path)], name, settings.limits)
-            reader = open_messages(paths, bounds)
-            log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress, bounds)
-            log = without_impossible(log, "message")
-    except BaseException:
-        hashing.abandon()
-        raise
-    if hashed:
-        hashing.start()
+        name = log_name(paths)
+        bounds = ReadingBounds.of([file for path in paths for file in data_files(path)], name, settings.limits)
+        reader = open_messages(paths, bounds)
+        log = read_message_log(reader, name, settings, robot_joints, prismatic, judged, hashing, progress, bounds)
+        log = without_impossible(log, "message")
     found = [finding for path in paths for finding in hash_findings(path)]
     return replace(log, findings=(*log.findings, *found)) if found else log
 

@@ -18,7 +18,7 @@ from collaudit.core.logs.signals.impossible_values import plausible_ns
 from collaudit.core.logs.signals.sample_clock import start_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import MessageReader, damage_findings
-from collaudit.core.logs.topics.log_topics import Topic, decode, sharing, topics_of, written_beside
+from collaudit.core.logs.topics.log_topics import Topic, decode, sharing, topics_of
 from collaudit.core.logs.topics.topic_findings import publish_findings, skipped_findings
 from collaudit.core.numeric.arrays import IntArray
 
@@ -46,14 +46,13 @@ def describe_messages(
     topics = topics_of(reader, settings, bounds)
     times: dict[str, list[IntArray]] = {topic.name: [] for topic in topics}
     owner = {channel.key: topic for topic in topics for channel in topic.channels}
-    with written_beside(topics):
-        for batch in reader.batches(None, sharing(topics)):
-            topic = owner.get(batch.key)
-            if topic is None:
-                continue
-            times[topic.name].append(batch.log_ns)
-            if batch.key in topic.decoders:
-                topic.decoders[batch.key].add(batch)
+    for batch in reader.batches(None, sharing(topics)):
+        topic = owner.get(batch.key)
+        if topic is None:
+            continue
+        times[topic.name].append(batch.log_ns)
+        if batch.key in topic.decoders:
+            topic.decoders[batch.key].add(batch)
     whole = {name: plausible_ns(np.concatenate(parts), name) for name, parts in times.items() if parts}
     stamps = {name: np.sort(good) for name, (good, _) in whole.items()}
     counts = {name: sum(part.shape[0] for part in parts) for name, parts in times.items()}

@@ -10,9 +10,9 @@ from collaudit.core.errors import LogError, similar_file
 from collaudit.core.logs import log_formats
 from collaudit.core.logs.log_formats import format_of, is_bag_storage, named_format
 from collaudit.core.logs.rosbag2.bag_folder import folder_files
+from collaudit.core.logs.storage.chunked_file import ChunkedFile
 from collaudit.core.logs.storage.file_head import compression_of, head_of, looks_like_text, workbook_in
 from collaudit.core.logs.storage.joined_recording import JoinedRecording
-from collaudit.core.logs.storage.noted_file import NotedFile
 from collaudit.core.logs.storage.packed_file import inner_head
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Damage, MessageReader
@@ -70,7 +70,7 @@ def open_messages(paths: Sequence[Path], bounds: ReadingBounds | None = None) ->
     if not readers:
         raise refused[0]
     for _, reader in readers:
-        if isinstance(reader, NotedFile):
+        if isinstance(reader, ChunkedFile):
             reader.bounds = bounds
     if len(readers) == 1:
         readers[0][1].damage.extend(damage)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
@@ -77,22 +76,4 @@ def differentiate(
             np.subtract(part[2:], part[:-2], out=slope[1:-1])
             slope[1:-1] /= 2.0 * period_s
             slope[0], slope[-1] = (part[1] - part[0]) / period_s, (part[-1] - part[-2]) / period_s
-    return out
-
-
-def slope_between(x: FloatArray, segments: Sequence[Span], period_s: float, start: int, stop: int) -> FloatArray:
-    """The samples from ``start`` to ``stop`` of what :func:`differentiate` gives for (n,) values, and no others."""
-    out = np.full(stop - start, np.nan)
-    for span in segments[bisect_right(segments, start, key=lambda s: s.stop) :]:
-        if span.start >= stop:
-            break
-        if len(span) < 2:
-            continue
-        first, last = max(start, span.start + 1), min(stop, span.stop - 1)
-        if first < last:
-            inner = np.subtract(x[first + 1 : last + 1], x[first - 1 : last - 1], out=out[first - start : last - start])
-            inner /= 2.0 * period_s
-        for end, near in ((span.start, span.start + 1), (span.stop - 1, span.stop - 1)):
-            if start <= end < stop:
-                out[end - start] = (x[near] - x[near - 1]) / period_s
     return out

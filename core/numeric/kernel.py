@@ -114,10 +114,7 @@ class Kernel:
     ) -> FloatArray:
         out, bridged = self._run(self._coefficients(numerator, period_s), x, segments, out)
         if bridged is not None:
-            for column in np.flatnonzero(bridged.any(axis=0)):
-                rows, stretches = self.near(bridged[:, column], segments, period_s)
-                reached = self.reach(bridged[rows, column][:, None], stretches, period_s)[:, 0]
-                out[rows[reached], column] = np.nan
+            out[self.reach(bridged, segments, period_s)] = np.nan
         return out
 
     def reach(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> BoolArray:

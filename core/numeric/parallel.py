@@ -7,11 +7,12 @@ of time in the dynamics, joints in residual and alarms. Results are those of one
 from __future__ import annotations
 
 import os
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
-from typing import Generic, TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -36,28 +37,26 @@ def use_threads(count: int) -> None:
 
 
 def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | None = None) -> Iterator[R]:
-    """Apply ``function`` in up to :func:`threads` threads; results come in the order of the items, few at a time.
+    """Apply ``function`` in :func:`threads` threads; results come in the order of the items, few at a time.
 
-    The caller's thread is one of them and takes what no other has begun: on a busy machine it waits for nobody, and a
-    map inside a map comes to no standstill. The others stay for the next map.
+    A map inside a map works in the thread that it is in.
 
     Args:
         function: what to apply.
         items: to what.
         ahead: results that may wait for whoever takes them; as many as threads where nothing is said.
     """
-    count = _threads
-    if count == 1 or (isinstance(items, Sized) and len(items) < 2):
+    if _alone() or (isinstance(items, Sized) and len(items) < 2):
         yield from map(function, items)
         return
-    asked: deque[_Asked[T, R]] = deque()
+    count, asked = _threads, deque[tuple[Future[R], list[Any]]]()
     try:
         for item in items:
-            asked.append(_Asked(function, item))
+            asked.append(_asked(function, item, count))
             if len(asked) > (count if ahead is None else ahead):
-                yield _first(asked)
+                yield asked.popleft()[0].result()
         while asked:
-            yield _first(asked)
+            yield asked.popleft()[0].result()
     finally:
         _give_up(asked)
 
@@ -77,100 +76,46 @@ def by_name(
     return out
 
 
-class Beside:
-    """Work without results that is done beside what its caller goes on with; a context that ends when all is done.
+_thread = threading.local()
 
-    The threads of :func:`ordered_map` do it, and the caller's where it gets ahead of them by more than so many pieces.
-    An error is raised where a later piece is added, or at the end.
+
+def _alone() -> bool:
+    """Whether this thread works for itself: the only one there is, or one that works for another."""
+    return _threads == 1 or getattr(_thread, "helps", False)
+
+
+def _asked(function: Callable[[T], R], item: T, count: int) -> tuple[Future[R], list[Any]]:
+    """A result to come from one of ``count`` threads, and the box with its work.
+
+    A thread empties the box first: it holds nothing of what it has done, and files close in time.
     """
-
-    def __init__(self, ahead: int) -> None:
-        self._ahead = ahead
-        self._asked: deque[_Asked[Callable[[], None], None]] = deque()
-
-    def add(self, work: Callable[[], None]) -> None:
-        """Have a piece of work done, at once where there is one thread."""
-        if _threads == 1:
-            work()
-            return
-        self._asked.append(_Asked(_call, work))
-        if len(self._asked) > self._ahead:
-            _first(self._asked)
-
-    def settle(self) -> None:
-        """Wait until all that was added is done."""
-        while self._asked:
-            _first(self._asked)
-
-    def __enter__(self) -> Beside:
-        return self
-
-    def __exit__(self, kind: object, *_: object) -> None:
-        try:
-            if kind is None:
-                self.settle()
-        finally:
-            _give_up(self._asked)
+    box: list[Any] = [(function, item)]
+    try:
+        return _helpers(count).submit(_emptied, box), box
+    except RuntimeError:  # no thread can be started, for want of memory say: the caller does it
+        box.clear()
+        done: Future[R] = Future()
+        done.set_result(function(item))
+        return done, box
 
 
-def _call(work: Callable[[], None]) -> None:
-    work()
-
-
-class _Asked(Generic[T, R]):
-    """A piece of work that another thread was asked for, until the caller does it itself.
-
-    Whoever does it empties the box first: a thread holds nothing of what it has done, and files close in time.
-    """
-
-    def __init__(self, function: Callable[[T], R], item: T) -> None:
-        self._box = [(function, item)]
-        self.future: Future[R]
-        try:
-            self.future = _helpers(max(1, _threads - 1)).submit(_emptied, self._box)
-        except RuntimeError:  # no thread can be started, for want of memory say: the caller does it
-            self._box, self.future = [(function, item)], Future()
-
-    def do(self) -> None:
-        """Do it, unless another thread is at it."""
-        if not self.future.cancel():
-            return
-        self.future = Future()
-        try:
-            self.future.set_result(_emptied(self._box))
-        except Exception as error:  # noqa: BLE001 (whatever it is, it is raised where its result is taken)
-            self.future.set_exception(error)
-
-    def give_up(self) -> bool:
-        """Whether it will not be done."""
-        given_up = self.future.cancel()
-        if given_up:
-            self._box.clear()
-        return given_up
-
-
-def _emptied(box: list[tuple[Callable[[T], R], T]]) -> R:
+def _emptied(box: list[Any]) -> Any:
+    _thread.helps = True
     function, item = box.pop()
     return function(item)
 
 
-def _first(asked: deque[_Asked[T, R]]) -> R:
-    """The oldest result; while another thread is at it, this one does what comes next."""
-    for one in asked:
-        one.do()
-        if asked[0].future.done():
-            break
-    return asked.popleft().future.result()
-
-
-def _give_up(asked: Iterable[_Asked[T, R]]) -> None:
+def _give_up(asked: Iterable[tuple[Future[Any], list[Any]]]) -> None:
     """Wait for what others are at, and leave the rest."""
-    wait([one.future for one in asked if not one.give_up()])
+    left = [box for one, box in asked if one.cancel()]
+    for box in left:
+        box.clear()
+    wait([one for one, _ in asked])
 
 
 @cache
 def _helpers(count: int) -> ThreadPoolExecutor:
-    """So many threads beside the caller's, begun when first needed."""
+    """So many threads, begun when first needed."""
     return ThreadPoolExecutor(count)
 
 

@@ -128,6 +128,13 @@ def copied(x: NDArray[Any]) -> NDArray[Any]:
     return out
 
 
+def combined(operation: np.ufunc, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
+    """A table of an operation on two, value by value; errors as of :func:`table`."""
+    out = table(*x.shape)
+    operation(x, y, out=out)
+    return out
+
+
 def picked(x: NDArray[Any], columns: Sequence[int]) -> NDArray[Any]:
     """A table of some columns; errors as of :func:`table`."""
     out = table(x.shape[0], len(columns), x.dtype)

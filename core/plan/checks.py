@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,41 +44,38 @@ class MoveCheck:
     clearance_m: float
     friction: Mapping[str, FrictionModel]
 
-    @classmethod
-    def of(cls, robot: RobotModel, limits: ArmLimits, around: Surroundings, shapes: ArmShapes,
-           friction: Mapping[str, FrictionModel]) -> MoveCheck:  # fmt: skip
-        """``shapes``: made with :func:`padded` surroundings."""
-        return cls(robot, limits, shapes, shapes.reach_m(), around.clearance_m, friction)
-
     def problem(self, motion: Motion) -> str | None:
         """What a motion from rest to rest violates, in words; None where it keeps all limits."""
         if not self.limits.inside(motion.q).all():
             return "a joint's range"
-        if (joint := self.overloaded(motion)) is not None:
+        if (joint := self.overloaded([motion])[0]) is not None:
             return f"the torque of {joint}"
         found = self.shapes.touching(self._places(motion))
         return None if found is None else found[1]
 
     def torque_nm(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """(n, j) torque of model and friction; friction in either direction where a joint stands."""
+        """(n, j) torque of model and friction; friction that is not known, or at rest, in the worse direction."""
         torque = self.robot.inverse_dynamics(q, v, a)
         for j, name in enumerate(self.robot.joint_names):
-            law = self.friction.get(name)
-            highest = UNKNOWN_FRICTION * float(self.limits.torque[j])
-            size = np.full(len(q), highest) if law is None else np.maximum(np.abs(law.torque(v[:, j])), 0.0)
-            way = np.where(np.abs(v[:, j]) > 1e-6, np.sign(v[:, j]), np.sign(torque[:, j]))
-            if law is not None:
-                size = np.where(np.abs(v[:, j]) > law.speed_range[0], size, np.maximum(size, law.hold))
-            torque[:, j] += way * size
+            law, speed = self.friction.get(name), np.abs(v[:, j])
+            worse = np.sign(torque[:, j])
+            if law is None:
+                torque[:, j] += worse * UNKNOWN_FRICTION * float(self.limits.torque[j])
+                continue
+            size = np.maximum(np.abs(law.torque(v[:, j])), np.where(speed > law.speed_range[0], 0.0, law.hold))
+            torque[:, j] += np.where(speed > 1e-6, np.sign(v[:, j]), worse) * size
         return torque
 
-    def overloaded(self, motion: Motion) -> str | None:
-        """A joint whose torque exceeds its limit; None where none does, or no model tells."""
+    def overloaded(self, motions: Sequence[Motion]) -> list[str | None]:
+        """Of every motion a joint whose torque exceeds its limit; None where none does, or no model tells."""
         if not self.robot.has_inertials:
-            return None
-        _, q, v, a = motion.sampled(_TORQUE_STEP_S)
-        over = np.abs(self.torque_nm(q, v, a)) > _TORQUE_RESERVE * self.limits.torque
-        return self.robot.joint_names[int(np.argmax(over.any(axis=0)))] if over.any() else None
+            return [None] * len(motions)
+        samples = [motion.with_knots(_TORQUE_STEP_S)[1:] for motion in motions]
+        torque = self.torque_nm(*(np.concatenate(part) for part in zip(*samples, strict=True)))
+        over = np.abs(torque) > _TORQUE_RESERVE * self.limits.torque
+        ends = np.cumsum([len(q) for q, _, _ in samples])[:-1]
+        each = [part.any(axis=0) for part in np.split(over, ends)]
+        return [self.robot.joint_names[int(np.argmax(one))] if one.any() else None for one in each]
 
     def _places(self, motion: Motion) -> FloatArray:
         """(m, j) positions along a motion, at most half a clearance of any point's way apart."""

@@ -35,9 +35,7 @@ class Excitation:
     information: FloatArray
 
 
-def excite(
-    check: MoveCheck, unknowns: Unknowns, joints: IntArray, seconds: float, seed: int = 0, informed: bool = True
-) -> Excitation:
+def excite(check: MoveCheck, unknowns: Unknowns, joints: IntArray, seconds: float, seed: int = 0) -> Excitation:
     """Choose moves from the start and back to it.
 
     Args:
@@ -46,44 +44,33 @@ def excite(
         joints: numbers of those that may move.
         seconds: of all moves at most, pauses included.
         seed: of the poses that are tried.
-        informed: whether what is known already counts; without, all unknowns count alike.
     """
     rng, limits = np.random.default_rng(seed), check.limits
-    information = unknowns.prior() if informed else unknowns.flat_prior()
+    information = unknowns.prior()
     moves: list[Motion] = []
     at, left, stuck = limits.start, seconds, 0
     while stuck < _STUCK:
         tried = _tried(check, unknowns, information, at, left, (joints, rng))
-        taken = next(
-            (one for one in tried if check.problem(one.there) is None and check.problem(one.home) is None), None
-        )
+        taken = next((one for one in tried if check.problem(one[0]) is None and check.problem(one[1]) is None), None)
         if taken is None:
             stuck += 1
             continue
-        stuck, at = 0, taken.there.q[-1]
-        moves.append(taken.there)
-        information = information + taken.added
-        left -= taken.there.duration_s + PAUSE_S
+        there, _, added = taken
+        stuck, at = 0, there.q[-1]
+        moves.append(there)
+        information = information + added
+        left -= there.duration_s + PAUSE_S
     if moves:
         moves.append(move(limits, at, limits.start))
         information = information + information_of(check, unknowns, moves[-1])
-    return Excitation(tuple(moves), information + (0.0 if informed else unknowns.prior() - unknowns.flat_prior()))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Candidate:
-    """A move, the way home from its end, and what it tells."""
-
-    there: Motion
-    home: Motion
-    added: FloatArray
+    return Excitation(tuple(moves), information)
 
 
 def _tried(
     check: MoveCheck, unknowns: Unknowns, information: FloatArray, at: FloatArray, left: float,
     chance: tuple[IntArray, np.random.Generator],
-) -> list[_Candidate]:  # fmt: skip
-    """Random moves that leave time for the way home, those that tell most for their time first."""
+) -> list[tuple[Motion, Motion, FloatArray]]:  # fmt: skip
+    """Random moves that leave time for the way home from their ends, what they tell; the best for their time first."""
     limits, before, found = check.limits, unknowns.criterion(information), []
     for _ in range(_TRIED):
         goal = _pose(at, limits.low, limits.high, *chance)
@@ -91,7 +78,7 @@ def _tried(
         cost = there.duration_s + PAUSE_S
         if cost + home.duration_s + PAUSE_S <= left:
             added = information_of(check, unknowns, there)
-            found.append(((unknowns.criterion(information + added) - before) / cost, _Candidate(there, home, added)))
+            found.append(((unknowns.criterion(information + added) - before) / cost, (there, home, added)))
     return [one for _, one in sorted(found, key=lambda pair: -pair[0])]
 
 

@@ -1,9 +1,10 @@
 """What points of friction at given speeds tell of a law's parameters: Fisher information, and half widths.
 
 For a point f with standard deviation s at speed v the information is g gᵀ / s², g the derivative of the curve by the
-parameters (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007). Where a law is not determined yet, its rate
-could be many: the information is looked at for several, and the mean of the criterion counts (Bayesian design:
-Chaloner and Verdinelli, Statistical Science 10, 1995).
+parameters (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007); s² falls with the time at that speed, but
+for what points scatter beyond their blocks. Where a law is not determined yet, its rate could be many: the information
+is looked at for several, and the mean of the criterion counts (Bayesian design: Chaloner and Verdinelli, Statistical
+Science 10, 1995).
 """
 
 from __future__ import annotations
@@ -25,14 +26,15 @@ from collaudit.core.numeric.arrays import FloatArray
 
 #: Rates, s/rad, at which extra friction near standstill fades; gears lie between.
 _RATES = (8.0, 20.0, 50.0)
-#: Of the friction near standstill, what fades, where that is not known.
-_FADING = 0.2
+#: Extra friction near standstill that fades, as a share of what stays, where it is not known.
+_FADING = 0.25
 #: Of a joint's highest torque: Coulomb friction where nothing was measured, and the error of a point.
 _UNKNOWN_LEVEL, _UNKNOWN_SD = 0.05, 0.001
 #: Points scatter so many times more than blocks within them do (seed 1 of the six-axis arm; the table of docs/plan.md
 #: has other seeds), and how many degrees of freedom this is worth; parameters of a law, which take some.
-_BEYOND, _EXPECTED, _FREE = 2.2, 5, 4
+_BEYOND, _EXPECTED, _FREE = 1.2, 5, 4
 _STEP = 1e-5
+_LEAST_LEFT = 1e-9  # of the variances, below which rounding counts
 _LEAST_KNOWN = 1e-9  # information of every parameter without data, in units of its own size: so that all is finite
 
 
@@ -45,35 +47,45 @@ class FrictionDesign:
         guesses: parameters by symbol; several where the rate is not known.
         known: (g, p, p) information of earlier points, for each guess.
         points: number of earlier points.
-        sd: standard deviation of a point.
-        measured: whether ``sd`` comes from a log; else half widths mean nothing.
+        noise: standard deviation of a point of one second, N·m, falling with the root of time.
+        beyond: standard deviation that time does not lower, N·m.
+        measured: whether these come from a log; else half widths mean nothing.
     """
 
     law: FrictionLaw
     guesses: tuple[Mapping[str, float], ...]
     known: FloatArray
     points: int
-    sd: float
+    noise: float
+    beyond: float
     measured: bool
 
-    def gradients(self, speeds: FloatArray) -> FloatArray:
-        """(g, n, p) derivatives of the curve at speeds (n,) by the parameters, for each guess."""
-        return np.array([_gradient(self.law, values, speeds) for values in self.guesses])
+    def gradients(self, speeds: FloatArray, seconds: FloatArray) -> FloatArray:
+        """(g, n, p) derivatives of the curve at speeds (n,) by the parameters, for each guess, over the points' errors.
 
-    def information(self, speed: float) -> FloatArray:
+        ``seconds``: (n,) of both ways' sections.
+        """
+        sd = np.hypot(self.noise / np.sqrt(seconds), self.beyond)
+        return np.array([_gradient(self.law, values, speeds) / sd[:, None] for values in self.guesses])
+
+    def information(self, speed: float, seconds: float) -> FloatArray:
         """(g, p, p) what one point at a speed adds."""
-        g = self.gradients(np.array([speed]))[:, 0] / self.sd
+        g = self.gradients(np.array([speed]), np.array([seconds]))[:, 0]
         return np.asarray(g[:, :, None] * g[:, None, :])
 
     def gains(self, gradients: FloatArray, added: FloatArray) -> FloatArray:
-        """(n,) by how much a point of each of the gradients (g, n, p) raises log det of the information, in the mean.
+        """(n,) by how much a point of each of the gradients (g, n, p) lowers the sum of the relative variances.
 
-        det(M + g gᵀ) = det(M) (1 + gᵀ M⁻¹ g): the matrix determinant lemma.
+        The geometric mean of the guesses. A-optimal, since the widest interval is what keeps a joint from being done;
+        (M + g gᵀ)⁻¹ = M⁻¹ - M⁻¹g gᵀM⁻¹ / (1 + gᵀM⁻¹g): Sherman and Morrison.
         """
-        size = self._sizes()
         inverse = np.linalg.inv(self._whole(added))
-        scaled = gradients * size[:, None, :] / self.sd
-        return np.asarray(np.log1p(np.einsum("gnp,gpq,gnq->gn", scaled, inverse, scaled)).mean(axis=0))
+        scaled = gradients * self._sizes()[:, None, :]
+        turned = np.einsum("gnp,gpq->gnq", scaled, inverse)
+        less = np.sum(turned**2, axis=2) / (1.0 + np.sum(turned * scaled, axis=2))
+        before = np.log(np.trace(inverse, axis1=1, axis2=2))
+        left = np.maximum(1.0 - less / np.exp(before)[:, None], _LEAST_LEFT)
+        return np.asarray(np.exp(before.mean()) * (1.0 - np.exp(np.log(left).mean(axis=0))))
 
     def half_widths(self, added: FloatArray, count: int) -> dict[str, float]:
         """Half widths of 95 % intervals by symbol, the middle one of the guesses, with ``count`` points added."""
@@ -107,7 +119,7 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
         level = _UNKNOWN_LEVEL * torque_nm
         guesses = _guesses(level, level / fastest)
         empty = np.zeros((len(guesses), 4, 4))
-        return FrictionDesign(REFERENCE, guesses, empty, 0, _UNKNOWN_SD * torque_nm, False)
+        return FrictionDesign(REFERENCE, guesses, empty, 0, _UNKNOWN_SD * torque_nm, 0.0, False)
     law = LAWS[fit.model]
     values = {parameter_symbol(key): value for key, value in fit.parameters.items()}
     settled = fit.identifiable and isinstance(law, SeparableLaw) and law is not LINE and not law.directional
@@ -116,19 +128,21 @@ def friction_design(fit: FrictionFit | None, torque_nm: float, fastest: float) -
         assert model is not None
         slow, fast = (float(f) for f in model.torque(np.array(model.speed_range)))
         slope = (fast - slow) / (model.speed_range[1] - model.speed_range[0])
-        law, guesses = REFERENCE, _guesses(max(slow, 1e-3 * torque_nm), max(slope, 1e-3 * abs(slow) / fastest))
+        still = slow - slope * model.speed_range[0]
+        law, guesses = REFERENCE, _guesses(max(still, 1e-3 * torque_nm), max(slope, 1e-3 * abs(slow) / fastest))
     else:
         guesses = (values,)
     data = with_scatter(point_arrays(fit.points), np.ones(len(fit.points)))
+    noise, beyond = _scatter(fit, data)
     known = []
     for one in guesses:
-        g = _gradient(law, one, data.speed) / data.sd[:, None]
+        g = _gradient(law, one, data.speed) / np.hypot(data.sd, beyond)[:, None]
         known.append(g.T @ g)
-    return FrictionDesign(law, guesses, np.array(known), data.n, _scatter(fit, data), True)
+    return FrictionDesign(law, guesses, np.array(known), data.n, noise, beyond, True)
 
 
-def _scatter(fit: FrictionFit, data: ls.Points) -> float:
-    """Standard deviation of a new point, from a fit's pairs of directions, or from its other points without any.
+def _scatter(fit: FrictionFit, data: ls.Points) -> tuple[float, float]:
+    """Noise of a second and scatter beyond it of a new point, from pairs of directions, or all points without any.
 
     A few points hardly scatter about a law with as many parameters: what their own errors lead to expect counts beside
     them, as much as ``_EXPECTED`` degrees of freedom (a scaled inverse chi-square prior).
@@ -136,14 +150,17 @@ def _scatter(fit: FrictionFit, data: ls.Points) -> float:
     pairs = data.direction == 0
     rows = pairs if pairs.any() else np.ones(data.n, dtype=bool)
     own = np.array([point.se_nm for point in fit.points])[rows]
+    seconds = np.array([point.seconds or 1.0 for point in fit.points])[rows]
     freedom = max(0, int(np.count_nonzero(rows)) - _FREE)
-    seen, expected = float(np.median(data.sd[rows])), _BEYOND * float(np.median(own))
-    return float(np.sqrt((freedom * seen**2 + _EXPECTED * expected**2) / (freedom + _EXPECTED)))
+    expected = (_BEYOND**2 - 1.0) * float(np.median(own)) ** 2
+    seen = max(0.0, float(np.median(data.sd[rows] ** 2)) - float(np.median(own)) ** 2)
+    beyond = (freedom * seen + _EXPECTED * expected) / (freedom + _EXPECTED)
+    return float(np.sqrt(np.median(own**2 * seconds))), float(np.sqrt(beyond))
 
 
 def _guesses(level: float, slope: float) -> tuple[Mapping[str, float], ...]:
     """Parameters of the reference law for each of the rates, from friction near standstill and the slope."""
-    return tuple({"A": (1.0 - _FADING) * level, "B": _FADING * level, "C": c, "D": slope} for c in _RATES)
+    return tuple({"A": level, "B": _FADING * level, "C": c, "D": slope} for c in _RATES)
 
 
 def _gradient(law: FrictionLaw, values: Mapping[str, float], speed: FloatArray) -> FloatArray:

@@ -111,7 +111,12 @@ def make_plan(
         moves += found.moves
     stage(progress, 0.3, 1.0)(1, 1)
     if not moves or _time(moves) < _LEAST_MOTION_S:
-        raise _nothing(check, request)
+        raise ConfigError(
+            "nothing that would tell anything has room",
+            where="[plan]",
+            found=f"no free motion about the start within {request.minutes:g} min",
+            hint="state another start, a larger workspace, or more minutes (--minutes)",
+        )
     motion = joined(moves, PAUSE_S)
     predictions = [
         *sweep_predictions(check.limits, kept, friction),
@@ -138,7 +143,10 @@ def make_plan(
         clean=clean_times(
             robot.joint_names, audits, friction, request.per_hour, motion.duration_s / 3600.0, request.gamma_nm
         ),
-        missing=(*_strangers(robot, friction), *_missing(check, robot, joints, kept, unknowns)),
+        missing=(
+            *_strangers(robot, friction),
+            *_missing(check, robot, joints, kept, unknowns, request.target),
+        ),
         provenance=replace(provenance, model_sha256=robot.sha256),
     )
     return Plan(file, robot, motion, tuple(moves))
@@ -170,7 +178,7 @@ def move_check(
         )
     laws = {name: law for name, fit in (friction.joints if friction else {}).items()
             if fit.effort_unit in ("N·m", "N") and (law := FrictionModel.of(fit)) is not None}  # fmt: skip
-    check = MoveCheck.of(robot, limits, around, shapes, laws)
+    check = MoveCheck(robot, limits, shapes, shapes.reach_m(), around.clearance_m, laws)
     still = limits.start[None]
     if robot.has_inertials and np.any(np.abs(check.torque_nm(still, 0 * still, 0 * still)) > limits.torque):
         raise ConfigError("the arm cannot hold its start with the torques that it may use", where="[plan] start_rad",
@@ -236,15 +244,6 @@ def _time(moves: Sequence[Motion]) -> float:
     return sum(part.duration_s + PAUSE_S for part in moves)
 
 
-def _nothing(check: MoveCheck, request: PlanRequest) -> Exception:
-    return ConfigError(
-        "nothing that would tell anything has room",
-        where="[plan]",
-        found=f"no free motion about the start within {request.minutes:g} min",
-        hint="state another start, a larger workspace, or more minutes (--minutes)",
-    )
-
-
 def _limits(limits: ArmLimits) -> dict[str, JointLimits]:
     columns = (limits.low, limits.high, limits.speed, limits.acceleration, limits.jerk, limits.torque, limits.start)
     rows: FloatArray = np.array(columns).T
@@ -270,12 +269,21 @@ def _strangers(robot: RobotModel, friction: FrictionFile | None) -> tuple[str, .
 
 
 def _missing(
-    check: MoveCheck, robot: RobotModel, joints: Sequence[int], kept: Sequence[JointSweeps], unknowns: Unknowns | None
+    check: MoveCheck,
+    robot: RobotModel,
+    joints: Sequence[int],
+    kept: Sequence[JointSweeps],
+    unknowns: Unknowns | None,
+    target: float,
 ) -> tuple[str, ...]:
     names, out = robot.joint_names, []
     done = {one.joint for one in kept}
     if lacking := [names[j] for j in joints if j not in done]:
         out.append(f"no sweeps of {', '.join(lacking)}: settled already, no room, or no time")
+    if wide := [names[one.joint] for one in kept if one.design.measured and not one.settled(target)]:
+        out.append(
+            f"half widths of {100.0 * target:.2g} % of every friction parameter take more minutes for {', '.join(wide)}"
+        )
     if unmeasured := [names[one.joint] for one in kept if not one.design.measured]:
         out.append(
             f"no half widths of {', '.join(unmeasured)} are predicted: no earlier log says how its points scatter"

@@ -18,6 +18,8 @@ from collaudit.core.plan.unknowns import Unknowns, reported_half_widths
 
 #: Half widths within this factor of the prediction are as predicted.
 FACTOR = 1.3
+#: Of a joint, but predicted for a fit that estimates inertials too, beside which they are known less well.
+_WITH_INERTIALS = ("rotor inertia", "gain")
 
 
 def sweep_predictions(
@@ -69,14 +71,15 @@ def delivered(plan: PlanFile, friction: FrictionFile) -> tuple[Delivered, ...]:
     own = [p for p in plan.predictions if p.joint is None or p.joint in friction.joints]
     labels = [("base parameter", p.parameter) if p.joint is None else (p.parameter, p.joint) for p in own]
     other = reported_half_widths(friction, labels)
+    exact = friction.identified is None or "inertials" not in friction.identified.estimate
     out = []
     for prediction, found in zip(own, other, strict=True):
         fit = friction.joints.get(prediction.joint or "")
         by_symbol = {} if fit is None else {parameter_symbol(key): half for key, half in _half_widths(fit).items()}
         half = by_symbol.get(prediction.parameter, found)
-        out.append(
-            Delivered(prediction.joint, prediction.parameter, prediction.after, half, _outcome(prediction.after, half))
-        )
+        apart = exact and (prediction.joint is None or prediction.parameter in _WITH_INERTIALS)
+        outcome = "not estimated" if apart else _outcome(prediction.after, half)
+        out.append(Delivered(prediction.joint, prediction.parameter, prediction.after, half, outcome))
     return tuple(out)
 
 

@@ -13,8 +13,10 @@ from collaudit.core.plan.checks import STEP, MoveCheck
 from collaudit.core.plan.friction_design import FrictionDesign, friction_design
 from collaudit.core.plan.timing import Motion, move
 
-#: Time at constant speed: what a section loses at both ends to settling and to the filter of speed, and what is left.
-LEVEL_S = 0.8
+#: Time at constant speed: ramps and settling take little of the longer one, which is asked for where its way is short.
+LEVEL_S, LONG_S, _SHORT_WAY = 0.8, 2.0, 0.4
+#: What a section loses at both ends to settling and to the filter of speed, s.
+_LOST_S = 0.2
 #: Shortest way at constant speed, rad (m): some periods of a gear's ripple.
 LEAST_WAY = 0.03
 SLOWEST = 0.01
@@ -22,7 +24,7 @@ PAUSE_S = 0.05
 _SPEEDS = 24
 #: Speeds of a joint whose friction is not settled, before any is asked for again: a law is chosen by speeds left out.
 _DISTINCT = 8
-_WANDER = 0.25  # share of a stroke that the next one starts farther along, so that a gear's ripple is averaged
+_WANDER = 0.1  # share of a stroke that the next one starts farther along, so that a gear's ripple is averaged
 _GOLDEN = 0.618
 _SPREAD = 0.04  # share by which a speed that is asked for again differs
 _WIDEST = 1.6  # rad to either side of the start
@@ -57,8 +59,8 @@ class JointSweeps:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Grid:
-    """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) derivatives of the curve there."""
+class SpeedGrid:
+    """(n,) speeds that can be swept, (n,) times of both ways, s, and (g, n, p) weighted derivatives of the curve."""
 
     speed: FloatArray
     cost: FloatArray
@@ -68,7 +70,7 @@ class _Grid:
 def choose_sweeps(
     check: MoveCheck, fits: Mapping[str, FrictionFit], joints: Sequence[int], seconds: float, target: float
 ) -> list[JointSweeps]:
-    """Speeds of all joints: the pair of sweeps that raises log det of the information most for its time, in turn.
+    """Speeds of all joints: the pair of sweeps that lowers relative variances most for its time, in turn.
 
     Args:
         check: limits of the arm.
@@ -77,8 +79,8 @@ def choose_sweeps(
         seconds: of all sweeps at most.
         target: half width, as a share of the parameter, that is enough.
     """
-    found = [_open(check, fits, j) for j in joints]
-    grids = [_grid(check, sweeps) for sweeps in found]
+    found = [nothing_swept(check, fits, j) for j in joints]
+    grids = [speed_grid(check, sweeps) for sweeps in found]
     left = seconds
     while True:
         asked = [_next(sweeps, grid, left, target) for sweeps, grid in zip(found, grids, strict=True)]
@@ -90,15 +92,14 @@ def choose_sweeps(
         found[k] = _with(found[k], speed)
 
 
-def _next(sweeps: JointSweeps, grid: _Grid, left: float, target: float) -> tuple[float, float, float]:
+def _next(sweeps: JointSweeps, grid: SpeedGrid, left: float, target: float) -> tuple[float, float, float]:
     """What a joint's best next pair of sweeps gains a second, its speed and its time; a gain of 0 where none is left.
 
     Other speeds than before come first until there are enough, then all, a little off those that were.
     """
-    used = np.array([[abs(v / u - 1.0) < _SPREAD for u in sweeps.speeds] for v in grid.speed]).sum(axis=-1)
-    used = np.zeros(grid.speed.size) if not sweeps.speeds else used
+    used = sum((np.abs(grid.speed / u - 1.0) < _SPREAD for u in sweeps.speeds), np.zeros(grid.speed.size))
     possible = grid.cost <= left
-    if len(sweeps.speeds) < _DISTINCT:
+    if sweeps.design.points + len(sweeps.speeds) < _DISTINCT:
         possible &= used == 0
     elif sweeps.settled(target):
         return 0.0, 0.0, 0.0
@@ -139,7 +140,7 @@ def sweep_moves(
         part += [move(check.limits, begin, there, speed), move(check.limits, there, back, speed)]
         home = move(check.limits, back, start) if np.any(np.abs(back - start) > 1e-9) else None
         every = [*moves, *part, *([home] if home else [])]
-        if sum(one.duration_s + PAUSE_S for one in every) > seconds or any(map(check.overloaded, [*part, *every[-1:]])):
+        if sum(one.duration_s + PAUSE_S for one in every) > seconds or any(check.overloaded([*part, *every[-1:]])):
             continue
         moves, at, done = [*moves, *part], back, _with(done, speed)
     if np.any(np.abs(at - start) > 1e-9):
@@ -148,12 +149,11 @@ def sweep_moves(
 
 
 def _put(pose: FloatArray, joint: int, position: float) -> FloatArray:
-    out = pose.copy()
-    out[joint] = position
-    return out
+    return np.where(np.arange(pose.size) == joint, position, pose)
 
 
-def _open(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> JointSweeps:
+def nothing_swept(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> JointSweeps:
+    """A joint's window, and what is known of its friction, before any sweep."""
     name = check.limits.joint_names[joint]
     window = _window(check, joint)
     fastest = _fastest(check, joint, window)
@@ -162,7 +162,7 @@ def _open(check: MoveCheck, fits: Mapping[str, FrictionFit], joint: int) -> Join
 
 
 def _with(sweeps: JointSweeps, speed: float) -> JointSweeps:
-    added = sweeps.added + sweeps.design.information(speed)
+    added = sweeps.added + sweeps.design.information(speed, useful_s(speed))
     return JointSweeps(sweeps.joint, sweeps.window, sweeps.design, (*sweeps.speeds, speed), added)
 
 
@@ -182,38 +182,38 @@ def _window(check: MoveCheck, joint: int) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
+def _level_s(speed: float) -> float:
+    """Time of a stroke at constant speed, s."""
+    return max(LEVEL_S, min(LONG_S, _SHORT_WAY / speed), LEAST_WAY / speed)
+
+
+def useful_s(speed: float) -> float:
+    """Time of the section that a stroke gives, s."""
+    return _level_s(speed) - _LOST_S
+
+
 def _way(check: MoveCheck, joint: int, speed: float) -> float:
-    """Length of a stroke, rad: constant speed for long enough, and both ramps."""
-    limits = check.limits
-    level = max(speed * LEVEL_S, LEAST_WAY)
-    return level + speed * (speed / float(limits.acceleration[joint]) + _rounding(check, joint, speed))
-
-
-def _rounding(check: MoveCheck, joint: int, speed: float) -> float:
-    """Time that the limit of the jerk adds to a ramp, s."""
+    """Length of a stroke, rad: constant speed for long enough, and both ramps, which the limit of the jerk rounds."""
     a, jerk = float(check.limits.acceleration[joint]), float(check.limits.jerk[joint])
-    return max(a / jerk, 2.0 * float(np.sqrt(speed / jerk)) - speed / a)
+    rounding = max(a / jerk, 2.0 * float(np.sqrt(speed / jerk)) - speed / a)
+    return speed * (_level_s(speed) + speed / a + rounding)
 
 
 def _fastest(check: MoveCheck, joint: int, window: tuple[float, float]) -> float:
     """Highest speed that has room in a window."""
     speeds = np.geomspace(SLOWEST, 0.98 * float(check.limits.speed[joint]), 60)
-    fit = [float(v) for v in speeds if _way(check, joint, float(v)) <= window[1] - window[0]]
-    return fit[-1] if fit else SLOWEST
+    return max((float(v) for v in speeds if _way(check, joint, float(v)) <= window[1] - window[0]), default=SLOWEST)
 
 
-def _grid(check: MoveCheck, sweeps: JointSweeps) -> _Grid:
+def speed_grid(check: MoveCheck, sweeps: JointSweeps) -> SpeedGrid:
     """Speeds that can be swept, and the time that both ways take; none where nothing has room."""
     joint, (low, high) = sweeps.joint, sweeps.window
-    speeds, costs = [], []
-    for speed in np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS):
-        way = _way(check, joint, float(speed))
-        if way > high - low:
-            continue
-        begin = _put(check.limits.start, joint, low)
-        motion = move(check.limits, begin, _put(begin, joint, low + way), float(speed))
-        if check.overloaded(motion) is None:
-            speeds.append(float(speed))
-            costs.append(2.0 * (motion.duration_s + PAUSE_S))
-    every = np.array(speeds)
-    return _Grid(every, np.array(costs), sweeps.design.gradients(every))
+    begin = _put(check.limits.start, joint, low)
+    every = map(float, np.geomspace(SLOWEST, _fastest(check, joint, sweeps.window), _SPEEDS))
+    ways = {v: way for v in every if (way := _way(check, joint, v)) <= high - low}
+    motions = {v: move(check.limits, begin, _put(begin, joint, low + way), v) for v, way in ways.items()}
+    over = check.overloaded(list(motions.values())) if motions else []
+    kept = {v: motion for (v, motion), name in zip(motions.items(), over, strict=True) if name is None}
+    speeds = np.array(list(kept))
+    costs = np.array([2.0 * (motion.duration_s + PAUSE_S) for motion in kept.values()])
+    return SpeedGrid(speeds, costs, sweeps.design.gradients(speeds, np.array([useful_s(v) for v in kept])))

@@ -23,7 +23,6 @@ _SHARE, _ROTOR_SHARE, _LOAD = 0.2, 0.5, 0.1
 _UNKNOWN_NOISE = 0.01
 _BESIDE = 7  # columns of friction and offset of a joint
 _NEXT_TO_NONE = 1e-6  # information on these before the data, in units of the noise
-_SOFT = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,19 +70,10 @@ class Unknowns:
         return total
 
     def prior(self) -> FloatArray:
-        """(m, m) information before the motion: prior and earlier logs."""
-        return self._with_beside(np.eye(self.scale.size) + self.earlier)
-
-    def flat_prior(self) -> FloatArray:
-        """(m, m) next to no information on anything."""
-        return self._with_beside(_SOFT * np.eye(self.scale.size))
-
-    def _with_beside(self, known: FloatArray) -> FloatArray:
-        joints = self.noise.size
-        beside = np.repeat(self.noise**-2.0, _BESIDE) * _NEXT_TO_NONE
-        out = np.zeros((known.shape[0] + _BESIDE * joints,) * 2)
-        out[: known.shape[0], : known.shape[0]] = known
-        out[np.arange(known.shape[0], len(out)), np.arange(known.shape[0], len(out))] = beside
+        """(m, m) information before the motion: prior and earlier logs; next to none on what stands beside."""
+        count = self.scale.size
+        out = np.diag(np.concatenate([np.ones(count), np.repeat(self.noise**-2.0, _BESIDE) * _NEXT_TO_NONE]))
+        out[:count, :count] += self.earlier
         return out
 
     def criterion(self, information: FloatArray) -> float:

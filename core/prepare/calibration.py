@@ -69,7 +69,7 @@ class Calibration:
 
 
 def calibrated_series(series: UniformSeries, calibration: Calibration) -> UniformSeries:
-    """The series with its effort as joint torque: effort / gain - offset, less the friction of coupled axes.
+    """The series with its effort as joint torque: effort / gain - offset, less springs and friction of coupled axes.
 
     Raises:
         ConfigError: they were identified on another arm.
@@ -98,7 +98,11 @@ def _with_identified_drives(series: UniformSeries, identified: Identified | None
     gains = [identified.joints[name].gain for name in names]
     gain = np.array([np.nan if value is None else value for value in gains])
     offset = np.array([identified.joints[name].offset_nm for name in names])
-    return replace(series, effort=series.effort / gain - offset, effort_unit="Nm")
+    effort = series.effort / gain - offset
+    for j, name in enumerate(names):
+        if (spring := identified.joints[name].angle_torque) is not None:
+            effort[:, j] -= spring.at(series.position_rad[:, j])
+    return replace(series, effort=effort, effort_unit="Nm")
 
 
 def calibrated_robot(

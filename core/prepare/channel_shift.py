@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from collaudit.core.conditioning.velocity_lag import SAMPLES
-from collaudit.core.data.columns import Columns, Slope
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
@@ -44,7 +43,7 @@ def effort_shift(
     if not loaded:
         return None
     v = position_velocity(series)
-    acceleration = Slope(v, series.segments, series.period_s)
+    acceleration = differentiate(v, series.segments, series.period_s)
     known = all_known([series.position_rad, v, acceleration, *([] if contact is None else [contact])])
     known &= ~series.edge
     margin = round(_STEADY_S / series.period_s)
@@ -94,7 +93,7 @@ def prompt_motion(series: UniformSeries) -> tuple[FloatArray, FloatArray]:
     return v, differentiate(v, series.segments, series.period_s)
 
 
-def all_known(tables: Sequence[Columns], columns: Sequence[int] | None = None) -> BoolArray:
+def all_known(tables: Sequence[FloatArray], columns: Sequence[int] | None = None) -> BoolArray:
     """(n,) whether all values of a sample are finite: of all columns of the tables, or of some."""
     out = np.ones(tables[0].shape[0], dtype=np.bool_)
     for table in tables:

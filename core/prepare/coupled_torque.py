@@ -10,7 +10,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
@@ -20,7 +19,7 @@ from collaudit.core.numeric.runs import run_bounds
 STILL_RAD_S = 0.02
 
 
-def axis_speed(series: UniformSeries, weights: Mapping[str, float], of: Columns) -> FloatArray:
+def axis_speed(series: UniformSeries, weights: Mapping[str, float], of: FloatArray) -> FloatArray:
     """(n,) weighted sum of the joints' columns.
 
     Args:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -23,9 +24,13 @@ _LEAST_TRAVEL_RAD = 0.05
 #: Torque by a motor's current is good to about a tenth (its constant, warm magnets), by a sensor behind it to less.
 _ACCURATE_GAIN = (0.9, 1.1)
 _PLAUSIBLE_GAIN = (0.5, 2.0)
+#: The columns of a tool are looked at on so many samples: its regressor is one of all bodies.
+_MOST_WITH_TOOL = 8000
 _SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 #: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
 _LEFT_OUT, _ROUNDS = 0.33, 4
+#: Columns that hold less of their own than this share of the largest are alike.
+_ALIKE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +71,10 @@ class EffortGain:
 
 
 def effort_gains(
-    series: UniformSeries, model_torque: FloatArray, contact_nm: FloatArray | None = None
+    series: UniformSeries,
+    model_torque: FloatArray,
+    contact_nm: FloatArray | None = None,
+    beside: FloatArray | None = None,
 ) -> tuple[EffortGain, ...]:
     """Least squares of effort = gain·tau_model + c·sgn(v) + d·v + offset per joint, over moving samples.
 
@@ -77,6 +85,7 @@ def effort_gains(
         series: the log on its uniform time base.
         model_torque: (n, j) rigid-body torque, N·m.
         contact_nm: (n, j) torque of the meant tool force, which adds to it where it is known.
+        beside: (n, j, k) columns that may explain the effort besides: what the model may lack.
 
     Returns:
         One entry for each joint with enough motion.
@@ -93,9 +102,10 @@ def effort_gains(
         if contact_nm is not None:
             model = model + np.nan_to_num(contact_nm[use, j])
         cluster: IntArray = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
-        found = _gain(names[j], effort[use, j], model, velocity[use, j], cluster)
+        others = _beside(velocity[use, j], None if beside is None else beside[use, j])
+        found = _gain(names[j], effort[use, j], model, others, cluster)
         if found is not None and found.inverted:
-            return _unless_few_say_so(found, effort[use, j], model, velocity[use, j], cluster)
+            return _unless_few_say_so(found, effort[use, j], model, others, cluster)
         return found
 
     return tuple(gain for gain in ordered_map(one, range(len(names))) if gain is not None)
@@ -115,13 +125,20 @@ def _samples(effort: FloatArray, model: FloatArray, velocity: FloatArray) -> Int
     return found[:: max(1, found.size // _MAX_SAMPLES)]
 
 
-def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArray) -> EffortGain | None:
+def _beside(v: FloatArray, more: FloatArray | None) -> FloatArray:
+    """(n, k) columns of friction, an offset, and what else may explain the effort."""
+    columns = [np.sign(v), v, np.ones_like(v), *([] if more is None else more.T)]
+    size = [np.linalg.norm(column) for column in columns]
+    return np.column_stack([column / norm for column, norm in zip(columns, size, strict=True) if norm > 0])
+
+
+def _gain(joint: str, y: FloatArray, x: FloatArray, others: FloatArray, group: IntArray) -> EffortGain | None:
     if y.size < 2 * _MIN_CLUSTERS:
         return None
     ids, label = np.unique(group, return_inverse=True)
     if ids.size < _MIN_CLUSTERS or np.std(x) == 0:
         return None
-    x_free, y_free = _without_friction(x, y, v)
+    x_free, y_free = _without(others, x), _without(others, y)
     power = float(x_free @ x_free)
     if power <= 1e-9 * x.size:
         return None
@@ -135,13 +152,16 @@ def _gain(joint: str, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArr
     return EffortGain(joint, gain, (gain - half, gain + half), min(1.0, explained))
 
 
-def _without_friction(x: FloatArray, y: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Both signals less what friction and an offset can explain of them."""
-    basis, _ = np.linalg.qr(np.column_stack([np.sign(v), v, np.ones_like(v)]))
-    return x - basis @ (basis.T @ x), y - basis @ (basis.T @ y)
+def _without(others: FloatArray, x: FloatArray) -> FloatArray:
+    """A signal (n,) less what columns (n, k) explain of it; columns alike count once."""
+    left, size, _ = np.linalg.svd(others, full_matrices=False)
+    basis = left[:, size > _ALIKE * size[0]]
+    return np.asarray(x - basis @ (basis.T @ x))
 
 
-def _unless_few_say_so(found: EffortGain, y: FloatArray, x: FloatArray, v: FloatArray, group: IntArray) -> EffortGain:
+def _unless_few_say_so(
+    found: EffortGain, y: FloatArray, x: FloatArray, others: FloatArray, group: IntArray
+) -> EffortGain:
     """The gain, unless a third of the time is all that speaks for an inverted sign, as a contact in the log can.
 
     An inverted sign is inverted all the time. The seconds that speak for it most are left out, the friction beside it
@@ -149,12 +169,12 @@ def _unless_few_say_so(found: EffortGain, y: FloatArray, x: FloatArray, v: Float
     """
     for _ in range(_ROUNDS):
         ids, label = np.unique(group, return_inverse=True)
-        x_free, y_free = _without_friction(x, y, v)
+        x_free, y_free = _without(others, x), _without(others, y)
         speaks = np.bincount(label, weights=x_free * y_free)
         worst = ids[np.argsort(speaks)[: max(1, int(_LEFT_OUT / _ROUNDS * ids.size))]]
         keep = ~np.isin(group, worst)
-        y, x, v, group = y[keep], x[keep], v[keep], group[keep]
-        rest = _gain(found.joint, y, x, v, group)
+        y, x, others, group = y[keep], x[keep], others[keep], group[keep]
+        rest = _gain(found.joint, y, x, others, group)
         if rest is None:
             return found
         if rest.gain > 0.0:
@@ -196,20 +216,31 @@ def sign_findings(
 
 
 def described_gains(
-    series: UniformSeries, robot: RobotModel, contact_nm: FloatArray | None, load_nm: FloatArray | None = None
+    series: UniformSeries,
+    robot: RobotModel,
+    contact_nm: FloatArray | None,
+    load_nm: FloatArray | None,
+    lacking: Collection[str],
+    tool_frame: str | None,
 ) -> tuple[EffortGain, ...]:
     """:func:`effort_gains` against the arm as it is described, for a log that is judged with identified inertials.
 
-    Those take up whatever scale the fitted log had, so against them the effort of a log that is scaled alike fits.
+    Those take up whatever scale the fitted log had, so against them the effort of a log that is scaled alike fits. What
+    the fit found the description to lack stands beside it as free columns: rotor inertia, and what a tool adds.
 
     Args:
         series: the log.
         robot: as described, with inertials.
         contact_nm: (n, j) torque of the meant tool force.
         load_nm: (n, j) torque of a known load.
+        lacking: what was identified.
+        tool_frame: frame of the tool; None for the last one.
     """
-    rows = slice(None, None, max(1, series.time_s.size // (4 * _MAX_SAMPLES)))
+    with_tool = "tool" in lacking
+    most = _MOST_WITH_TOOL if with_tool else 4 * _MAX_SAMPLES
+    rows = slice(None, None, max(1, series.time_s.size // most))
     q, v = series.position_rad[rows], series.velocity_rad_s[rows]
+    a = np.asarray(series.acceleration_rad_s2[rows])
     part = replace(
         series,
         time_s=series.time_s[rows],
@@ -217,10 +248,17 @@ def described_gains(
         velocity_rad_s=v,
         effort=None if series.effort is None else series.effort[rows],
     )
-    rigid = robot.inverse_dynamics(q, v, np.asarray(series.acceleration_rad_s2[rows]))
+    rigid = robot.inverse_dynamics(q, v, a)
     if load_nm is not None:
         rigid = rigid + load_nm[rows]
-    return effort_gains(part, rigid, None if contact_nm is None else contact_nm[rows])
+    columns = [a[:, :, None]] if "rotor" in lacking else []
+    if with_tool:
+        assert robot.bodies is not None
+        body = robot.bodies.frame_in_joint(tool_frame or robot.bodies.frame_names[-1])[2]
+        motion = (np.nan_to_num(x) for x in (q, v, a))
+        columns.append(robot.torque_regressor(*motion)[:, :, 10 * body : 10 * body + 4])
+    beside = np.concatenate(columns, axis=2) if columns else None
+    return effort_gains(part, rigid, None if contact_nm is None else contact_nm[rows], beside)
 
 
 def scale_findings(gains: Sequence[EffortGain], unit: str) -> list[Finding]:
@@ -241,6 +279,29 @@ def scale_findings(gains: Sequence[EffortGain], unit: str) -> list[Finding]:
                 "as large there, or the masses on file are wrong (a payload that they lack?)."
             )
             findings.append(Finding("effort-gain", "warning", text, joint=gain.joint))
+    return findings
+
+
+def identified_scale_findings(identified: Identified | None, joints: Collection[str], unit: str) -> list[Finding]:
+    """Joints whose identified gain is none of a torque in N·m although the log's unit, or its constant, says so.
+
+    Args:
+        identified: of the friction file.
+        joints: to speak of.
+        unit: of the effort as logged, its constants applied.
+    """
+    if identified is None or "gain" not in identified.estimate or unit != "Nm":
+        return []
+    findings = []
+    for joint, found in identified.joints.items():
+        interval = None if found.gain_ci95 is None else _closed(found.gain_ci95)
+        if joint not in joints or found.gain is None or interval is None or _overlaps(interval, _ACCURATE_GAIN):
+            continue
+        text = (
+            f"The effort of joint '{joint}' was found to be {found.gain:.3g} per N·m (95 %: {interval[0]:.3g} to "
+            f"{interval[1]:.3g}), against its stated unit or constant. Its torque was taken with what was found."
+        )
+        findings.append(Finding("effort-gain", "warning", text, joint=joint))
     return findings
 
 
@@ -285,6 +346,11 @@ def raw_effort_findings(series: UniformSeries) -> list[Finding]:
         "description tell it; a joint without one is not judged."
     )
     return [Finding("effort-unit-raw", "warning", text)]
+
+
+def _closed(bounds: Bounds) -> tuple[float, float]:
+    low, high = bounds
+    return -np.inf if low is None else low, np.inf if high is None else high
 
 
 def _overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:

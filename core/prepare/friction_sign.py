@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.columns import Slope
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.filters import differentiate
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.prepare.effort_gain import EffortGain
 
@@ -75,15 +75,15 @@ def friction_signs(
         if contact_nm is not None:
             contact = contact_nm[:, j]
             known = known + (contact if np.isfinite(contact.sum()) else np.nan_to_num(contact))
-        rates = Slope(known[:, None], series.segments, series.period_s)
+        rates = differentiate(known, series.segments, series.period_s)
         told = (np.abs(velocity[:, j]) > MOVING_RAD_S) & ~series.edge
         if not np.isfinite(effort[:, j].sum() + known.sum()):
-            told &= np.isfinite(effort[:, j] + known + rates[:, 0])
+            told &= np.isfinite(effort[:, j] + known + rates)
         use = np.flatnonzero(told)
         use = use[:: max(1, use.size // _MAX_SAMPLES)]
         second = np.floor(series.time_s[use] / _CLUSTER_S).astype(np.int64)
         v = velocity[use, j]
-        columns = np.column_stack([np.ones_like(v), known[use], rates[use, 0], np.sign(v), v])
+        columns = np.column_stack([np.ones_like(v), known[use], rates[use], np.sign(v), v])
         return _sign(series.joint_names[j], columns, effort[use, j], second)
 
     return tuple(found for found in ordered_map(one, range(len(series.joint_names))) if found is not None)

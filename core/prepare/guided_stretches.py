@@ -8,17 +8,17 @@ from functools import partial
 
 import numpy as np
 
-from collaudit.core.arm_states.arm_states import ArmStates, without_states
+from collaudit.core.arm_states.arm_states import without_states
 from collaudit.core.arm_states.filtered_effort import filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
 from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
-from collaudit.core.data.columns import Columns, OfTwo
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
+from collaudit.core.numeric.tables import combined
 from collaudit.core.prepare.prepared import Prepared, without_effort
 
 #: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
@@ -45,7 +45,7 @@ def without_guiding(prepared: Prepared, friction: Mapping[str, Friction], config
     if series.not_driven is not None:
         mask |= series.not_driven
     findings = tuple(Finding("arm-guided", "warning", *_words(series, one, "judged")) for one in found)
-    marked = without_states(series, ArmStates(mask, findings))
+    marked = without_states(series, mask)
     return replace(prepared, series=marked, findings=(*prepared.findings, *findings))
 
 
@@ -137,13 +137,13 @@ def _found(prepared: Prepared, friction: Mapping[str, Friction], config: Config)
 
 def _known(
     prepared: Prepared, friction: Mapping[str, Friction]
-) -> tuple[UniformSeries, Columns, FloatArray, Gravity, dict[int, Friction]] | None:
+) -> tuple[UniformSeries, FloatArray, FloatArray, Gravity, dict[int, Friction]] | None:
     """Series, drives' torque, rigid-body torque, gravity and friction by column; None without an effort in N·m."""
     series, rigid = prepared.series, prepared.rigid_nm
     if rigid is None or series.effort is None or series.effort_unit != "Nm":
         return None
     contact = prepared.contact_nm
-    drive = series.effort if contact is None else OfTwo(np.subtract, series.effort, contact)
+    drive = series.effort if contact is None else combined(np.subtract, series.effort, contact)
     by_column = {series.column(joint): law for joint, law in friction.items()}
     return series, drive, rigid, prepared.robot.gravity_torque, by_column
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.columns import Slope
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.errors import LogError
@@ -64,13 +63,12 @@ def of_joints(series: UniformSeries, joints: tuple[str, ...]) -> UniformSeries:
     def take(array: FloatArray) -> FloatArray:
         return picked(array, columns)
 
-    velocity = take(series.velocity_rad_s)
     return replace(
         series,
         joint_names=joints,
         position_rad=take(series.position_rad),
-        velocity_rad_s=velocity,
-        acceleration_rad_s2=Slope(velocity, series.segments, series.period_s),
+        velocity_rad_s=take(series.velocity_rad_s),
+        acceleration_rad_s2=take(series.acceleration_rad_s2),
         effort=None if series.effort is None else take(series.effort),
         saturated=series.saturated[:, columns],
         raw_velocity_rad_s=None if series.raw_velocity_rad_s is None else take(series.raw_velocity_rad_s),

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from collaudit.core.data.columns import ComputedColumns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.prepare.prepared import Prepared
@@ -20,8 +19,8 @@ def part_of(prepared: Prepared, span: Span) -> Prepared:
         return prepared
 
     def cut(value: Any) -> Any:
-        rows = isinstance(value, np.ndarray | ComputedColumns) and value.shape[0] == n
-        return np.asarray(value[span.slice]) if rows else value
+        rows = isinstance(value, np.ndarray) and value.shape[0] == n
+        return value[span.slice] if rows else value
 
     columns: dict[str, Any] = {f.name: cut(getattr(series, f.name)) for f in fields(UniformSeries)}
     columns["segments"] = tuple(

@@ -66,14 +66,19 @@ def quiet_model(
             effort = effort - np.nan_to_num(contact_nm[: spans[-1].stop, j])
         return _bandwidth(series, spans, j, effort, rigid)
 
-    found = [b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None]
+    found = tuple(b for b in ordered_map(one, range(rigid_nm.shape[1])) if b is not None)
+    return within_bandwidth(series, rigid_nm, found), found
+
+
+def within_bandwidth(series: UniformSeries, rigid_nm: FloatArray, found: Sequence[ModelBandwidth]) -> FloatArray:
+    """The (n, j) model torque without the bands that are noise; the same array where ``found`` names no joint."""
     if not found:
-        return rigid_nm, ()
+        return rigid_nm
     out = copied(rigid_nm)
     for b in found:
         j = series.column(b.joint)
         out[:, j] = low_pass(np.ascontiguousarray(rigid_nm[:, j]), series.segments, series.period_s, b.bandwidth_hz)
-    return out, tuple(found)
+    return out
 
 
 def _part(segments: tuple[Span, ...]) -> list[Span]:

@@ -14,13 +14,12 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
 from collaudit.core.data import shown
-from collaudit.core.data.columns import OfTwo
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.tables import copied
+from collaudit.core.numeric.tables import combined, copied
 from collaudit.core.prepare.calibration import (
     Calibration,
     calibrated_robot,
@@ -34,13 +33,14 @@ from collaudit.core.prepare.effort_gain import (
     EffortGain,
     described_gains,
     effort_gains,
+    identified_scale_findings,
     raw_effort_findings,
     scale_findings,
 )
 from collaudit.core.prepare.effort_kind import EffortKind, EffortSource, effort_kind
 from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
 from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
-from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model
+from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
 from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
 from collaudit.core.prepare.position_check import position_findings
 from collaudit.core.robot.robot_model import RobotModel
@@ -215,6 +215,26 @@ def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> 
     return _modelled(prepared.start, calibration, config, prepared)
 
 
+def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
+    """The same log with other values of what it was calibrated with: effort and model torque, without their checks.
+
+    States, findings, gains and the bandwidth stay those of ``prepared``: a held-out fit needs its torques only.
+
+    Args:
+        prepared: the log, calibrated with the same sensor.
+        calibration: the other values.
+        config: as it was prepared with.
+    """
+    start = prepared.start
+    robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
+    series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
+    rigid = prepared.rigid_nm
+    if rigid is not None and not (robot is start.robot and prepared.robot is start.robot):
+        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
+        rigid = within_bandwidth(series, _carried(robot.inverse_dynamics(*motion), start), prepared.quiet)
+    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
+
+
 def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> Prepared:
     """The same log with the effort unknown where it is to be left out: no stage uses it there.
 
@@ -264,11 +284,12 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
     if series.wrench is not None:
         findings += missing_sensor_findings(calibration, config)
     contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else OfTwo(np.add, rigid, contact)
+    explained = rigid if rigid is None or contact is None else combined(np.add, rigid, contact)
     switched = switched_efforts(series, explained, start.judged)
     states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
-    series = without_states(series, states)
+    series = without_states(series, states.not_driven)
     findings += [*switched, *states.findings, *raw_effort_findings(series)]
+    findings += identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
     gains: tuple[EffortGain, ...] = ()
     delay = None
     if rigid is not None and series.effort is not None:
@@ -281,7 +302,11 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
         findings += found
         if delay is None:  # of a late effort no scale is known
-            described = gains if robot is start.robot else described_gains(series, start.robot, contact, start.load_nm)
+            described = gains
+            if robot is not start.robot:
+                lacking = () if calibration.identified is None else calibration.identified.estimate
+                frame = config.robot.tool.frame
+                described = described_gains(series, start.robot, contact, start.load_nm, lacking, frame)
             findings += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
         if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
             findings += friction_sign_findings(

@@ -83,10 +83,7 @@ def _ratio(one: NullEvidence, scale: MotionScale) -> FloatArray:
 
 
 def _sustained(one: NullEvidence, ratio: FloatArray, n: int) -> FloatArray:
-    lasting = ratio.copy()
-    if n > 1:
-        whole_window_minima(ratio, n, lasting)
-    return block_peaks(lasting, one.moving, one.period_s)
+    return block_peaks(whole_window_minima(ratio, n), one.moving, one.period_s)
 
 
 def scale_of(evidence: Sequence[NullEvidence]) -> MotionScale | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.sliding_extremes import window_minima
+from collaudit.core.numeric.sliding_extremes import lowest_in_row
 from collaudit.core.recommend.recommendation import CleanResidual
 
 #: At most one peak is taken of so long a stretch, and peaks closer than half of it are one.
@@ -71,7 +71,7 @@ def sustained_level(data: CleanResidual, n: int) -> FloatArray:
 
     Rule (6) with this n fires in clean data exactly where it exceeds gamma.
     """
-    return window_minima(data.level_nm(), n)
+    return lowest_in_row(data.level_nm(), n)
 
 
 def declustered_peaks(data: Sequence[CleanResidual], counts: Sequence[int]) -> SustainedPeaks:

@@ -11,14 +11,11 @@ that is G(s) applied to eq. (5); without it, s G(s) is itself a filter. The two 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from collaudit.core.data.columns import Columns, ComputedColumns
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
@@ -33,20 +30,16 @@ class Balance:
 
     Attributes:
         kernel: it passed.
-        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque], of a kernel that runs both ways computed where it is
-            read; None without a model or torque, and for residuals that are not made joint by joint.
+        total_nm: (n, j) G(s)[tau - tau_s - rigid-body torque]; None without a model or torque, and for residuals
+            that are not made joint by joint.
         velocity_rad_s: (n, j) velocity at which friction is to be taken; it has not passed the kernel.
         unsettled: (n,) samples at the start of a stretch that the kernel still remembers as unknown.
     """
 
     kernel: Kernel
-    total_nm: Columns | None
+    total_nm: FloatArray | None
     velocity_rad_s: FloatArray
     unsettled: BoolArray
-
-    def whole(self) -> Balance:
-        """The same with its torques in memory, for who reads them more than once, or changes them."""
-        return self if self.total_nm is None else replace(self, total_nm=np.asarray(self.total_nm))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,47 +110,29 @@ def start_mask(series: UniformSeries, kernel: Kernel) -> BoolArray:
 
 def _balance(prepared: Prepared, kernel: Kernel, causal_form: CausalForm) -> Balance:
     series, torques = prepared.series, KnownTorques.of(prepared)
-    total: Columns | None = None
+    total: FloatArray | None = None
     velocity, columns = friction_velocity(series, kernel), prepared.columns()
     if torques is not None:
-        total = causal_form(prepared, torques, kernel) if kernel.causal else _Offline(series, torques, kernel, columns)
+        total = (causal_form if kernel.causal else _offline)(prepared, torques, kernel)
     if len(columns) < len(series.joint_names):
         velocity = picked(velocity, columns)
-        total = picked(total, columns) if isinstance(total, np.ndarray) else total
+        total = None if total is None else picked(total, columns)
     return Balance(kernel, total, velocity, start_mask(series, kernel))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Offline(ComputedColumns):
-    """Eq. (5) through a kernel that runs both ways, of these columns of the arm, joint by joint where it is read."""
+def _offline(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:
+    """Eq. (5) through a kernel that runs both ways."""
+    total = table(*torques.effort_nm.shape)
 
-    series: UniformSeries
-    torques: KnownTorques
-    kernel: Kernel
-    columns: Sequence[int]
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(n, j)."""
-        return self.series.time_s.size, len(self.columns)
-
-    def _column(self, rows: Any, j: int) -> Any:
-        torques, own = self.torques, self.columns[j]
-        unexplained = torques.effort_nm[:, own] - torques.rigid_nm[:, own]
+    def fill_joint(j: int) -> None:
+        unexplained = torques.effort_nm[:, j] - torques.rigid_nm[:, j]
         if torques.contact_nm is not None:
-            unexplained -= torques.contact_nm[:, own]
-        return self.kernel.apply(unexplained[:, None], self.series.segments, self.series.period_s)[:, 0][rows]
+            unexplained -= torques.contact_nm[:, j]
+        kernel.apply(unexplained[:, None], prepared.series.segments, prepared.series.period_s, total[:, j : j + 1])
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        """The whole table."""
-        total = table(*self.shape)
-
-        def fill_joint(j: int) -> None:
-            total[:, j] = self._column(slice(None), j)
-
-        for _ in ordered_map(fill_joint, range(self.shape[1])):
-            pass
-        return np.asarray(total, dtype=dtype)
+    for _ in ordered_map(fill_joint, range(total.shape[1])):
+        pass
+    return total
 
 
 def _causal_acceleration(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> FloatArray:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import DetectConfig
-from collaudit.core.data.columns import Columns, OfTwo
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
@@ -18,8 +17,7 @@ from collaudit.core.friction.gear.load_term import load_doubt
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.sparse_column import SparseColumn
-from collaudit.core.numeric.tables import table
+from collaudit.core.numeric.tables import combined, table
 from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
@@ -34,7 +32,6 @@ from collaudit.core.residual.rest_changes import fill_changes
 BEYOND_RANGE = 1.05
 #: Standard errors of the friction level that the threshold carries: 95 %.
 SIGMAS = 2.0
-_NOTHING = SparseColumn(np.empty(0, dtype=np.int64), np.empty(0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +63,10 @@ class Residual:
         levels: friction level by joint, where there is a law and a model.
         balance: the torques before friction, with the kernel that they and the friction have passed.
         isolation: which columns are judged apart, and what they tell of the place of a contact.
-        hidden_nm: for each of j joints what friction within its interval can hide beyond the threshold, whatever the
-            sign of the external torque, where friction is no value. None: nothing is hidden anywhere.
-        span_nm: for each of j joints the least and the greatest residual that friction within its interval allows,
-            meaningful in state FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
+        hidden_nm: (n, j) what friction within its interval can hide beyond the threshold, whatever the sign of the
+            external torque, where friction is no value, else 0. None: nothing is hidden anywhere.
+        span_nm: two (n, j), the least and the greatest residual that friction within its interval allows, meaningful in
+            state FRICTION_INTERVAL only; None where no joint's friction is an interval of its own.
         ripple_not_shown_nm: by joint the amplitude of a ripple that the friction file knows and this log does not show
             at its place; the threshold is raised by it.
     """
@@ -81,16 +78,16 @@ class Residual:
     levels: dict[str, FrictionLevel]
     balance: Balance
     isolation: Isolation
-    hidden_nm: tuple[SparseColumn, ...] | None = None
-    span_nm: tuple[tuple[SparseColumn, SparseColumn], ...] | None = None
+    hidden_nm: FloatArray | None = None
+    span_nm: tuple[FloatArray, FloatArray] | None = None
     ripple_not_shown_nm: dict[str, float] = field(default_factory=dict)
 
     @property
-    def model_nm(self) -> Columns:
+    def model_nm(self) -> FloatArray:
         """(n, j) rigid-body + friction + contact torque that was compared with; NaN where nothing was."""
         if self.effort_nm is None:
             return np.broadcast_to(np.nan, self.torque_nm.shape)
-        return OfTwo(np.subtract, self.effort_nm, self.torque_nm)
+        return combined(np.subtract, self.effort_nm, self.torque_nm)
 
 
 def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs, config: DetectConfig) -> Residual:
@@ -112,29 +109,27 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
     n, count = series.position_rad.shape
     state = np.full((n, count), State.JUDGED, dtype=np.int8, order="F")
     usable = balance.total_nm is not None
-    if any(law.ripple for law in inputs.laws.values()):
-        balance = balance.whole()  # ripple is taken off it, for whoever looks at it later
     known = [j for j, joint in enumerate(names) if usable and joint in inputs.laws]
     missing = [j for j in range(count) if j not in known]
     state[:, missing] = State.NO_FRICTION if usable else State.NO_MODEL
     torque, uncertainty = table(n, count), table(n, count)
     torque[:, missing], uncertainty[:, missing] = np.nan, 0.0
 
+    least, most, hidden = (np.zeros((n, count), order="F") for _ in range(3))  # most of it stays untouched
+
     def fill_joint(j: int) -> _Filled:
         """Fill one joint's columns."""
-        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j])
+        columns = _Columns(torque[:, j], state[:, j], uncertainty[:, j], least[:, j], most[:, j], hidden[:, j])
         law = inputs.laws[names[j]]
         return _fill_joint(series, j, balance, law, config, columns, carried_load(prepared, names[j], law))
 
     filled = dict(zip(known, ordered_map(fill_joint, known), strict=True))
     levels = {names[j]: made.level for j, made in filled.items()}
     not_shown = {names[j]: made.ripple_nm for j, made in filled.items() if made.ripple_nm > 0}
-    span = tuple(filled[j].span if j in filled else (_NOTHING, _NOTHING) for j in range(count))
-    hidden = [SparseColumn(least.rows, most.values - least.values) for least, most in span]
     if usable:
         fill_changes(prepared, balance, inputs.quiet, missing, torque, state)
         for j in missing:
-            hidden[j] = SparseColumn.at_marked(state[:, j] == State.FRICTION_INTERVAL, np.inf)
+            hidden[state[:, j] == State.FRICTION_INTERVAL, j] = np.inf
     for joint in inputs.not_judged & set(names):
         state[:, names.index(joint)] = State.UNUSABLE
     mark_reasons(state, torque, series, balance)
@@ -142,7 +137,7 @@ def joint_residuals(prepared: Prepared, balance: Balance, inputs: ResidualInputs
         uncertainty += _coupled_doubt(prepared, balance.kernel, config.reversal_travel_rad)
     effort = series.effort if known or inputs.quiet else None
     isolation = EachJoint(names)
-    return Residual(torque, effort, state, uncertainty, levels, balance, isolation, tuple(hidden), span, not_shown)
+    return Residual(torque, effort, state, uncertainty, levels, balance, isolation, hidden, (least, most), not_shown)
 
 
 def _coupled_doubt(prepared: Prepared, kernel: Kernel, travel_rad: float) -> FloatArray:
@@ -159,6 +154,9 @@ class _Columns:
     torque_nm: FloatArray
     state: NDArray[np.int8]
     uncertainty_nm: FloatArray
+    least_nm: FloatArray
+    most_nm: FloatArray
+    hidden_nm: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,12 +166,10 @@ class _Filled:
     Attributes:
         level: of its friction.
         ripple_nm: amplitude of a ripple of the friction file that the log does not show at its place; else 0.
-        span: least and greatest residual where friction is an interval.
     """
 
     level: FrictionLevel
     ripple_nm: float
-    span: tuple[SparseColumn, SparseColumn]
 
 
 def _fill_joint(
@@ -189,7 +185,7 @@ def _fill_joint(
     assert balance.total_nm is not None
     velocity = np.ascontiguousarray(balance.velocity_rad_s[:, j])
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
-    total = np.ascontiguousarray(balance.total_nm[:, j])  # not sooner: it may be made here
+    total = balance.total_nm[:, j]  # ripple is taken off it, for whoever looks at it later
     around = _Around.of(balance, series, ~band.steady)
     undecided = around.reached(~band.steady)
     beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]
@@ -210,6 +206,7 @@ def _fill_joint(
     rows = np.flatnonzero(undecided)
     columns.uncertainty_nm[rows] = 0.0
     least, most = _span(total, band, level, around, undecided)
+    columns.least_nm[rows], columns.most_nm[rows], columns.hidden_nm[rows] = least, most, most - least
     # An external torque as large as the width can leave the distance zero: friction at one end, the torque against it.
     columns.torque_nm[rows] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
     columns.state[rows] = State.FRICTION_INTERVAL
@@ -227,8 +224,7 @@ def _fill_joint(
         np.add(columns.uncertainty_nm, np.nan_to_num(smoothed[:, 0]), out=columns.uncertainty_nm)
     if ripple_doubt_nm > 0:
         np.add(columns.uncertainty_nm, ripple_doubt_nm, out=columns.uncertainty_nm)
-    span = (SparseColumn(rows, least), SparseColumn(rows, most))
-    return _Filled(level, ripple_doubt_nm if isinstance(ripple, float) else 0.0, span)
+    return _Filled(level, ripple_doubt_nm if isinstance(ripple, float) else 0.0)
 
 
 def _take_off(total: FloatArray, level: FrictionLevel, columns: _Columns) -> None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
@@ -84,7 +83,7 @@ class RobotModel:
         """Frames a wrench or a tool can be given in."""
         return self.bodies.frame_names if self.bodies else ()
 
-    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: Columns) -> FloatArray:
+    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Torque M(q) a + C(q, v) v + G(q) of eq. (4), with rotor inertia and tool.
 
         Args:
@@ -114,7 +113,7 @@ class RobotModel:
         return momentum, rest
 
     def torques(
-        self, q: FloatArray, v: FloatArray, a: Columns, reading: SensorReading
+        self, q: FloatArray, v: FloatArray, a: FloatArray, reading: SensorReading
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """:meth:`inverse_dynamics` and :meth:`contact_torque` in one go, in two thirds of their time.
 
@@ -138,7 +137,7 @@ class RobotModel:
     def _torques(self) -> Part:
         return Part(self.expansion.shape[0], self._back)
 
-    def _signals(self, *motion: Columns) -> list[Signal]:
+    def _signals(self, *motion: FloatArray) -> list[Signal]:
         """Position, velocity, acceleration (as many as there are) of every joint of the model."""
         for name, array in zip("qva", motion, strict=False):
             self._check(array, len(self.joint_names), name)
@@ -209,7 +208,7 @@ class RobotModel:
         self,
         q: FloatArray,
         v: FloatArray,
-        a: Columns,
+        a: FloatArray,
         wrench: FloatArray,
         frame: str,
         carried: tuple[str, float, FloatArray],
@@ -227,7 +226,7 @@ class RobotModel:
             bodies = self._with_frame(name)
         return self._force(bodies.force(frame, carried), wrench, q, v, a)
 
-    def _force(self, program: Batched, wrench: FloatArray, *motion: Columns) -> FloatArray:
+    def _force(self, program: Batched, wrench: FloatArray, *motion: FloatArray) -> FloatArray:
         self._check(wrench, 6, "wrench")
         signals = [*self._signals(*motion), Signal(wrench)]
         return evaluate(program, signals, [self._torques()])[0]
@@ -327,6 +326,6 @@ class RobotModel:
         """(…, k) positions of every joint of the model."""
         return np.asarray(q @ self.expansion.T + self.offset)
 
-    def _check(self, array: Columns, columns: int, name: str) -> None:
+    def _check(self, array: FloatArray, columns: int, name: str) -> None:
         if len(array.shape) != 2 or array.shape[1] != columns:
             raise ValueError(f"{name} has shape {array.shape}, expected (n, {columns})")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.data.columns import Columns
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.tables import table
@@ -35,7 +34,7 @@ class Batched:
 class Signal:
     """Inputs: (n, c) values, as (r, n) rows scale · (matrix · values + offset), as far as there are any."""
 
-    values: Columns
+    values: FloatArray
     matrix: FloatArray | None = None
     offset: FloatArray | None = None
     scale: float = 1.0

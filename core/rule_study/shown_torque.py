@@ -102,8 +102,8 @@ def windows(
     for k, j in enumerate(columns):
         here, torque = state[:, j][samples], residual.torque_nm[:, j][samples]
         interval = here == State.FRICTION_INTERVAL
-        out.above_nm[k] = np.where(interval, residual.span_nm[j][0].at(samples), torque)
-        out.width_nm[k] = np.where(interval, residual.hidden_nm[j].at(samples), 0.0)
+        out.above_nm[k] = np.where(interval, residual.span_nm[0][samples, j], torque)
+        out.width_nm[k] = np.where(interval, residual.hidden_nm[samples, j], 0.0)
         level = residual.levels.get(series.joint_names[j])
         slack = 0.0 if level is None else SIGMAS * level.sd[samples]
         out.taken_nm[k] = out.width_nm[k] * (1.0 - 0.5 * slack / (1.0 + slack))

@@ -33,8 +33,7 @@ def contact_breach(contacts: Sequence[Contact], most: int, findings: Sequence[Fi
     doubtful = sorted({f.joint for f in doubting if f.joint is not None})
     if doubtful:
         reasons.append(
-            f"The model or friction of {', '.join(doubtful)} fits too poorly for the threshold: alarms there may "
-            "be errors of the model (see the findings)."
+            f"Findings doubt the effort or the model of {', '.join(doubtful)}: alarms there may be errors of the model."
         )
     reasons += [f.text for f in doubting if f.kind.setting == "detect.gamma_nm"]
     return reasons

@@ -79,7 +79,7 @@ def noticed_torque(run: DetectorRun, j: int, push: Push, moments: IntArray) -> F
         rows = moments[part, None] + np.arange(-push.lead, push.response.size - push.lead)
         level, state = threshold[rows], run.detected.state[rows, j]
         if run.residual.hidden_nm is not None:
-            level += run.residual.hidden_nm[j].at(rows)
+            level += run.residual.hidden_nm[rows, j]
         own = np.where(state == State.JUDGED, residual[rows], 0.0)
         unknown = (state > State.FRICTION_INTERVAL) | np.isnan(level)
         out[part] = np.maximum(*(_height(np.where(unknown, np.inf, level - r), push) for r in (own, -own)))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from collaudit.core.config.schema import PolicyConfig
 from collaudit.core.data.audit_result import Coverage, JointCoverage, RuleFacts
+from collaudit.core.data.identification_result import EstimateChoice
 from collaudit.core.data.sensitivity_result import AskedForce, JointSensitivity, NoticedForce, Sensitivity
 from collaudit.core.detection.detector_run import DetectionInputs
 from collaudit.core.findings import Finding
@@ -20,6 +21,8 @@ _REMEDY = (
     'What lowers it: the payload in [robot.tool], [fit] estimate = ["friction", "inertials"], more motion in the fit, '
     "a lower gamma_nm where one is stated. If that force may go unnoticed, state it: [policy] observable_n."
 )
+#: A better fit is worth saying where it leaves at most this share.
+_WORTH = 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,7 @@ def shortfalls(
     sensitivity: Sensitivity,
     inputs: DetectionInputs,
     sliding: Collection[str] = (),
+    choice: EstimateChoice | None = None,
 ) -> tuple[Shortfall, ...]:
     """What the arm lacks, then each watched joint: a force or torque that is noticed, motion that tells anything.
 
@@ -45,6 +49,7 @@ def shortfalls(
         sensitivity: of the watched joints and of the arm.
         inputs: the rule; of joints that a finding forbids judging that says all there is to say.
         sliding: names of the prismatic joints.
+        choice: what the fit identified, and what would have left less.
     """
     if not sensitivity.push_alarms:
         return (Shortfall(None, _too_short(policy, inputs.rule)),)
@@ -57,7 +62,7 @@ def shortfalls(
             out.append(Shortfall(joint, text_in_joint_units(text, joint, sliding)))
     if inputs.not_judged:
         return tuple(out)
-    arm = _of_arm(policy, sensitivity, inputs.rule, sliding) or (None if out else _lost(sensitivity, coverage))
+    arm = _of_arm(policy, sensitivity, inputs.rule, sliding, choice) or (None if out else _lost(sensitivity, coverage))
     return (*out,) if arm is None else (Shortfall(None, arm), *out)
 
 
@@ -75,7 +80,13 @@ def _too_short(policy: PolicyConfig, rule: RuleFacts) -> str:
     )
 
 
-def _of_arm(policy: PolicyConfig, sensitivity: Sensitivity, rule: RuleFacts, sliding: Collection[str]) -> str | None:
+def _of_arm(
+    policy: PolicyConfig,
+    sensitivity: Sensitivity,
+    rule: RuleFacts,
+    sliding: Collection[str],
+    choice: EstimateChoice | None,
+) -> str | None:
     """What force goes unnoticed that must not."""
     asked, time = _asked(sensitivity), sensitivity.time
     if not asked or time is None:
@@ -86,9 +97,12 @@ def _of_arm(policy: PolicyConfig, sensitivity: Sensitivity, rule: RuleFacts, sli
             f"{force_text(force.at(time.share))} at {place_text(force)}, {need.force_n:.3g} N asked"
             for force, need in short
         ]
-        joint = next((need.limited_by for _, need in short if need.limited_by is not None), None)
+        first, joint = next(
+            ((one, need.limited_by) for one, need in short if need.limited_by is not None), (None, None)
+        )
         limit = "" if joint is None else f"; limited by {joint} (γ {_gamma(joint, rule, sliding)})"
-        return f"Too insensitive: {'; '.join(told)}; {time_text(time)}{limit}. {_REMEDY}"
+        lower = "" if first is None else _lower(first.at(time.share), joint, choice)
+        return f"Too insensitive: {'; '.join(told)}; {time_text(time)}{limit}{lower}. {_REMEDY}"
     long = [(force, need) for force, need in asked if need.longest_unnoticed_s > policy.max_hidden_s]
     if long:
         force, need = long[0]
@@ -98,6 +112,14 @@ def _of_arm(policy: PolicyConfig, sensitivity: Sensitivity, rule: RuleFacts, sli
             f"{seconds_text(policy.max_hidden_s)})."
         )
     return None
+
+
+def _lower(force_n: float | None, joint: str | None, choice: EstimateChoice | None) -> str:
+    """What force a better fit would leave: thresholds go with what it leaves of the joint that limits."""
+    share = None if choice is None or joint is None else choice.gain_of(joint)
+    if choice is None or share is None or force_n is None or share > _WORTH:
+        return ""
+    return f'; [fit] estimate = "auto" ({choice.better}) would bring it to about {force_text(share * force_n)}'
 
 
 def _lost(sensitivity: Sensitivity, coverage: Coverage) -> str | None:

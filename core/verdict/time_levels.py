@@ -8,7 +8,6 @@ import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import in_order
 
 
 def level_at(known: FloatArray, count: float, shares: Sequence[float]) -> list[float | None]:
@@ -20,7 +19,7 @@ def level_at(known: FloatArray, count: float, shares: Sequence[float]) -> list[f
         shares: above 0, to 1.
     """
     places = [max(int(np.ceil(share * count - 1e-9)), 1) - 1 for share in shares]
-    value = {place: in_order(known, place)[0] for place in set(places) if place < known.size}
+    value = {place: float(np.partition(known, place)[place]) for place in set(places) if place < known.size}
     return [value.get(place) for place in places]
 
 

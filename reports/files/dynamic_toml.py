@@ -23,7 +23,7 @@ def dynamic_toml(thresholds: Mapping[str, DynamicThreshold]) -> str:
         table = tomlkit.table()
         for key, value in asdict(threshold).items():
             table.append(key, _rounded_up(value))
-        joints.append(key_item(joint, quoted=True), table)
+        joints.append(key_item(joint), table)
     detect = tomlkit.table(is_super_table=True)
     detect.append("dynamic", joints)
     made = tomlkit.document()

@@ -6,16 +6,13 @@ import json
 from collections.abc import Hashable
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import msgspec
 
 from collaudit.core.errors import CollauditError, similar_file
 from collaudit.core.small_files import read_small
 from collaudit.reports.files.json_writer import not_finite
-
-if TYPE_CHECKING:
-    from collaudit.core.config.misfit_place import Place
 
 T = TypeVar("T")
 
@@ -63,7 +60,13 @@ def parse_result(text: str, kind: type[T], schema: str, where: str) -> T:
     try:
         result = checked(text, kind)
     except msgspec.ValidationError as error:
-        raise _misfit(error, document, kind, where) from error
+        raise CollauditError(
+            "the file does not have the content its schema promises",
+            where=where,
+            found=str(error),
+            expected="a file as collaudit wrote it",
+            hint="make the file again; it may have been edited",
+        ) from error
     except msgspec.DecodeError as error:  # what the standard library lets pass: half of a UTF-16 pair
         raise _damaged(where, str(error)) from error
     return result
@@ -125,21 +128,3 @@ def _check_schema(document: object, schema: str, where: str) -> None:
         expected=f"schema {schema!r}",
         hint="read it with the version of collaudit that wrote it" if newer else None,
     )
-
-
-def _misfit(error: msgspec.ValidationError, document: object, kind: type[object], where: str) -> CollauditError:
-    from collaudit.core.config.misfit_place import misfit_place, without_place  # pages do without the configuration
-
-    place = misfit_place(error, document, lambda data: msgspec.convert(data, kind))
-    return CollauditError(
-        "the file does not have the content its schema promises",
-        where=where,
-        found=f"{json_path(place)}: {without_place(error)}",
-        expected="a file as collaudit wrote it",
-        hint="make the file again; it may have been edited",
-    )
-
-
-def json_path(place: Place) -> str:
-    """A place as ``$.joints.elbow.points[3]``."""
-    return "$" + "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)

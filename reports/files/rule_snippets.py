@@ -127,7 +127,7 @@ def _table(gammas: Mapping[str, float]) -> Table:
 
     thresholds = tomlkit.table()
     for joint, gamma in gammas.items():
-        thresholds.append(key_item(joint, quoted=True), gamma)
+        thresholds.append(key_item(joint), gamma)
     return thresholds
 
 
@@ -147,5 +147,5 @@ def _evidence(found: ArmRecommendation) -> Table:
         if known.reversals_per_h is not None:
             table.append("reversals_per_h", float(f"{known.reversals_per_h:.3g}"))
         table.append("standing", known.standing > 0)
-        ranges.append(key_item(joint, quoted=True), table)
+        ranges.append(key_item(joint), table)
     return ranges

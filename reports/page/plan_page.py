@@ -18,7 +18,7 @@ def plan_page(plan: Plan) -> str:
     assert bodies is not None
     t, q, _, _ = plan.motion.sampled(plan.motion.duration_s / _FRAMES)
     frames = [*bodies.joint_names, bodies.frame_names[-1]]
-    points = np.array([plan.robot.frame_positions(pose, frames) for pose in q])
+    points = np.array([np.vstack([np.zeros(3), plan.robot.frame_positions(pose, frames)]) for pose in q])
     return (
         environment()
         .get_template("plan.html.j2")

@@ -9,7 +9,7 @@ from collaudit.core.data.plan_result import JointLimits
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.reports.plots.svg import Panel, drawing
 
-_SIDE, _GAP = 260, 20
+_SIDE, _GAP, _WIDE = 300, 40, 1000
 _SHOWN_S = 40.0  # a longer motion is shown faster
 _GHOSTS = 12
 
@@ -22,12 +22,13 @@ def moving_arm(points_m: FloatArray, duration_s: float) -> Markup:
         duration_s: of the motion.
     """
     span = 1.1 * float(max(np.ptp(points_m[..., axis]) for axis in range(3))) or 1.0
+    height = 1.1 * _SIDE * float(max(np.ptp(points_m[..., axis]) for axis in (1, 2))) / span
     parts = []
     for view, (x, y) in enumerate(((0, 2), (0, 1))):
         middle = [0.5 * float(points_m[..., axis].min() + points_m[..., axis].max()) for axis in (x, y)]
         left = view * (_SIDE + _GAP)
         u = left + _SIDE * (0.5 + (points_m[..., x] - middle[0]) / span)
-        v = _SIDE * (0.5 - (points_m[..., y] - middle[1]) / span)
+        v = 0.5 * height - _SIDE * (points_m[..., y] - middle[1]) / span
         paths = [
             "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in zip(us, vs, strict=True)) for us, vs in zip(u, v, strict=True)
         ]
@@ -37,12 +38,12 @@ def moving_arm(points_m: FloatArray, duration_s: float) -> Markup:
             f'<path class="arm" opacity="0.12" fill="none" d="{ghosts}"/><path class="arm" fill="none" d="{paths[0]}">'
             f'<animate attributeName="d" dur="{shown:.1f}s" begin="moving-arm.click"'
             f' values="{";".join(paths)}"/></path>'
-            f'<text x="{left}" y="{_SIDE + 14}">{("from the side", "from above")[view]}</text>'
+            f'<text x="{left}" y="{height + 14:.1f}">{("from the side", "from above")[view]}</text>'
         )
     label = f"The planned motion from the side and from above, {duration_s:.0f} s; a click starts it"
-    head = Markup('<svg id="moving-arm" class="plot" viewBox="0 0 {} {}" role="img" aria-label="{}">')
-    body = f'<rect width="{2 * _SIDE + _GAP}" height="{_SIDE}" opacity="0"/>' + "".join(parts)
-    return head.format(2 * _SIDE + _GAP, _SIDE + 20, label) + Markup(body) + Markup("</svg>")
+    head = Markup('<svg id="moving-arm" class="plot" viewBox="0 0 {} {:.0f}" role="img" aria-label="{}">')
+    body = f'<rect width="{2 * _SIDE + _GAP}" height="{height:.0f}" opacity="0"/>' + "".join(parts)
+    return head.format(_WIDE, height + 20, label) + Markup(body) + Markup("</svg>")
 
 
 def positions_over_time(time_s: FloatArray, q: FloatArray, limits: JointLimits, name: str) -> Markup:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
+from collaudit.core.data.angle_torque import AngleTorque
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
     ChannelFacts,
@@ -51,10 +52,10 @@ def _choice(choice: EstimateChoice) -> Section:
         )
         for one in choice.tried
     ]
-    note = (
-        f"Taken: {choice.taken}. It is the simplest whose error on motion left out of the fit lies within one standard "
-        "error of the least among those that can be."
-    )
+    rule = "the simplest whose error on motion left out of the fit lies within one standard error of the least"
+    note = f"Taken: {choice.taken}. It is {rule} among those that can be."
+    if choice.better is not None:
+        note = f'Stated: {choice.taken}. {choice.better} is {rule}: [fit] estimate = "auto" would take it.'
     return Section("Ways to fit: RMS on held-out motion, N·m", ("Identified", *joints), tuple(rows), (note,))
 
 
@@ -102,6 +103,19 @@ def _coupled(axes: dict[str, CoupledFriction]) -> Section:
     return Section("Friction of coupled axes", head, tuple(rows), (note,))
 
 
+def _springs(springs: Mapping[str, AngleTorque]) -> Section:
+    rows = [
+        (name, significant(angle), _with(torque, spring.ci95_nm[k] if spring.ci95_nm else None))
+        for name, spring in springs.items()
+        for k, (angle, torque) in enumerate(zip(spring.angle_rad, spring.torque_nm, strict=True))
+    ]
+    note = (
+        "What a spring, a counterbalance or a cable adds by the angle of its joint alone, beside the offset: taken "
+        "out of the effort; beyond these angles nothing of the joint is judged."
+    )
+    return Section("Torque by the joint's angle", ("Joint", "Angle, rad", "Torque, N·m"), tuple(rows), (note,))
+
+
 def _identified(found: Identified) -> Iterator[Section]:
     joints = [
         (
@@ -116,6 +130,9 @@ def _identified(found: Identified) -> Iterator[Section]:
     head = ("Joint", "Effort per N·m", "Offset, N·m", "Rotor inertia (on file), kg·m²", "RMS on held-out time, N·m")
     said = f"{found.samples} samples, {significant(found.sample_rate_hz)} a second: {found.loss}."
     yield Section("Drives, as identified", head, tuple(joints), (found.prior, said))
+    springs = {name: j.angle_torque for name, j in found.joints.items() if j.angle_torque is not None}
+    if springs:
+        yield _springs(springs)
     if "inertials" in found.estimate:
         bodies = [
             (

@@ -6,11 +6,17 @@ from collections.abc import Sequence
 
 from collaudit.core.data.plan_result import CleanTime, Delivered, PlanFile, Prediction
 from collaudit.reports.sections.section import Section
-from collaudit.reports.values.numbers import duration, significant
+from collaudit.reports.values.numbers import duration, significant, stated
 
 #: Up to so many hours it is worth a thought to repeat the exciting trajectory for them.
 _REPEATED_H = 8.0
 _NONE = "none"
+_ARM = "What it should tell of inertial parameters of the whole arm, where a fit estimates them"
+_PREDICTION_NOTE = (
+    "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far. Guessed: "
+    "of a joint whose law is open; the half widths go with what its law turns out to be. A and B in N·m, C in s/rad, "
+    "D in N·m·s/rad, rotor inertia in kg·m² (of prismatic joints: N, s/m, N·s/m, kg)."
+)
 
 
 def plan_sections(plan: PlanFile, of_joints_only: bool = False) -> tuple[Section, ...]:
@@ -20,9 +26,11 @@ def plan_sections(plan: PlanFile, of_joints_only: bool = False) -> tuple[Section
         plan: the plan.
         of_joints_only: without the parameters of the whole arm, which are many.
     """
+    of_arm = [one for one in plan.predictions if one.joint is None]
     return (
         _sweeps(plan),
-        _predictions([one for one in plan.predictions if one.joint is not None or not of_joints_only]),
+        _predictions("What it should tell", [one for one in plan.predictions if one.joint is not None]),
+        *([] if of_joints_only or not of_arm else [_predictions(_ARM, of_arm, folded=True)]),
         _clean(plan),
         _limits(plan),
         *(Section(title, (), (), tuple(lines)) for title, lines in _assumed(plan) if lines),
@@ -58,30 +66,33 @@ def _sweeps(plan: PlanFile) -> Section:
     return Section("Sweeps", head, rows, ("One joint at a time; every speed both ways.",) if rows else (_NONE,))
 
 
-def _predictions(predictions: Sequence[Prediction]) -> Section:
+def _predictions(title: str, predictions: Sequence[Prediction], folded: bool = False) -> Section:
     rows = tuple(
         (
             one.joint or "arm",
             one.parameter,
             "" if one.value is None else significant(one.value) + (" (guessed)" if one.guessed else ""),
-            _half_width(one.before, "open"),
-            _half_width(one.after, "not predicted"),
+            _half_width(one.before, "open", one.value),
+            _half_width(one.after, "not predicted", one.value),
         )
         for one in predictions
     )
     head = ("joint", "parameter", "value", "half width before", "predicted after")
-    note = "Half widths of 95 % intervals, predicted from the scatter of earlier logs. “Open”: no interval so far."
-    return Section("What it should tell", head, rows, (note if rows else _NONE,))
+    return Section(title, head, rows, (_PREDICTION_NOTE if rows else _NONE,), folded)
 
 
-def _half_width(value: float | None, without: str) -> str:
-    return without if value is None else f"±{significant(value)}"
+def _half_width(half: float | None, without: str, value: float | None = None) -> str:
+    """A half width, and what share of the value it is."""
+    if half is None:
+        return without
+    return f"±{significant(half)}" + (f" ({100.0 * half / abs(value):.2g} %)" if value else "")
 
 
 def _clean(plan: PlanFile) -> Section:
-    rows = tuple((joint, duration(3600.0 * one.hours), *_gammas(one, plan)) for joint, one in plan.clean.items())
+    rows = [(joint, duration(3600.0 * one.hours), *_gammas(one, plan)) for joint, one in plan.clean.items()]
     head = ("joint", "clean time", "γ now", "γ with the plan", "clean hours for γ")
-    return Section("Clean hours", head, rows, (_clean_words(plan),))
+    columns = len(head) if any(one.gamma_nm is not None for one in plan.clean.values()) else 2
+    return Section("Clean hours", head[:columns], tuple(row[:columns] for row in rows), (_clean_words(plan),))
 
 
 def _gammas(one: CleanTime, plan: PlanFile) -> tuple[str, str, str]:
@@ -108,9 +119,12 @@ def _clean_words(plan: PlanFile) -> str:
         repeated = (
             f" The exciting trajectory takes {duration(turn)}: {3600.0 * more / turn:.0f} times would be as long."
         )
+    told = any(one.gamma_nm is not None for one in plan.clean.values())
+    runs = "" if told else " Runs (RUN/ of an audit) among the inputs would say thresholds."
     return (
-        f"{significant(plan.per_hour)} false alarms of the arm an hour take {duration(3600.0 * enough)} of motion "
-        f"without contact, of the kind that is to be judged later; {need}.{repeated}"
+        f"Thresholds for {stated(plan.per_hour)} false alarms of the whole arm an hour need "
+        f"{duration(3600.0 * enough)} of motion without contact, of the kind that is to be judged later; "
+        f"{need}.{repeated}{runs}"
     )
 
 
@@ -130,6 +144,8 @@ def _limits(plan: PlanFile) -> Section:
 
 def delivered_section(found: Sequence[Delivered]) -> Section:
     """What the planned motion gave of each joint, beside what was predicted."""
+    apart = sum(one.outcome == "not estimated" for one in found)
+    found = [one for one in found if one.outcome != "not estimated"]
     predicted = [one for one in found if one.predicted is not None]
     kept = sum(one.outcome in ("as predicted", "better") for one in predicted)
     rows = tuple(
@@ -144,4 +160,6 @@ def delivered_section(found: Sequence[Delivered]) -> Section:
         if one.joint is not None
     )
     title = f"The plan predicted {len(predicted)} half widths: {kept} are as predicted or smaller."
-    return Section(title, ("joint", "parameter", "predicted half width", "delivered", "outcome"), rows)
+    words = f"{apart} more are of a fit that estimates inertials ([fit] estimate); this one takes them as exact."
+    head = ("joint", "parameter", "predicted half width", "delivered", "outcome")
+    return Section(title, head, rows, (words,) if apart else ())

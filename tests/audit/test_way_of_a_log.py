@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 from types import FrameType
 
-from collaudit.cli.room_picture import ROOMS, room_of
+from user_guide.room_picture import ROOMS, room_of
+
 from collaudit.core import api
 from collaudit.core import audit as composition
 from collaudit.core.config import load_config

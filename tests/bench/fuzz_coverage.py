@@ -15,8 +15,8 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["collaudit.core.logs"]):
-    from collaudit.core.logs.mcap import mcap_chunk, mcap_file, mcap_scan
-    from collaudit.core.logs.messages import column_extraction, generic_decoder, layout, profiles
+    from collaudit.core.logs.mcap import mcap_chunk, mcap_file, mcap_records, mcap_scan
+    from collaudit.core.logs.messages import column_extraction, layout, profiles
     from collaudit.core.logs.messages.message_schema import parse_schema
     from collaudit.core.logs.rosbag1 import bag_chunk, bag_file
     from collaudit.core.logs.storage.records import Channel
@@ -60,8 +60,8 @@ def _file(data: bytes, magic: bytes) -> Path:
     return path
 
 
-def mcap_records(data: bytes) -> None:
-    path = _file(data, mcap_scan.MAGIC)
+def mcap_walk(data: bytes) -> None:
+    path = _file(data, mcap_records.MAGIC)
     file = RandomFile(path)
     index = mcap_scan.scan(file)
     file.close()
@@ -84,33 +84,21 @@ def bag_records(data: bytes) -> None:
 
 
 def messages(encoding: str) -> Callable[[bytes], None]:
-    """Messages of joint states by layout, compared with the generic decoder where both take them."""
+    """Messages of joint states by layout: whatever is taken lies within the message, and is like itself."""
     text = w.definition(w.JOINT_STATE, encoding).encode()
     channel = Channel(1, "/joint_states", w.JOINT_STATE, encoding, "ros1msg" if encoding == "ros1" else "ros2msg", text)
     kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, {})
     profile = profiles.profile_of(channel.type)
     assert profile is not None
-    generic = generic_decoder.generic_decoder(channel, profile)
 
     def one(data: bytes) -> None:
         try:
-            plan = column_extraction.make_plan(layout.walk(kind, data, cdr=encoding == "cdr"), profile, data)
+            plan = column_extraction.make_plan(layout.walk(kind, data, cdr=encoding == "cdr"), profile)
         except layout.LayoutError:
-            plan = None
-        try:
-            theirs = generic(data)
-        except layout.LayoutError:
-            theirs = None
-        if plan is None:
             return
         rows = np.frombuffer(data, dtype=np.uint8)[None, :]
         assert plan.matches(rows) is None, "a message does not match its own layout"
-        columns = plan.columns_of(rows)
-        if theirs is None:
-            return
-        assert plan.key == theirs[0], (plan.key, theirs[0])
-        for name, values in columns.items():
-            assert np.array_equal(values, theirs[1][name], equal_nan=values.dtype.kind == "f"), name
+        plan.columns_of(rows)
 
     return one
 
@@ -129,7 +117,7 @@ def seeds(target: str) -> list[bytes]:
             path = w.write_any(place / kind, kind, lambda encoding: w.motion(4, joints=2, encoding=encoding))
             whole = path.read_bytes()
             if target.endswith("records"):
-                out.append(whole[len(mcap_scan.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
+                out.append(whole[len(mcap_records.MAGIC if target.startswith("mcap") else bag_file.MAGIC) :])
             elif target == "mcap-chunk" and kind == "mcap-none":
                 index = mcap_scan.scan(RandomFile(path))
                 out += [b"\0" + whole[c.data_at : c.data_at + c.data_size] for c in index.chunks]
@@ -141,7 +129,7 @@ def seeds(target: str) -> list[bytes]:
 TARGETS: dict[str, Callable[[], Callable[[bytes], None]]] = {
     "mcap-chunk": lambda: mcap_chunks,
     "bag-chunk": lambda: bag_chunks,
-    "mcap-records": lambda: mcap_records,
+    "mcap-records": lambda: mcap_walk,
     "bag-records": lambda: bag_records,
     "cdr": lambda: messages("cdr"),
     "ros1": lambda: messages("ros1"),

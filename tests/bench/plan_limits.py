@@ -62,11 +62,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--plans", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first plan, to look at one again")
     given = parser.parse_args()
     counts, most = Counter[str](), Counter[str]()
     arms = [arm_named(name, given.data) for name in ARMS]
     with tempfile.TemporaryDirectory() as folder:
-        for k in range(given.plans):
+        for k in range(given.first, given.first + given.plans):
             rng, arm = np.random.default_rng([given.seed, k]), arms[k % len(arms)]
             description, path = arm.describe(lambda: 0.0), Path(folder) / f"{arm.name}.toml"
             if description.urdf is not None:

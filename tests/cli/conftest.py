@@ -71,7 +71,7 @@ def collaudit(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
     return run
 
 
-def _motion() -> tuple[np.ndarray, np.ndarray]:
+def _motion(start: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Each joint in turn there and back at six speeds, the other at rest: position, velocity (n, 2)."""
     period = 1 / RATE_HZ
     velocity = []
@@ -83,17 +83,17 @@ def _motion() -> tuple[np.ndarray, np.ndarray]:
             both = np.concatenate([stroke, -stroke])
             velocity.append(np.column_stack([both if joint == column else 0 * both for column in (0, 1)]))
     dq = np.concatenate([np.zeros((50, 2)), *velocity, np.zeros((50, 2))])
-    return np.cumsum(dq, axis=0) * period + np.array([0.2, -0.3]), dq
+    return np.cumsum(dq, axis=0) * period + np.array(start), dq
 
 
-def write_arm_csv(path: Path, push_nm: float = 0.0, seed: int = 0) -> None:
+def write_arm_csv(path: Path, push_nm: float = 0.0, seed: int = 0, start: tuple[float, float] = (0.2, -0.3)) -> None:
     """Write a log of the arm in CONFIG as CSV; a push of 0.3 s acts on joint 1 in its fastest stroke."""
     from collaudit.core.config import parse_config
     from collaudit.core.robot import load_robot
 
     config = parse_config(CONFIG, None).config
     model = load_robot(config.robot, Path(), ["joint1", "joint2"])
-    q, dq = _motion()
+    q, dq = _motion(start)
     ddq = np.gradient(dq, 1 / RATE_HZ, axis=0)
     friction = np.sign(dq) * (1.0 + 0.8 * np.exp(-np.abs(dq) / 0.08)) + 1.5 * dq
     tau = model.inverse_dynamics(q, dq, ddq) + friction

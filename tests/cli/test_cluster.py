@@ -73,16 +73,19 @@ def test_no_scheduler_there_is_said(collaudit, arm, tmp_path: Path, monkeypatch:
     assert nobody.code == 2 and "scheduler cannot be reached" in nobody.err and "dask worker" in nobody.err
 
 
-def test_the_scheduler_takes_less_than_10_ms_a_log() -> None:
+def test_handing_out_takes_less_than_10_ms_a_log(cluster) -> None:
     from collaudit.cli.batch.dask_workers import results_on_dask
+    from collaudit.cli.batch.worker_pool import results_of
 
-    few, many = (_seconds(results_on_dask, count) for count in (10, 160))
-    assert (many - few) / 150 < 0.010
+    address, _ = cluster
+    for results, where in ((results_on_dask, (abs, None, address)), (results_of, (2, int))):
+        few, many = (_seconds(results, count, where) for count in (10, 160))
+        assert (many - few) / 150 < 0.010
 
 
-def _seconds(results, count: int) -> float:
+def _seconds(results, count: int, where: tuple) -> float:
     start = time.process_time()
-    found = dict(results(operator.index, [(k,) for k in range(count)], 2, abs))
+    found = dict(results(operator.index, [(k,) for k in range(count)], *where))
     assert found == {k: k for k in range(count)}
     return time.process_time() - start
 
@@ -100,12 +103,11 @@ def test_a_steady_process_outlives_what_its_tasks_do() -> None:
         process.close()
 
 
-def test_without_dask_processes_of_this_program_do_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cluster_needs_dask_and_one_machine_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     from collaudit.cli.batch import worker_processes
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.core.errors import CollauditError
 
-    assert worker_processes._results([(), ()], Limits(2)).__name__ == "results_on_dask"
     monkeypatch.setattr(worker_processes, "find_spec", lambda _name: None)
     assert worker_processes._results([(), ()], Limits(2)).__name__ == "results_of"
     with pytest.raises(CollauditError, match="collaudit\\[fleet\\]"):

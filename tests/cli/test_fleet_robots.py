@@ -12,7 +12,7 @@ from camera_log import write_camera_log
 
 from collaudit.cli.fleet.log_settings import policy_of
 from collaudit.cli.fleet.name_patterns import matches
-from collaudit.cli.fleet.robot_matching import LogTraits, robot_of
+from collaudit.cli.fleet.robot_matching import LogTraits, robots_of
 from collaudit.cli.fleet.stated_serials import stated_serials
 from collaudit.core.config import parse_config
 from collaudit.core.config.schema import FleetRobot
@@ -94,8 +94,8 @@ def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: 
     traits = LogTraits(log.as_posix(), lambda: (log,), loaded)
     assert traits.topics == {"/joint_states", "/camera"} and traits.joints == {"joint1", "joint2"}
 
-    def whose(*rules: dict[str, object]) -> str:
-        return robot_of(traits, {f"r{k}": FleetRobot.of(rule) for k, rule in enumerate(rules, 1)})
+    def whose(*rules: dict[str, object]) -> list[str]:
+        return robots_of(traits, {f"r{k}": FleetRobot.of(rule) for k, rule in enumerate(rules, 1)})
 
     other = {"paths": ["cell2/*"]}
     for rule in (
@@ -104,13 +104,15 @@ def test_each_rule_and_all_of_a_robots_rules_tell_whose_a_log_is(arm, tmp_path: 
         {"serials": ["SN-7"]},
         {"paths": ["cell1/*"], "topics": ["/left/joint_states", "/joint_states"], "serials": ["SN-7"]},
     ):
-        assert whose(other, rule) == "r2"
+        assert whose(other, rule) == ["r2"]
     for rule in ({"topics": ["/joint"]}, {"joints": ["joint2", "joint3"]}, {"paths": ["cell1/*"], "serials": ["SN-8"]}):
         with pytest.raises(NotJudgedError, match="no robot of the fleet"):
             whose(other, rule)
     with pytest.raises(NotJudgedError, match="several robots") as caught:
         whose({"topics": ["/camera"]}, {"joints": ["joint1"]}, other)
     assert caught.value.found == "r1, r2"
+    assert whose({"joints": ["joint2"]}, {"joints": ["joint1"]}, other) == ["r1", "r2"]
+    assert whose({"topics": ["/joint_states"]}, {"topics": ["/camera"]}, other) == ["r1", "r2"]
 
 
 def test_serials_of_mcap_and_bag_folder(tmp_path: Path) -> None:

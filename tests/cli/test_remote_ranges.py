@@ -228,10 +228,10 @@ def test_a_summary_that_is_wrong_about_a_chunk_is_damage(arm, tmp_path: Path, mo
 
 def _chunk_index(data: bytes) -> int:
     """Where the first chunk's index record names its first channel."""
-    from collaudit.core.logs.mcap.mcap_scan import CHUNK_INDEX, chunk_records
+    from collaudit.core.logs.mcap.mcap_records import CHUNK_INDEX, record_places
 
     summary = int.from_bytes(data[-28:-20], "little")
-    return next(at + 9 + 36 for op, at, _ in chunk_records(bytes(data), summary) if op == CHUNK_INDEX)
+    return next(at + 9 + 36 for op, at, _ in record_places(bytes(data), summary) if op == CHUNK_INDEX)
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from user_guide.man_pages import man_pages
 
 from collaudit.cli import main as entry
 from collaudit.cli.main import collaudit as group
-from collaudit.cli.man_pages import man_pages
 from collaudit.core.findings.finding_kinds import KINDS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

@@ -9,6 +9,7 @@ from synthetic import PERIOD, lugre, make_log, strokes
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig, FrictionConfig, SectionsConfig
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
+from collaudit.core.friction.fit_quality import point_arrays
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
@@ -215,3 +216,19 @@ def test_slow_sampling_gives_points_or_none_but_never_breaks() -> None:
             sections = find_sections(series, SectionsConfig())
             for point in friction_points(series, sections.of("joint1"), None, FrictionConfig()):
                 assert np.isfinite([point.friction_nm, point.se_nm, point.speed_rad_s]).all()
+
+
+def test_errors_of_pairs_are_not_those_of_the_models_points() -> None:
+    """Many points that rest on a model, with large errors, leave the precise pairs beside them as they are."""
+
+    def points(pairs: bool) -> list[FrictionPoint]:
+        count = 8 if pairs else 30
+        return [
+            FrictionPoint(0.1 * (k + 1), 5.0, 0.1, 0.01 if pairs else 0.1, "pair" if pairs else "model",
+                          0 if pairs else (-1) ** k, False)
+            for k in range(count)
+        ]  # fmt: skip
+
+    found = point_arrays([*points(True), *points(False)])
+    assert np.allclose(found.sd[:8], 0.01)
+    assert np.allclose(found.sd[8:], 0.1)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from log_writers import joint_state, write_any
+from log_writers import EPOCH, joint_state, write_any, write_mcap
 from pyarrow import feather
 from vocabularies import CURRENTS, TORQUE_CONSTANT, VOCABULARIES, table_of
 
@@ -215,6 +215,22 @@ def _beside(m: Motion, *stems: str) -> Columns:
     return m.plain() | {stem.replace("#", str(k)): np.cos(m.time_s + k) for stem in stems for k in (1, 2)}
 
 
+def _two_arms(name: Callable[[str, int], str], topic: str) -> Build:
+    """Two arms in one MCAP; the right one does what the left one does half a log later."""
+
+    def build(folder: Path, motion: Motion) -> list[Path]:
+        half = len(motion.time_s) // 2
+        told = []
+        for late, side in ((0, "left"), (half, "right")):
+            names, values = [name(side, k) for k in (1, 2)], [np.roll(each, late, axis=0) for each in motion.signals]
+            for t, *row in zip(motion.time_s, *values, strict=True):
+                stamp = EPOCH + round(t * 1e9) + 100_000 * bool(late)
+                told.append(joint_state(names, *row, stamp_ns=stamp, topic=topic.format(side)))
+        return [write_mcap(folder / "run.mcap", sorted(told, key=lambda one: one.log_ns))]
+
+    return build
+
+
 ROWS: tuple[Row, ...] = (
     *(_vocabulary(name) for name in VOCABULARIES),
     Row("Format", "CSV, decimal point", _text()),
@@ -254,6 +270,9 @@ ROWS: tuple[Row, ...] = (
     Row("Trap", "`left_…` and `right_…`: two arms",
         _changed(lambda m: {"t": m.time_s} | {f"{side}_{n}": v for side in ("left", "right")
                                               for n, v in m.plain().items() if n != "t"})),
+    Row("Trap", "two arms, a topic each, the same names", _two_arms(lambda side, k: f"joint{k}", "/{}/joint_states")),
+    Row("Trap", "two arms, publishers of one topic, names with a side",
+        _two_arms(lambda side, k: f"{side}_joint{k}", "/joint_states")),
     Row("Trap", "no time column", _without("t")),
     Row("Trap", "no time column, rate stated", _without("t"), ("--set", "log.csv.rate_hz=125")),
     Row("Trap", "time that begins again", _changed(_restarted), finding="log-runs"),

@@ -118,10 +118,26 @@ def limits_used(plan: Plan, text: str, table_z_m: float, places: int = 4000) -> 
 
 
 def _capsule_ends(robot: RobotModel, q: Array) -> dict[str, tuple[Array, Array]]:
-    """Ends of the capsules of base and links: from joint to joint, the last one to its farthest frame."""
+    """Ends of the capsules of base and links: from joint to joint, the last one to its farthest frame.
+
+    A product of exponentials (Lynch and Park, Modern Robotics, 4.1) of axes and places at rest.
+    """
     joints = list(robot.joint_names)
     assert robot.bodies is not None
     last = [frame for frame in robot.frame_names if robot.bodies.frame_joint(frame) == joints[-1]]
     tip = max(last, key=robot.distance_in_joint)
-    at = np.array([np.vstack([np.zeros(3), robot.frame_positions(pose, [*joints, tip])]) for pose in q])
-    return {name: (at[:, k], at[:, k + 1]) for k, name in enumerate(["base", *joints])}
+    rest = np.zeros(len(joints))
+    places = robot.frame_positions(rest, [*joints, tip])
+    rotation, shift, ends = np.tile(np.eye(3), (len(q), 1, 1)), np.zeros((len(q), 3)), [np.zeros((len(q), 3))]
+    for k, name in enumerate(joints):
+        ends.append(shift + rotation @ places[k])
+        turned = rest.copy()
+        turned[k] = 0.5 * np.pi
+        quarter = robot.frame_rotation(turned, name) @ robot.frame_rotation(rest, name).T
+        cross = 0.5 * (quarter - quarter.T)  # of a quarter turn: the axis' cross product
+        sine, cosine = np.sin(q[:, k])[:, None, None], np.cos(q[:, k])[:, None, None]
+        turn = np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+        shift = shift + np.einsum("nij,njk,k->ni", rotation, np.eye(3) - turn, places[k])
+        rotation = rotation @ turn
+    ends.append(shift + rotation @ places[-1])
+    return {name: (ends[k], ends[k + 1]) for k, name in enumerate(["base", *joints])}

@@ -52,6 +52,18 @@ def test_a_right_description_is_left_alone_and_a_poor_one_is_not(made: Made, rob
     assert sum(better.values()) < 0.7 * sum(alone.values())
 
 
+def test_a_stated_estimate_is_taken_and_what_leaves_less_is_told(made: Made) -> None:
+    """... and nothing where the stated one is as good."""
+    files = made("free-clean", "paper6", seed=4, duration_s=60.0)
+    prepared, config = prepared_of(files, {**LACKING, "fit.estimate": ["friction"]})
+    taken, choice = choose([prepared], config)
+    assert taken.estimate == () and choice is not None and choice.better == "friction, rotor, tool"
+    shares = [choice.gain_of(joint) for joint in prepared.judged]
+    assert min(share for share in shares if share is not None) < 0.7
+    prepared, config = prepared_of(files, {"fit.estimate": ["friction"]})
+    assert choose([prepared], config)[1] is None
+
+
 def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
     """Neither drives, inertials nor friction, which all see the same samples."""
     prepared, config = prepared_of(made("free-clean", "paper6", seed=4, duration_s=60.0), LACKING)

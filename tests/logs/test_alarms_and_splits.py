@@ -17,10 +17,6 @@ from collaudit.cli import main as entry
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import read_log
-from collaudit.core.logs.mcap.mcap_file import open_mcap
-from collaudit.core.logs.rosbag1.bag_file import open_bag
-from collaudit.core.logs.storage.joined_recording import JoinedRecording
-from collaudit.core.logs.topics.log_topics import topics_of
 
 COUNT = 100
 PERIOD_S = w.PERIOD / 1e9
@@ -161,20 +157,6 @@ def test_a_clock_set_back_between_the_files_of_a_split_bag(storage: str, tmp_pat
     assert "set back by 0.398 s" in said.text
     np.testing.assert_allclose(log.position_rad[:, 0], np.sin(np.arange(1000) * PERIOD_S))
     assert (np.diff(log.time_s) > 0).all()
-
-
-def test_each_file_claims_its_messages_and_files_together_their_sum(tmp_path: Path) -> None:
-    files = [w.write_mcap(tmp_path / f"{k}.mcap", states(500 * k, count)) for k, count in enumerate((500, 300))]
-    readers = [(file, open_mcap(file)) for file in files]
-    assert [[channel.messages for channel in reader.channels] for _, reader in readers] == [[500], [300]]
-    (topic,) = topics_of(readers[0][1], None)
-    assert topic.decoded.claimed == 500
-    joined = JoinedRecording(readers, ())
-    assert [channel.messages for channel in joined.channels] == [800]
-    joined.close()
-    bag = open_bag(w.write_bag(tmp_path / "one.bag", w.motion(70, encoding="ros1")))
-    assert 70 in [channel.messages for channel in bag.channels]
-    bag.close()
 
 
 def test_definitions_from_a_folder_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

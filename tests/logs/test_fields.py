@@ -148,7 +148,7 @@ def test_odd_json_stamps(seconds: str, usable: bool, tmp_path: Path) -> None:
     if usable:
         assert read_log((path,), config, robot_joints=None).source.time_source == "log"
     else:
-        with pytest.raises(LogError, match="beyond all times"):
+        with pytest.raises(LogError, match="beyond"):
             read_log((path,), config, robot_joints=None)
 
 

@@ -260,7 +260,7 @@ def test_a_bag_folder_without_its_list_is_read_by_what_its_files_are(storage: st
 
 
 def test_the_hash_is_that_of_the_bytes_and_survives_a_copy(tmp_path: Path) -> None:
-    """It is computed beside what follows the reading; copied or pickled it is the text."""
+    """It is computed where it is asked for; copied or pickled it is the text."""
     path = tmp_path / "log.csv"
     path.write_text("t,q1\n" + "".join(f"{k / 100},{k / 10}\n" for k in range(50)))
     source = read_log((path,), LogConfig(), robot_joints=None).source
@@ -273,7 +273,7 @@ def test_a_hash_that_nobody_wants_is_not_computed(tmp_path: Path, monkeypatch: p
     path.write_text("t,q1\n" + "".join(f"{k / 100},{k / 10}\n" for k in range(50)))
     computed: list[object] = []
     monkeypatch.setattr(log_hashing, "sha256_of", lambda paths: computed.append(paths) or "0" * 64)
-    unwanted, wanted = (read_log((path,), LogConfig(), robot_joints=None, hashed=hashed) for hashed in (False, True))
-    assert wanted.source.sha256 == "0" * 64
+    log = read_log((path,), LogConfig(), robot_joints=None)
+    assert computed == []
+    assert log.source.sha256 == log.source.sha256 == "0" * 64
     assert computed == [(path,)]
-    assert unwanted.source.sha256 == "0" * 64  # but where it is asked for after all

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from types import CodeType, SimpleNamespace
 from typing import Any
@@ -17,13 +17,13 @@ from rosbags.interfaces import Nodetype
 from rosbags.serde import cdr, ros1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from collaudit.core.logs.messages.decoded_columns import Decoded, Group, GroupKey
-from collaudit.core.logs.messages.layout import LayoutError, walk
+from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
+from collaudit.core.logs.messages.layout import Layout, LayoutError, Numbers, walk
 from collaudit.core.logs.messages.message_decoding import ChannelDecoder
 from collaudit.core.logs.messages.message_schema import parse_schema
 from collaudit.core.logs.messages.profiles import PROFILES, Profile
+from collaudit.core.logs.messages.value_layout import lay_out
 from collaudit.core.logs.storage.records import Batch, Channel
-from collaudit.core.numeric.parallel import Beside
 
 NUMBERS = {
     "bool": "?", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
@@ -118,13 +118,22 @@ def flatten(value: Any, path: tuple[Any, ...] = ()) -> dict[tuple[Any, ...], Any
     return {path: value}
 
 
+def leaves(node: Any, path: tuple[Any, ...] = ()) -> dict[tuple[Any, ...], Any]:
+    """Path to numbers and strings of a layout."""
+    if not isinstance(node, dict | list):
+        return {path: node}
+    pairs = node.items() if isinstance(node, dict) else enumerate(node)
+    return {k: v for name, item in pairs for k, v in leaves(item, (*path, name)).items()}
+
+
 def read_all(layout: Any, data: bytes) -> dict[tuple[Any, ...], Any]:
     """Every field of a message as the layout places it."""
     out: dict[tuple[Any, ...], Any] = {}
-    for path, part in layout.numbers.items():
-        out[path] = np.frombuffer(data, dtype=part.code, count=part.count, offset=part.offset)
-    for path, part in layout.texts.items():
-        out[path] = data[part.offset : part.offset + part.size].decode()
+    for path, part in leaves(layout.root).items():
+        if isinstance(part, Numbers):
+            out[path] = np.frombuffer(data, dtype=part.code, count=part.count, offset=part.offset)
+        else:
+            out[path] = data[part.offset : part.offset + part.size].decode()
     return out
 
 
@@ -168,8 +177,8 @@ def test_cut_and_flipped_messages_are_refused_or_read_within_bounds(data: st.Dat
         layout = walk(kind, bytes(raw), cdr=True)
     except LayoutError:
         return
-    assert all(part.offset + part.size <= len(raw) for part in layout.numbers.values())
-    assert all(part.offset + part.size <= len(raw) for part in layout.texts.values())
+    for part in leaves(layout.root).values():
+        assert (part.stop if isinstance(part, Numbers) else part.offset + part.size) <= len(raw)
 
 
 JOINT_TEXT = """{before}
@@ -239,10 +248,24 @@ def joint_messages(draw: st.DrawFn, made: Made) -> list[Any]:
     return out
 
 
-def decode(channel: Channel, profile: Profile, payloads: list[bytes], max_plans: int) -> Decoded:
+def plain(value: Any) -> Any:
+    """A message of rosbags as mappings and lists."""
+    if hasattr(value, "__msgtype__"):
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__ if name != "__msgtype__"}
+    return (
+        [plain(item) for item in value]
+        if isinstance(value, list | np.ndarray)
+        else getattr(value, "item", lambda: value)()
+    )
+
+
+def decode(
+    channel: Channel, profile: Profile, payloads: list[bytes], lay: Callable[[bytes], Layout] | None = None
+) -> Decoded:
     out = Decoded()
     decoder = ChannelDecoder.of(channel, profile, out)
-    decoder.max_plans = max_plans
+    if lay is not None:
+        decoder.lay, decoder.max_plans = lay, 0
     length = np.array([len(p) for p in payloads], dtype=np.int64)
     data = np.frombuffer(b"".join(payloads), dtype=np.uint8)
     stop = np.cumsum(length)
@@ -253,54 +276,10 @@ def decode(channel: Channel, profile: Profile, payloads: list[bytes], max_plans:
     return out
 
 
-class Late(Beside):
-    """Does nothing before it must."""
-
-    def __init__(self) -> None:
-        self.asked: list[Callable[[], None]] = []
-
-    def add(self, work: Callable[[], None]) -> None:
-        self.asked.append(work)
-
-    def settle(self) -> None:
-        while self.asked:
-            self.asked.pop()()
-
-
-@pytest.mark.parametrize("apart", [40, 41, None])
-def test_columns_written_late_and_from_any_places_are_those_written_at_once(apart: int | None) -> None:
-    """Rows that are still to be written are written before their array is moved to where there is more room."""
-    text = "float64[] position\nfloat64[] effort\nint32 more"
-    channel = Channel(1, "/x", "a/msg/B", "cdr", "ros2msg", text.encode())
-    profile = replace(JOINTS, types=("a/msg/B",), stamp=None, names=None, fixed_names=("j",), velocity=None)
-    count, wide = 20_000, 40
-    rng = np.random.default_rng(0)
-    head = np.frombuffer(bytes([0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]), np.uint8)
-    rows = np.hstack([np.tile(head, (count, 1)), rng.integers(0, 63, (count, 28), dtype=np.uint8)])
-    rows[:, 20:28] = head[4:12]
-    start = np.arange(count) * apart if apart else np.cumsum(rng.integers(wide, 60, count))
-    data = np.zeros(start[-1] + wide, dtype=np.uint8)
-    data[start[:, None] + np.arange(wide)] = rows
-    found = []
-    for beside in (None, Late()):
-        out = Decoded(beside=beside)
-        decoder = ChannelDecoder.of(channel, profile, out)
-        for part in np.array_split(np.arange(count), 20):
-            decoder.add(Batch(1, data, start[part], np.full(part.size, wide), part))
-        if beside is not None:
-            assert beside.asked
-            beside.settle()
-        (group,) = out.groups.values()
-        found.append({name: group.look(name).tobytes() for name in group.columns})
-    assert found[0] == found[1]
-    assert found[0]["position"] == rows[:, 12:20].tobytes()
-    assert found[0]["effort"] == rows[:, 28:36].tobytes()
-
-
 @pytest.mark.parametrize("wire", ["cdr-le", "cdr-be", "ros1"])
 @given(data=st.data())
 @LENIENT
-def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataObject) -> None:
+def test_columns_equal_the_values_that_rosbags_reads_bit_for_bit(wire: str, data: st.DataObject) -> None:
     encoding = wire.split("-")[0]
     made = data.draw(joint_types(encoding))
     messages = data.draw(joint_messages(made))
@@ -309,16 +288,15 @@ def test_columns_equal_the_generic_decoder_bit_for_bit(wire: str, data: st.DataO
     ]
     schema_encoding = "ros2msg" if encoding == "cdr" else "ros1msg"
     channel = Channel(1, "/x", made.name, encoding, schema_encoding, made.text.encode())
-    fast = decode(channel, JOINTS, payloads, 256)
-    slow = decode(channel, JOINTS, payloads, 0)
-    assert fast.slow == 0
-    assert slow.slow + slow.skipped == len(payloads)
+    fast = decode(channel, JOINTS, payloads)
+    read = made.store.deserialize_cdr if encoding == "cdr" else made.store.deserialize_ros1
+    slow = decode(channel, JOINTS, payloads, lambda raw: lay_out(plain(read(raw, made.name))))
     assert (fast.seen, fast.skipped) == (slow.seen, slow.skipped)
     assert set(fast.groups) == set(slow.groups)
     for key, group in fast.groups.items():
         other = slow.groups[key]
         assert set(group.columns) == set(other.columns)
-        order, other_order = (np.argsort(g.order()) for g in (group, other))
+        order, other_order = (np.argsort(g.look("place")) for g in (group, other))
         for name in group.columns:
             mine, theirs = (g.look(name) for g in (group, other))
             assert mine[order].tobytes() == theirs[other_order].tobytes(), name
@@ -331,36 +309,39 @@ def test_a_column_of_which_one_number_is_known_holds_something(at: int | None, e
     values = np.full((40_000, 2), np.nan)
     if at is not None:
         values[at, 1] = 0.0
-    room = out.room(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": 2}, range(40_000))
-    room["effort"][:] = values
+    out.add(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": values, "log_ns": np.arange(40_000)})
     (group,) = out.groups.values()
     assert (group.holds("effort"), group.holds("velocity")) == (expected, False)
 
 
-@pytest.mark.parametrize(("claimed", "rows"), [
-    (0, 110_000), (100_000, 100_000), (164_000, 164_000), (56_000, 56_000), (166_000, 110_000), (54_000, 110_000),
-    (10**12, 110_000), (9_999, 110_000),
-])  # fmt: skip
-def test_room_is_what_the_file_claims_where_that_is_likely(claimed: int, rows: int) -> None:
-    """A tenth was read, 10,000 messages: 110,000 are foreseen."""
-    out = Decoded(share=0.1, claimed=claimed)
-    room = out.room(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": 2}, range(10_000))
-    room["effort"][:] = np.arange(20_000.0).reshape(-1, 2)
+@pytest.mark.parametrize("share", [0.0, 0.1, 1e-9])
+def test_rows_stay_as_they_are_where_columns_grow(share: float) -> None:
+    out = Decoded(share=share)
+    rows = np.random.default_rng(0).normal(size=(30_000, 2))
+    for part in np.array_split(np.arange(30_000), 7):
+        out.add(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": rows[part], "log_ns": part})
     (group,) = out.groups.values()
-    assert group.columns["effort"]._array.shape == (rows, 2)
-    more = out.room(GroupKey(("a", "b"), (("effort", 2),), False), {"effort": 2}, range(10_000, 10_000 + rows))
-    more["effort"][:] = 1.0  # more than was claimed, or foreseen
-    np.testing.assert_array_equal(group.look("effort")[:10_000], np.arange(20_000.0).reshape(-1, 2))
-    assert len(group.columns["effort"]) == 10_000 + rows
+    assert group.rows == 30_000
+    np.testing.assert_array_equal(group.look("effort"), rows)
+    np.testing.assert_array_equal(group.look("log_ns"), np.arange(30_000))
 
 
-@pytest.mark.parametrize(("placed", "one_run"), [
-    ([np.arange(4), range(4, 9)], True), ([np.arange(2), np.arange(2, 5)], True), ([range(3), np.array([5, 6])], False),
-    ([np.array([0, 2]), np.array([3])], False), ([np.array([1, 3, 4])], False), ([range(2), range(4, 6)], False),
-])  # fmt: skip
-def test_places_of_rows_that_follow_each_other_are_one_run(placed: list[Any], one_run: bool) -> None:
-    group = Group(GroupKey((), (), True))
-    for rows in placed:
-        group.place(rows)
-    assert group.is_one_run is one_run
-    np.testing.assert_array_equal(group.order(), np.concatenate([np.asarray(rows) for rows in placed]))
+@pytest.mark.parametrize("most", [0, 1, 3])
+def test_messages_decoded_alone_are_those_decoded_together(most: int) -> None:
+    said = [m for k in range(6) for m in w.motion(4, joints=1 + k, encoding="cdr", with_wrench=False)]
+    channel = Channel(1, "/joint_states", w.JOINT_STATE, "cdr", "ros2msg", w.definition(w.JOINT_STATE, "cdr").encode())
+    found = []
+    for plans in (256, most):
+        out = Decoded()
+        decoder = ChannelDecoder.of(channel, JOINTS, out)
+        decoder.max_plans = plans
+        payloads = [w.encode(one, "cdr") for one in said]
+        length = np.array([len(p) for p in payloads])
+        data = np.frombuffer(b"".join(payloads), dtype=np.uint8)
+        decoder.add(Batch(1, data, np.cumsum(length) - length, length, np.arange(len(payloads))))
+        columns = {
+            (key, name): np.asarray(group.look(name)) for key, group in out.groups.items() for name in group.columns
+        }
+        found.append({name: values.tobytes() for name, values in columns.items()})
+    assert len(found[0]) == 6 * 6
+    assert found[0] == found[1]

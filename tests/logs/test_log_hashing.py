@@ -46,7 +46,7 @@ def test_a_log_that_changes_while_it_is_judged_has_no_hash(
     kind: str, change: Callable[[Path], None], tmp_path: Path
 ) -> None:
     path = made(tmp_path, kind)
-    log = read_log((path,), LogConfig(), robot_joints=None, hashed=False)
+    log = read_log((path,), LogConfig(), robot_joints=None)
     change(path)
     with pytest.raises(LogError, match="has changed while it was read") as caught:
         str(pickle.loads(pickle.dumps(log)).source.sha256)

@@ -21,7 +21,7 @@ from mcap.writer import IndexType, Writer
 from collaudit.core.config.schema import LogConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.logs import describe, read_log
-from collaudit.core.logs.mcap import mcap_chunk, mcap_file
+from collaudit.core.logs.mcap import mcap_chunk, mcap_scan
 from collaudit.core.logs.mcap.mcap_file import McapFile
 from collaudit.core.logs.mcap.mcap_summary import overview_of
 from collaudit.core.numeric import parallel
@@ -145,34 +145,30 @@ def test_loose_messages_are_read_in_windows_by_several_threads(
     window: int, threads: int, tmp_path: Path, reference: JointLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write(tmp_path / "log.mcap", None, IndexType.ALL, True, dict.fromkeys(OPTIONS, True))
-    monkeypatch.setattr(mcap_file, "_WINDOW", window)
+    monkeypatch.setattr(mcap_scan, "_WIDE_WINDOW", window)
     monkeypatch.setattr(parallel, "_threads", threads)
     check(path, reference, window)
     with path.open("r+b") as file:  # what is cut while it is read is said once, and what lies before is read
         reader = McapFile(path)
-        file.truncate(reader.index.loose.at[-2] + 40)
+        last = reader.index.chunks[-1]
+        assert last.loose is not None
+        file.truncate(last.at + int(last.loose[-1]) + 40)
     assert sum(batch.start.shape[0] for batch in reader.batches()) < 2 * COUNT
-    assert [item.text for item in reader.damage if "while it was read" in item.text] == [reader.damage[0].text]
+    assert [item.text for item in reader.damage if "is damaged" in item.text] == [reader.damage[0].text]
     reader.close()
 
 
-@pytest.mark.parametrize("channel", [
-    [], [3], [3, 3, 3], [1, 2, 1, 2, 1], [2, 1, 2, 1, 1], [7, 5, 6] * 9, [1, 2, 3], [2, 1, 1] * 4, [*range(20)] * 2,
-    [*range(16)] * 2, [1, 2] * 20 + [2, 1] * 20,
-])  # fmt: skip
-def test_messages_of_a_channel_are_found_whether_topics_take_turns_or_not(channel: list[int]) -> None:
-    numbers = np.array(channel, dtype=np.int64)
-    found = mcap_chunk._places(numbers)
-    assert [number for number, _ in found] == sorted(set(channel))
-    for number, places in found:
-        np.testing.assert_array_equal(np.arange(len(channel))[places], np.flatnonzero(numbers == number))
-
-
-@pytest.mark.parametrize(("offsets", "ends", "gaps"), [
-    ([0, 40], [40, 90], [(90, 100)]), ([0, 50], [50, 100], []), ([9, 60], [50, 100], [(0, 9), (50, 60)]),
-    ([0, 40, 60], [41, 60, 90], None), ([0, 40], [40, 101], None), ([5], [50], [(0, 5), (50, 100)]),
-])  # fmt: skip
-def test_what_lies_between_messages_is_found(
-    offsets: list[int], ends: list[int], gaps: list[tuple[int, int]] | None
-) -> None:
-    assert mcap_chunk._gaps(np.array(offsets), np.array(ends), 100) == gaps
+@pytest.mark.parametrize("lost", [[], [0], [5], [39], [0, 1, 2, 38, 39], [*range(40)]])
+def test_messages_that_the_index_lacks_are_found(lost: list[int]) -> None:
+    sizes = np.random.default_rng(1).integers(22, 60, 40)
+    records = [struct.pack("<BQHIQQ", 5, size, k % 3, 0, k, k) + bytes(int(size) - 22) for k, size in enumerate(sizes)]
+    starts = np.cumsum([0, *(len(record) for record in records)])[:-1]
+    schema = struct.pack("<BQ", 3, 4) + bytes(4)
+    data = b"".join(records[:7]) + schema + b"".join(records[7:]) + b"\x05rest"
+    starts[7:] += len(schema)
+    found = mcap_chunk.locate(data, np.delete(starts, lost))
+    np.testing.assert_array_equal(found.log_ns, np.arange(40))
+    np.testing.assert_array_equal(found.start, starts + 31)
+    assert found.rest == 5 and [op for op, _, _ in found.others] == [3]
+    wrong = mcap_chunk.locate(data, np.delete(starts, lost) + 1)
+    np.testing.assert_array_equal(wrong.start, found.start)

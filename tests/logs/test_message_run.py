@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from collaudit.core.logs.mcap.mcap_file import McapFile
+from collaudit.core.logs.mcap.mcap_records import MAGIC
 from collaudit.core.logs.mcap.mcap_run import LEAST_HEAD, MESSAGE, message_run
-from collaudit.core.logs.mcap.mcap_scan import MAGIC, scan
+from collaudit.core.logs.mcap.mcap_scan import scan
 from collaudit.core.logs.storage.file_reading import RandomFile
 
 
@@ -78,20 +79,23 @@ def test_bytes_that_are_all_the_same() -> None:
 
 
 def index_of(path: Path, lengths: Sequence[int], tail: bytes = b"") -> tuple[list[int], list[str]]:
+    """Messages in each run of them, and damage."""
     path.write_bytes(MAGIC + b"".join(record(length) for length in lengths) + tail)
     file = RandomFile(path)
     found = scan(file)
     file.close()
-    return list(found.loose.size), [item.text for item in found.damage]
+    return [chunk.loose.shape[0] for chunk in found.chunks if chunk.loose is not None], [
+        item.text for item in found.damage
+    ]
 
 
 def test_short_and_cut_messages_are_named(tmp_path: Path) -> None:
     lengths = [40] * 300 + [21] + [40] * 300
-    sizes, damage = index_of(tmp_path / "a.mcap", lengths)
-    assert sizes == [40] * 600
+    counts, damage = index_of(tmp_path / "a.mcap", lengths)
+    assert sum(counts) == 600
     assert f"the message at byte {8 + 300 * 49} is only 21 bytes long" in damage
-    sizes, damage = index_of(tmp_path / "b.mcap", [40] * 100, record(1000)[:60])
-    assert sizes == [40] * 100
+    counts, damage = index_of(tmp_path / "b.mcap", [40] * 100, record(1000)[:60])
+    assert counts == [100]
     assert damage == [f"it ends at byte {8 + 4900 + 60}, inside a record that should reach byte {8 + 4900 + 1009}"]
 
 
@@ -105,5 +109,5 @@ def test_a_file_that_shrinks_while_it_is_read_is_partial(tmp_path: Path) -> None
     with path.open("r+b") as stream:
         stream.truncate(path.stat().st_size // 2)
     assert sum(batch.start.shape[0] for batch in reader.batches()) < whole
-    assert any("lost bytes" in item.text for item in reader.damage)
+    assert any("is damaged" in item.text for item in reader.damage)
     reader.close()

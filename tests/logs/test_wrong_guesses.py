@@ -38,7 +38,7 @@ def outcome(path: Path, truth: tuple[Any, ...], robot: tuple[str, ...], settings
     """``read`` rightly, ``wrong``, or ``asked`` where the log is refused with the line that settles it."""
     settings = {"units": {"effort": "raw", "time": "s"}, **settings}
     try:
-        log = read_log((path,), LogConfig.of(settings), robot_joints=robot, hashed=False)
+        log = read_log((path,), LogConfig.of(settings), robot_joints=robot)
     except LogError as error:
         return "asked" if re.search(r"\[log(\.csv)?\] \w+ =", str(error.hint)) else f"refused without a line: {error}"
     held = (log.position_rad, log.velocity_rad_s, log.effort)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from collaudit.core.numeric.parallel import Beside, by_name, ordered_map, threads, use_threads
+from collaudit.core.numeric.parallel import by_name, ordered_map, threads, use_threads
 
 
 @pytest.fixture(autouse=True, params=[2, 4])
@@ -88,34 +88,6 @@ def test_a_thread_holds_nothing_of_what_it_has_done() -> None:
     assert gone() is None
 
 
-def test_work_beside_is_done_at_the_end_and_when_asked_for() -> None:
-    done: set[int] = set()
-    with Beside(3) as beside:
-        for number in range(20):
-            beside.add(lambda number=number: done.add(number))  # type: ignore[misc]
-            assert len(done) >= number - 3
-        beside.settle()
-        assert done == set(range(20))
-        beside.add(lambda: done.add(99))
-    assert 99 in done
-
-
-def test_an_error_of_work_beside_is_raised_and_leaves_nothing_at_work() -> None:
-    late: list[int] = []
-
-    def slow() -> None:
-        time.sleep(0.02)
-        late.append(1)
-
-    with pytest.raises(ZeroDivisionError), Beside(1) as beside:
-        beside.add(lambda: 1 // 0)  # type: ignore[arg-type, return-value]
-        for _ in range(10):
-            beside.add(slow)
-    count = len(late)
-    time.sleep(0.05)
-    assert len(late) == count
-
-
 def test_progress_is_told_by_the_caller_for_each_name() -> None:
     told: list[tuple[int, int, int]] = []
     names = ["c", "a", "b"]
@@ -143,8 +115,3 @@ def test_without_a_further_thread_the_caller_does_it_all(monkeypatch: pytest.Mon
     use_threads(count + 1)  # whose threads have not been begun yet
     monkeypatch.setattr(threading.Thread, "start", refused)
     assert list(ordered_map(lambda x: 2 * x, range(5))) == [0, 2, 4, 6, 8]
-    done: list[int] = []
-    with Beside(1) as beside:
-        for number in range(4):
-            beside.add(lambda number=number: done.append(number))  # type: ignore[misc]
-    assert done == [0, 1, 2, 3]

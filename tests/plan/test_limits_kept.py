@@ -13,7 +13,7 @@ pytest.importorskip("ruckig")
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import Provenance
 from collaudit.core.errors import CollauditError
-from collaudit.core.plan.planning import Plan, PlanRequest, make_plan
+from collaudit.core.plan.planning import Plan, PlanRequest, make_plan, move_check
 from collaudit.reports.exports.plan_files import csv_text
 
 NOTHING = Provenance("0", {})
@@ -78,6 +78,15 @@ def test_excluded_joints_stay(tmp_path: Path) -> None:
     plan = planned(tmp_path, request=PlanRequest(minutes=0.5, exclude=("joint1",)))
     assert np.ptp(plan.motion.q[:, 0]) == 0.0
     assert np.ptp(plan.motion.q[:, 1]) > 0.1
+
+
+def test_friction_that_is_not_known_is_never_counted_on_to_brake(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM)
+    check, robot = move_check(load_config(path), None, 1.0)
+    q, v, a = (size * np.random.default_rng(0).normal(size=(200, 3)) for size in (1.0, 0.5, 8.0))
+    alone = np.abs(robot.inverse_dynamics(q, v, a))
+    assert np.allclose(np.abs(check.torque_nm(q, v, a)), alone + 0.2 * check.limits.torque)
 
 
 @pytest.mark.parametrize(

@@ -68,9 +68,31 @@ def test_information_of_points_gives_the_half_widths_of_a_linear_fit() -> None:
 
     line = LAWS["coulomb-viscous"]
     speeds = np.array([0.1, 0.2, 0.4, 0.8, 1.0])
-    design = FrictionDesign(line, ({"A": 2.0, "D": 3.0},), np.zeros((1, 2, 2)), 0, 0.05, True)
-    added = sum(design.information(float(v)) for v in speeds)
+    design = FrictionDesign(line, ({"A": 2.0, "D": 3.0},), np.zeros((1, 2, 2)), 0, 0.1, 0.0, True)
+    added = sum(design.information(float(v), 4.0) for v in speeds)  # 0.1 of a second is 0.05 of four
     x = np.column_stack([np.ones(5), speeds])
     expected = 3.182446 * 0.05 * np.sqrt(np.diag(np.linalg.inv(x.T @ x)))  # Student's t, 3 degrees of freedom
     found = design.half_widths(np.asarray(added), 5)
     assert np.allclose([found["A"], found["D"]], expected, rtol=1e-4)
+
+
+def test_gains_are_what_points_take_off_the_relative_variances() -> None:
+    """Against the variances themselves, with the point and without."""
+    from collaudit.core.friction_laws.law_registry import REFERENCE
+    from collaudit.core.plan.friction_design import FrictionDesign
+
+    values = {"A": 7.0, "B": 2.5, "C": 26.0, "D": 17.0}
+    design = FrictionDesign(REFERENCE, (values,), np.zeros((1, 4, 4)), 0, 0.05, 0.01, True)
+    speeds = np.array([0.01, 0.04, 0.1, 0.4, 1.0])
+    added = np.asarray(sum(design.information(float(v), 1.0) for v in speeds))
+    asked, seconds = np.array([0.02, 0.06, 0.5]), np.array([2.0, 1.0, 0.5])
+
+    def variances(information: np.ndarray) -> float:
+        size = np.array(list(values.values()))
+        return float(np.sum(np.diag(np.linalg.inv(information[0])) / size**2))
+
+    expected = [
+        variances(added) - variances(added + design.information(float(v), float(t)))
+        for v, t in zip(asked, seconds, strict=True)
+    ]
+    assert np.allclose(design.gains(design.gradients(asked, seconds), added), expected, rtol=1e-5)

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from user_guide.pages import help_text
 
-from collaudit.cli.docs import help_text
 from collaudit.cli.main import collaudit, run
 
 PROJECT = Path(__file__).resolve().parents[2]

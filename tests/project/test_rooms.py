@@ -7,8 +7,8 @@ from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
-from collaudit.cli.docs import with_picture
-from collaudit.cli.room_picture import ROOMS, module_imports, picture, room_imports, room_of
+from user_guide.pages import with_picture
+from user_guide.room_picture import ROOMS, module_imports, picture, room_imports, room_of
 
 TOP = Path(__file__).resolve().parents[2]
 PACKAGES = ("core", "reports", "fixtures", "cli")
@@ -30,7 +30,7 @@ BELONGS = {
     "rosbags": ("core/logs/messages/", "fixtures/"),
     "sqlite3": ("core/logs/rosbag2/",),
     "lz4": ("core/logs/storage/",),
-    "zstandard": ("core/logs/storage/", "core/logs/csv/", "fixtures/mcap/", "reports/exports/"),
+    "zstandard": ("core/logs/storage/", "core/logs/csv/", "reports/exports/"),
     "pyarrow": (
         "core/logs/storage/table_reader.py",
         "core/logs/csv/",
@@ -40,7 +40,7 @@ BELONGS = {
         "reports/",
         "fixtures/",
     ),
-    "pandas": ("core/logs/csv/", "core/api.py"),
+    "pandas": ("core/api.py",),
     "matplotlib": ("reports/notebook_plots.py",),
     "h5py": ("core/logs/column_files/",),
     "numba": ("fixtures/compiled/compiler.py",),

@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from user_guide.pages import pages
 
-from collaudit.cli.docs import pages
 from collaudit.core.findings.finding_kinds import KINDS
 
 PROJECT = Path(__file__).resolve().parents[2]

@@ -33,5 +33,5 @@ CODES = {"effort-unmeasured", "position-frozen", "log-position-break", "log-stal
 def test_every_sample_counts(name: str, data_dir: Path) -> None:
     files = tuple(sorted(data_dir.glob(name)))
     config = parse_config(LOGS[name], None).config
-    series = condition(read_log(files, config.log, robot_joints=None, hashed=False), config.conditioning)
+    series = condition(read_log(files, config.log, robot_joints=None), config.conditioning)
     assert not [finding for finding in series.findings if finding.code in CODES]

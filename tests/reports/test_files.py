@@ -124,7 +124,7 @@ def test_file_names_that_are_not_text_survive(audit: Audit, tmp_path: Path) -> N
         (lambda text: text.replace("9.21734", "1e999"), "a number is out of range", ""),
         (lambda text: text.replace("time-gap", "time-warp"), "content its schema promises", "time-warp"),
         (lambda text: text.replace('"reasons": [', '"reasons": ["\\udcff", '), "the JSON is damaged", "surrogate"),
-        (lambda text: text.replace('"rms_nm"', '"rms"', 1), "content its schema promises", "$.residual.shoulder_pan: "),
+        (lambda text: text.replace('"rms_nm"', '"rms"', 1), "content its schema promises", "$.residual[...]"),
         (lambda _: "[" * 100_000, "nested too deeply", ""),
     ],
 )  # fmt: skip

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 from origins import NOBODY
+from user_guide.pages import findings_page
 
-from collaudit.cli.docs import findings_page
 from collaudit.core import api
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config

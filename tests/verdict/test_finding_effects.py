@@ -234,7 +234,7 @@ def test_only_a_finding_that_doubts_alarms_does(severity: str, doubted: bool) ->
         PolicyConfig(), Evidence((hit,), (), Coverage(10.0, 0.0, {}), Sensitivity({}), (), (level,))
     )
     assert verdict == "fail"
-    assert any("fits too poorly" in reason for reason in reasons) == doubted
+    assert any("Findings doubt" in reason for reason in reasons) == doubted
 
 
 def test_a_collision_in_what_could_be_read_counts(clean: JointLog, friction: FrictionFile) -> None:

@@ -73,6 +73,52 @@ def test_a_scale_that_the_fitted_log_had_too_is_no_secret(made: Made) -> None:
     assert shown == pytest.approx([0.8] * len(off), abs=0.05)
 
 
+#: As most descriptions are: without tool and rotors, and no wrist sensor that would tell the tool.
+LACKING = {
+    "detect.gamma_nm": "auto",
+    "robot.tool.mass_kg": 0.0,
+    "robot.armature_kg_m2": None,
+    "log.wrench": None,
+    "log.wrench_frame": None,
+}
+
+
+@pytest.mark.parametrize(
+    ("robot", "scale", "verdict"),
+    [("paper6", 1.0, "clean"), ("paper6", 0.8, "doubted"), ("seven", 1.0, "clean"), ("seven", 1.25, "doubted")],
+)
+def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
+    made: Made, robot: str, scale: float, verdict: str
+) -> None:
+    """An arm described without tool and rotors passes once they are identified; efforts scaled in both logs do not."""
+    runs = [made("free-clean", robot, seed=seed, duration_s=60.0) for seed in (4, 5)]
+    settings = load_config(runs[0].config, LACKING)
+    logs = [open_log(files.log, settings) for files in runs]
+    arm, config = load_robot(settings, logs[0].joint_names), settings.config
+    scaled = [replace(log, effort=None if log.effort is None else scale * log.effort) for log in logs]
+    friction = fit_logs([prepare(scaled[0], arm, config)], config, NOBODY)
+    judged = audit_log(prepare(scaled[1], arm, config, Calibration.of(friction, config)), config, friction, NOBODY)
+    doubts = [f for f in judged.result.findings if f.code in ("effort-gain", "effort-scale")]
+    assert bool(doubts) == (verdict == "doubted"), doubts
+    if verdict == "clean":
+        assert judged.result.verdict == "pass", judged.result.reasons
+
+
+@pytest.mark.parametrize("robot", ["paper6", "seven"])
+def test_an_identified_gain_that_contradicts_its_constant_is_told(made: Made, robot: str) -> None:
+    files = made("free-clean", robot, seed=4, duration_s=60.0)
+    settings = load_config(files.config, {"fit.estimate": ["friction", "gain"]})
+    log = open_log(files.log, settings)
+    arm, config = load_robot(settings, log.joint_names), settings.config
+    for scale in (1.0, 0.5):
+        scaled = replace(log, effort=None if log.effort is None else scale * log.effort)
+        friction = fit_logs([prepare(scaled, arm, config)], config, NOBODY)
+        judged = prepare(scaled, arm, config, Calibration.of(friction, config))
+        told = [f for f in judged.findings if f.code == "effort-gain"]
+        assert all(f.excludes for f in told)
+        assert len(told) == (0 if scale == 1.0 else len(judged.judged))
+
+
 @pytest.mark.parametrize("robot", ["paper6", "seven"])
 @pytest.mark.parametrize("gamma", [4.0, "auto"])
 def test_clean_logs_of_sound_arms_pass_by_the_force_asked_for(

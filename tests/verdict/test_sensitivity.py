@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from synthetic import PERIOD, lugre, make_log, strokes
 from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
+from collaudit.core.data.identification_result import EstimateChoice, TriedEstimate
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import ConfigError
 from collaudit.core.fitting import fit_logs
@@ -204,6 +206,18 @@ def test_too_insensitive_says_the_force_what_is_asked_what_limits_it_and_what_to
         policy={"observable_n": {"tool": 1000.0}},
     )
     assert not [reason for reason in accepted.reasons if "insensitive" in reason]
+
+
+def test_too_insensitive_says_what_a_better_fit_would_bring(friction: FrictionFile) -> None:
+    """In proportion to what it leaves of the held-out motion of the joint that limits."""
+    tried = [("friction", 2.0), ("friction, rotor", 0.5)]
+    left = tuple(TriedEstimate(what, dict.fromkeys(friction.joints, rms), 0.0) for what, rms in tried)
+    known = replace(friction, choice=EstimateChoice("friction", 0.1, left, better="friction, rotor"))
+    found = audit(log_of(one_standing(30.0)), known, detect={"gamma_nm": {"joint1": 90.0, "joint2": 95.0}})
+    (said,) = [reason for reason in found.reasons if "insensitive" in reason]
+    told = re.search(r"insensitive: (\d+) N at the tool.*would bring it to about (\d+) N", said)
+    assert told is not None, said
+    assert float(told[2]) == pytest.approx(0.25 * float(told[1]), abs=1.0)
 
 
 def test_a_threshold_that_grows_never_makes_a_log_easier_to_pass(friction: FrictionFile) -> None:

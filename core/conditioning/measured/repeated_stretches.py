@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from collaudit.core.conditioning.measured.calm_stretches import CHANCE, Noise
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import marked, run_bounds
-from collaudit.core.numeric.sliding_extremes import window_maxima, window_minima
 
 #: So many times as many values have to agree as would if each were drawn anew: noise is not, and less in slow motion.
 _DEPENDENT = 2
@@ -67,10 +66,9 @@ def _repeated(value: _Hashes, usual: BoolArray, least: int) -> BoolArray | None:
     if alike > _MOST_ALIKE:
         return None
     count = _DEPENDENT * ceil(log(0.5 * fresh.size**2 / CHANCE) / -log(alike))
-    again = _again(values, count, least) if fresh.size >= 2 * count else None
-    if again is None:
+    if fresh.size < 2 * count:
         return None
-    starts, stops = run_bounds(again)
+    starts, stops = run_bounds(_again(values, count))
     starts, stops = fresh[starts], fresh[stops + count - 2] + 1
     long = stops - starts >= least
     return marked(starts[long], stops[long], value.size) if long.any() else None
@@ -84,33 +82,13 @@ def _alike(values: _Hashes) -> float:
     return max(float(np.sum(times * (times - 1.0))), 1.0) / (float(ordered.size) * (ordered.size - 1.0))
 
 
-def _again(values: _Hashes, count: int, least: int) -> BoolArray | None:
-    """(m,) whether the ``count`` values from each place on stand earlier too; None where no ``least`` values do."""
+def _again(values: _Hashes, count: int) -> BoolArray:
+    """(m,) whether the ``count`` values from each place on stand earlier too."""
     size = values.size - count + 1
     key = np.zeros(size, dtype=np.uint64)
     for k in range(count):
         _add(key, values[k : k + size])
-    key *= _FACTOR
-    if not _twice(_picked(key, least - count + 1)).size:
-        return None
     order = np.argsort(key, kind="stable")
     later = np.zeros(size, dtype=np.bool_)
     later[order[1:]] = key[order[1:]] == key[order[:-1]]
     return later
-
-
-def _picked(key: _Hashes, width: int) -> _Hashes:
-    """Those keys that are the smallest of some ``width`` in a row: equal keys in a row have an equal pick among them.
-
-    Fewer are sorted so, and most logs need no more. (Winnowing: Schleimer et al., SIGMOD 2003.)
-    """
-    if width < 2 or key.size < 2 * width:
-        return key
-    inside = key[width - 1 : -width + 1]
-    return np.asarray(inside[window_maxima(window_minima(key, width), width) == inside])
-
-
-def _twice(key: _Hashes) -> _Hashes:
-    """The keys that occur more than once."""
-    ordered = np.sort(key)
-    return np.asarray(ordered[1:][ordered[1:] == ordered[:-1]])

@@ -35,6 +35,7 @@ class Unknowns:
         armature, armature_prior_sd: (j,) the same for rotor inertia.
         gain: (j,) starting values of the drive gains.
         gain_prior_sd: (j,) prior of the gains about ``gain``; 0 holds one, inf leaves it to the data.
+        springs: (j,) joints with a torque by their angle; None for none.
     """
 
     inertials: FloatArray
@@ -43,6 +44,7 @@ class Unknowns:
     armature_prior_sd: FloatArray
     gain: FloatArray
     gain_prior_sd: FloatArray
+    springs: BoolArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +88,7 @@ class State:
 
 def terms_of(motion: Motion, regressor: FloatArray, unknowns: Unknowns) -> Terms:
     """What :func:`solve` and the others need of the samples, for unknowns with the same parameters free."""
-    return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0))
+    return Terms.of(motion, regressor, np.asarray(unknowns.inertials_prior_sd > 0), unknowns.springs)
 
 
 def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> Solution:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collaudit.core.data.angle_torque import DEGREE
+from collaudit.core.identification.problem.angle_columns import angle_columns
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.nuisance import nuisance_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
@@ -20,7 +22,7 @@ class Terms:
         regressor: (n, j, p).
         columns: for each joint (n, f_j): derivatives by the inertial parameters that are free and that it feels.
         index: for each joint (f_j,): which parameters these are.
-        nuisance: (j, n, k) columns of friction and offset (``nuisance.py``).
+        nuisance: (j, n, k) columns of friction and offset (``nuisance.py``), before the drift those of springs.
         one_way: (j,) joints of which the motion does not tell offset from friction.
         starts: (c,) first sample of each cluster; clusters follow one another.
     """
@@ -34,13 +36,14 @@ class Terms:
     starts: IntArray
 
     @classmethod
-    def of(cls, motion: Motion, regressor: FloatArray, free: BoolArray) -> Terms:
+    def of(cls, motion: Motion, regressor: FloatArray, free: BoolArray, springs: BoolArray | None = None) -> Terms:
         """Gather them.
 
         Args:
             motion: n samples of j joints.
             regressor: (n, j, p).
             free: (p,) which inertial parameters are free.
+            springs: (j,) which joints have a torque by their angle; None for none.
         """
         columns, index = [], []
         for j in range(regressor.shape[1]):
@@ -50,9 +53,20 @@ class Terms:
         nuisance, one_way = nuisance_columns(
             motion.velocity, motion.acceleration, motion.drift, motion.moving, motion.coupled
         )
+        if springs is not None and springs.any():
+            nuisance = np.insert(nuisance, [nuisance.shape[2] - motion.drift.shape[1]] * DEGREE, 0.0, axis=2)
+            at = cls.angles_in(nuisance, motion)
+            for spring in map(int, np.flatnonzero(springs)):
+                nuisance[spring][:, at] = angle_columns(motion.position[:, spring], motion.moving[:, spring])
         starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
         starts = np.asarray(starts, dtype=np.int64)
         return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)
+
+    @staticmethod
+    def angles_in(nuisance: FloatArray, motion: Motion) -> slice:
+        """Which of the columns (or coefficients) of nuisance are those of angles, where there are any."""
+        end = nuisance.shape[-1] - motion.drift.shape[1]
+        return slice(end - DEGREE, end)
 
     def over(self, motion: Motion) -> Terms:
         """The same columns for the same samples of which others count."""

@@ -38,10 +38,12 @@ class StandardErrors:
     Attributes:
         covariance: (f, f) of the free unknowns, prior included.
         offset_sd: (j,) standard errors of the offsets, the other unknowns' errors included.
+        nuisance: (j, k, k) covariance of friction, offset and springs of each joint.
     """
 
     covariance: FloatArray
     offset_sd: FloatArray
+    nuisance: FloatArray
 
 
 def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> StandardErrors:
@@ -72,7 +74,9 @@ def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Sta
     full = clustered_covariance(influence, share) + (inverse * precision) @ inverse
     offset = scales.size + kinds * np.arange(joints) + OFFSET
     known = np.sqrt(np.maximum(np.diag(full)[offset], 0.0))
-    return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known)
+    own = [scales.size + kinds * j + np.arange(kinds) for j in range(joints)]
+    nuisance = np.array([full[np.ix_(place, place)] for place in own])
+    return StandardErrors(np.asarray(full[: scales.size, : scales.size]), known, nuisance)
 
 
 def scaled_inverse(hessian: FloatArray) -> FloatArray:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import IO, Any
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.decompression import decompression_errors
 from collaudit.core.logs.storage.file_reading import plausible_table
-from collaudit.core.logs.storage.packed_file import decompression_errors, decompressor
+from collaudit.core.logs.storage.packed_file import opened_packed
 
 _PIECE = 1 << 18
 _LINES = 256
@@ -27,7 +28,7 @@ class BoundedStream(io.RawIOBase):
     def __init__(self, path: Path, method: str) -> None:
         self._path = path
         self._size = path.stat().st_size
-        self._inner = decompressor(path, method)
+        self._inner = opened_packed(path, method)
         self._given = 0
         self._lines = memoryview(b"")
         self._rest = b""

@@ -12,7 +12,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_fault import Fault, first_fault
-from collaudit.core.logs.csv.csv_parsing import Mend, parse, suits_pandas
+from collaudit.core.logs.csv.csv_parsing import Mend, parse
 from collaudit.core.logs.csv.csv_text import Dialect, dialect_of, is_iso, read_head, split
 from collaudit.core.logs.storage.file_head import compression_at
 from collaudit.core.logs.storage.table_reader import TableColumns, TableReader, numbers_of
@@ -137,7 +137,7 @@ def _may_lack_quotes(dialect: Dialect, wanted: Sequence[int], types: Mapping[str
     """
     import pyarrow as pa
 
-    numbers = pa.string() not in types.values() and len(wanted) == len(dialect.names) and not suits_pandas(dialect)
+    numbers = pa.string() not in types.values() and len(wanted) == len(dialect.names)
     return numbers and not any('"' in cell for cell in dialect.first)
 
 

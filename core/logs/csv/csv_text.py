@@ -13,8 +13,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.csv.csv_stream import BoundedStream
+from collaudit.core.logs.storage.decompression import decompression_errors
 from collaudit.core.logs.storage.file_head import compression_at
-from collaudit.core.logs.storage.packed_file import decompression_errors
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

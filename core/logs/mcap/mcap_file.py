@@ -2,61 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from zlib_ng import zlib_ng
 
-from collaudit.core.logs.mcap.mcap_chunk import Located, Sorted, by_channel, heads_of, locate, located_of
-from collaudit.core.logs.mcap.mcap_scan import CHANNEL, SCHEMA, ChunkRef, McapIndex, scan
+from collaudit.core.logs.mcap.mcap_chunk import locate
+from collaudit.core.logs.mcap.mcap_records import ChunkRef, McapIndex
+from collaudit.core.logs.mcap.mcap_scan import scan
 from collaudit.core.logs.mcap.stated_index import looked_up, ranged_index
+from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.noted_file import NotedFile
-from collaudit.core.logs.storage.records import Batch, Channel, MessageReader, Progress
+from collaudit.core.logs.storage.records import Batch, MessageReader, Progress
 from collaudit.core.numeric.arrays import IntArray
 from collaudit.core.numeric.parallel import ordered_map
 
-_WINDOW = 1 << 20
-#: Chunks are unpacked ahead of who reads them, as many as fit the second-level caches of two cores and not more than so
-#: many: what had to come from memory again took a tenth of the time of reading.
-_AHEAD_BYTES, _AHEAD = 1 << 22, 8
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Chunk:
-    """A chunk's decompressed records, where its messages lie, and those that are wanted.
-
-    ``problem`` says what was wrong with it.
-    """
-
-    ref: ChunkRef
-    data: bytes
-    located: Located
-    sorted: Sorted
-    problem: str | None
-
-
-class McapFile(NotedFile):
+class McapFile(ChunkedFile):
     """An MCAP file (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
+
+    counted = "its statistics count"
 
     def __init__(self, path: Path, index: McapIndex | None = None) -> None:
         self.file = RandomFile(path)
         self.index = self._indexed() if index is None else index
-        self.damage = self.index.damage
-        self._read_counts: dict[int, int] = {}
+        self.damage, self.counts = self.index.damage, self.index.counts
         self._summed = any(chunk.crc for chunk in self.index.chunks)
         self._unsummed: list[int] = []
         if self._hidden_channels() or self.index.lacks_schemas():
-            for chunk in ordered_map(self._load, list(self.index.chunks)):
+            for chunk in ordered_map(self.load, list(self.index.chunks)):
                 self._records(chunk)
                 if not self._hidden_channels(after_all=True) and not self.index.lacks_schemas():
                     break
-        found = (self.index.channel(number) for number in sorted(self.index.channels))
-        self.channels: tuple[Channel, ...] = tuple(channel for channel in found if channel is not None)
+        self.channels = self.index.reader_channels()
         encodings = {channel.encoding for channel in self.channels}
         known = "mcap-ros1" if "ros1" in encodings else "mcap-ros2" if "cdr" in encodings else "mcap"
         self.format = known
@@ -72,20 +52,27 @@ class McapFile(NotedFile):
         """Whether channels stand only inside chunks."""
         chunks = self.index.chunks
         named = {number for chunk in chunks for number, _, _ in chunk.index}
-        blind = any(not chunk.index for chunk in chunks)
+        blind = any(not chunk.index and chunk.loose is None for chunk in chunks)
         summarised = bool(self.index.channels) and not after_all
         return bool(named - set(self.index.channels)) or (blind and not summarised)
 
-    def _load(self, ref: ChunkRef, wanted: frozenset[int] = frozenset()) -> _Chunk:
-        """Read and decompress a chunk, and find its messages and those of the wanted channels; runs in a thread."""
+    def refs(self, wanted: frozenset[int]) -> Sequence[ChunkRef]:
+        """The chunks whose message indexes name one of the channels, and those that have none."""
+        held = ({number for number, _, _ in ref.index} for ref in self.index.chunks)
+        chunks = [ref for ref, numbers in zip(self.index.chunks, held, strict=True) if not numbers or numbers & wanted]
+        self.file.expect([(ref.at, ref.extent) for ref in chunks if ref.extent])
+        return chunks
+
+    def load(self, ref: ChunkRef) -> Chunk:
+        """Read and decompress a chunk, and find its messages; runs in a thread."""
         if ref.extent:
             found = looked_up(self.file, ref)
             if found is None:
                 nothing = locate(b"", np.empty(0, np.int64))
-                return _Chunk(ref, b"", nothing, Sorted({}, []), "it is not what the summary says of it")
+                return Chunk.of(ref, b"", nothing, "it is not what the summary says of it")
             ref = found
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self._most())
+        unpacked = unpack(ref.compression, raw, ref.size if ref.compression else len(raw), self.most())
         problem = unpacked.problem
         data = unpacked.data
         if problem is None and ref.complete:
@@ -93,95 +80,34 @@ class McapFile(NotedFile):
                 problem = f"it holds {len(data)} bytes and claims {ref.size}"
             elif ref.crc and zlib_ng.crc32(data) != ref.crc:
                 problem, data = "its check sum is wrong", b""
-        parts = [self.file.read(at, size) for _, at, size in ref.index] if data else []
-        pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
-        offsets = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
-        located = locate(data, offsets)
-        return _Chunk(ref, data, located, by_channel(np.frombuffer(data, dtype=np.uint8), located, wanted), problem)
+        located = locate(data, self._indexed_offsets(ref) if ref.loose is None else ref.loose)
+        return Chunk.of(ref, data, located, problem)
 
-    def _records(self, chunk: _Chunk) -> None:
+    def _indexed_offsets(self, ref: ChunkRef) -> IntArray:
+        """Where its message indexes say that messages lie."""
+        parts = [self.file.read(at, size) for _, at, size in ref.index]
+        pairs = np.frombuffer(b"".join(part[: len(part) // 16 * 16] for part in parts), dtype="<u8").reshape(-1, 2)
+        offsets: IntArray = np.minimum(pairs[:, 1], np.uint64(1 << 62)).astype(np.int64)
+        return offsets
+
+    def _records(self, chunk: Chunk) -> None:
         for op, at, length in chunk.located.others:
-            if op in (SCHEMA, CHANNEL):
-                self.index.record(op, chunk.data[at + 9 : at + 9 + length])
+            self.index.record(op, chunk.data[at + 9 : at + 9 + length])
 
     def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
-        """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
-        wanted = keys if keys is not None else frozenset(self.index.channels)
-        chunks = [ref for ref in self.index.chunks if _may_hold(ref, wanted)]
-        self._read_counts, self._unsummed = {}, []
-        self._take_chunks([ref.size for ref in chunks if ref.compression])
-        self.file.expect([(ref.at, ref.extent) for ref in chunks if ref.extent])
-        largest = max((ref.size for ref in chunks), default=1)
-        load = partial(self._load, wanted=wanted)
-        for chunk in ordered_map(load, chunks, min(_AHEAD, max(1, _AHEAD_BYTES // max(1, largest)))):
-            self._judge(chunk)
-            yield from self._counted(chunk.sorted)
-            if progress is not None:
-                progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
-        yield from self._loose(wanted, progress)
+        """Raw messages by chunk; that a chunk lacks a check sum is damage where others have one."""
+        self._unsummed = []
+        yield from super().batches(keys, progress)
         for at in self._unsummed if self._summed else ():
-            self._note(f"the chunk at byte {at} has no check sum, unlike the others", lost=False)
-        self._compare_counts(wanted)
+            self.note(f"the chunk at byte {at} has no check sum, unlike the others", lost=False)
 
-    def _judge(self, chunk: _Chunk) -> None:
-        located = chunk.located
-        self._summed = self._summed or bool(chunk.ref.crc)
-        if chunk.problem is not None:
-            kept = f"{located.start.shape[0]} messages before the damage were read"
-            self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
-        elif chunk.ref.complete and not chunk.ref.crc:
-            self._unsummed.append(chunk.ref.at)
-        if chunk.problem is None and located.rest:
-            self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
-
-    def _counted(self, found: Sorted) -> list[Batch]:
-        """The wanted messages of a chunk or a window, after all of its messages are counted."""
-        for number, count in found.counts.items():
-            self._read_counts[number] = self._read_counts.get(number, 0) + count
-            if number not in self.index.channels:
-                self._note(f"messages on channel {number}, which it does not define, were left out")
-        return found.batches
-
-    def _loose(self, wanted: frozenset[int], progress: Progress | None) -> Iterator[Batch]:
-        """Messages outside chunks, read in windows of bounded size."""
-        at, size = self.index.loose.at, self.index.loose.size
-
-        def load(part: slice) -> tuple[int, Sorted | None]:
-            """Where the bytes of a window end, and its messages, None where bytes are gone; runs in a thread."""
-            base, stop = int(at[part][0]), int(at[part][-1] + 9 + size[part][-1])
-            raw = np.frombuffer(self.file.read(base, stop - base), dtype=np.uint8)
-            if stop - base > raw.shape[0]:
-                return base + raw.shape[0], None
-            offsets = at[part] - base
-            return stop, by_channel(raw, located_of(offsets, size[part], heads_of(raw, offsets)), wanted)
-
-        for stop, found in ordered_map(load, _windows(at, size)):
-            if found is None:
-                self._note(f"it lost bytes from {stop} on while it was read")
-                return
-            yield from self._counted(found)
-            if progress is not None:
-                progress(stop, self.file.size)
-
-    def _compare_counts(self, wanted: frozenset[int]) -> None:
-        for number in sorted(wanted & set(self.index.counts)):
-            claimed, found = self.index.counts[number], self._read_counts.get(number, 0)
-            if claimed != found:
-                topic = self.index.channels[number][1] if number in self.index.channels else number
-                self._note(f"its statistics count {claimed} messages on {topic}, {found} were found")
-
-
-def _windows(at: IntArray, size: IntArray) -> list[slice]:
-    """Stretches of loose messages that lie within ``_WINDOW`` bytes of the file, or single ones that are longer."""
-    ends = at + 9 + size
-    out: list[slice] = []
-    while (first := out[-1].stop if out else 0) < at.shape[0]:
-        out.append(slice(first, max(int(np.searchsorted(ends, at[first] + _WINDOW)), first + 1)))
-    return out
-
-
-def _may_hold(ref: ChunkRef, wanted: frozenset[int]) -> bool:
-    return not ref.index or any(number in wanted for number, _, _ in ref.index)
+    def judge(self, chunk: Chunk) -> None:
+        """Note what is wrong with a chunk, and whether it has a check sum."""
+        super().judge(chunk)
+        ref = chunk.ref
+        self._summed = self._summed or bool(ref.crc)
+        if chunk.problem is None and ref.loose is None and ref.complete and not ref.crc:
+            self._unsummed.append(ref.at)
 
 
 #: How the table of formats opens a file.

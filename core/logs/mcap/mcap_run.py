@@ -2,8 +2,7 @@
 
 Each record says only where the next one begins, so a walk takes one step a message. Recorders write the same few
 topics in the same turn, though: the sizes just met foretell where the next records begin, and whether they do is
-checked for many of them at once. Where the foretelling fails, the walk goes on step by step, and the longer so the
-more often it failed.
+checked for many of them at once. Where the foretelling fails, the walk goes on step by step.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ import struct
 import numpy as np
 
 from collaudit.core.logs.storage.message_places import gather
-from collaudit.core.logs.storage.records import ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 MESSAGE = 5
@@ -21,11 +19,8 @@ MESSAGE = 5
 LEAST_HEAD = 23
 _HEAD = np.dtype([("op", "u1"), ("length", "<u8")])
 _LENGTH = struct.Struct("<Q").unpack_from
-#: Steps between two attempts to foretell: after a success, and at most.
-_FEW_STEPS, _MANY_STEPS = 64, 4096
-_MAX_PERIOD = 24
-#: Records foretold in the first attempt; after each one that comes true throughout, four times as many.
-_FEW_AHEAD = 256
+#: Steps by which the turn of topics is told, and the longest turn.
+_FEW_STEPS, _MAX_PERIOD = 64, 24
 
 
 def message_run(window: bytes, at: int) -> tuple[IntArray, int]:
@@ -39,24 +34,11 @@ def message_run(window: bytes, at: int) -> tuple[IntArray, int]:
         (n,) offsets of the message records up to the first other record, or to one of which fewer than
         ``LEAST_HEAD`` bytes lie in the window; and the offset after the last, which may lie beyond the window.
     """
-    view = np.frombuffer(window, dtype=np.uint8)
-    parts: list[IntArray] = []
-    steps, ahead = _FEW_STEPS, _FEW_AHEAD
-    while True:
-        walked, at = _walked(window, at, steps)
-        parts.append(np.array(walked, dtype=np.int64))
-        if len(walked) < steps or at > len(window):
-            return np.concatenate(parts), at
-        last = np.array([*walked[-2 * _MAX_PERIOD :], at], dtype=np.int64)
-        sizes = _turn(last[1:] - last[:-1])
-        while True:
-            came, at = _foretold(view, at, sizes, ahead)
-            parts.append(came)
-            if came.shape[0] < ahead:
-                break
-            ahead *= 4
-        steps = min(2 * steps, _MANY_STEPS) if came.shape[0] < steps and ahead == _FEW_AHEAD else _FEW_STEPS
-        ahead = _FEW_AHEAD
+    first, at = _walked(window, at, _FEW_STEPS)
+    turn = _turn(np.diff([*first[-2 * _MAX_PERIOD :], at]))
+    foretold, at = _foretold(window, at, turn)
+    rest, at = _walked(window, at, len(window))
+    return np.concatenate([np.array(first, dtype=np.int64), foretold, np.array(rest, dtype=np.int64)]), at
 
 
 def _walked(window: bytes, at: int, most: int) -> tuple[list[int], int]:
@@ -77,20 +59,18 @@ def _turn(sizes: IntArray) -> IntArray:
     return sizes[:0]
 
 
-def _foretold(view: ByteArray, at: int, sizes: IntArray, most: int) -> tuple[IntArray, int]:
-    """Up to ``most`` messages whose sizes go on as foretold, and the offset after them.
+def _foretold(window: bytes, at: int, turn: IntArray) -> tuple[IntArray, int]:
+    """The messages in a window whose sizes go on as foretold, and the offset after them.
 
     Each is a message at the place where the one before it ends, just as a step would have found it.
     """
-    room = view.shape[0] - LEAST_HEAD - at
-    if not sizes.shape[0] or room < 0:
+    room = len(window) - LEAST_HEAD - at
+    if not turn.shape[0] or room < 0:
         return np.empty(0, dtype=np.int64), at
-    turns = min(most // sizes.shape[0], room // int(sizes.sum()) + 1) + 1
-    expected = np.tile(sizes, turns)[:most]
+    expected = np.tile(turn, room // int(turn.sum()) + 1)
     ends = at + np.cumsum(expected)
-    starts = ends - expected
-    starts = starts[: np.searchsorted(starts, view.shape[0] - LEAST_HEAD, side="right")]
-    heads = gather(view, starts, _HEAD.itemsize).view(_HEAD).ravel()
+    starts = (ends - expected)[ends - expected <= at + room]
+    heads = gather(np.frombuffer(window, dtype=np.uint8), starts, _HEAD.itemsize).view(_HEAD).ravel()
     true = (heads["op"] == MESSAGE) & (heads["length"] == (expected[: starts.shape[0]] - 9).astype(np.uint64))
     count = starts.shape[0] if true.all() else int(np.argmin(true))
     return starts[:count], int(ends[count - 1]) if count else at

@@ -7,158 +7,32 @@ without a summary, with a wrong one or cut short are read the same way.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.logs.mcap.mcap_run import MESSAGE, message_run
-from collaudit.core.logs.messages.growing_columns import Growing
+from collaudit.core.logs.mcap.mcap_records import (
+    CHANNEL,
+    CHUNK,
+    FOOTER,
+    MAGIC,
+    MAX_SMALL,
+    MESSAGE,
+    MESSAGE_HEAD,
+    MESSAGE_INDEX,
+    SCHEMA,
+    STATISTICS,
+    ChunkRef,
+    McapIndex,
+)
+from collaudit.core.logs.mcap.mcap_run import message_run
+from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
-from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
-from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.logs.storage.records import Damage
 
-MAGIC = b"\x89MCAP0\r\n"
-HEADER, FOOTER, SCHEMA, CHANNEL, CHUNK, MESSAGE_INDEX = 1, 2, 3, 4, 6, 7
-CHUNK_INDEX, STATISTICS, DATA_END = 8, 11, 15
-HEAD = struct.Struct("<BQ")
-MESSAGE_HEAD = 31
 _WINDOW = 1 << 13
 _WIDE_WINDOW = 1 << 20
-_MAX_SMALL = 2 * MAX_SCHEMA_BYTES
-
-
-@dataclass(frozen=True, slots=True)
-class ChunkRef:
-    """One chunk: where its compressed records lie, what they claim, and where its message indexes lie.
-
-    Attributes:
-        at: byte of the chunk record.
-        data_at, data_size: its compressed records.
-        size: claimed size when decompressed.
-        crc: claimed CRC-32 of the decompressed records; 0 when there is none.
-        compression: "", ``zstd`` or ``lz4``.
-        index: (channel, byte, size) of each message index array.
-        complete: False when the file ends inside it.
-        extent: bytes of the chunk and its message indexes as the file's summary states them; 0 where it was walked.
-    """
-
-    at: int
-    data_at: int
-    data_size: int
-    size: int
-    crc: int
-    compression: str
-    index: tuple[tuple[int, int, int], ...] = ()
-    complete: bool = True
-    extent: int = 0
-
-
-class Loose:
-    """Messages outside chunks: offset of the record and length of its body, (n,) each, in the order of the file."""
-
-    def __init__(self) -> None:
-        self._at, self._size = Growing(0), Growing(0)
-
-    def add(self, at: IntArray, size: IntArray) -> None:
-        """Take in some messages, in the order of the file."""
-        for column, values in ((self._at, at), (self._size, size)):
-            column.room(values.shape[0], 0.0, lambda: None)[:] = values
-
-    @property
-    def at(self) -> IntArray:
-        """Offsets of the records."""
-        return np.asarray(self._at.so_far(), dtype=np.int64)
-
-    @property
-    def size(self) -> IntArray:
-        """Lengths of their bodies."""
-        return np.asarray(self._size.so_far(), dtype=np.int64)
-
-
-@dataclass(slots=True)
-class McapIndex:
-    """What a walk over the file found."""
-
-    schemas: dict[int, tuple[str, str, bytes]] = field(default_factory=dict)
-    channels: dict[int, tuple[int, str, str]] = field(default_factory=dict)
-    chunks: list[ChunkRef] = field(default_factory=list)
-    loose: Loose = field(default_factory=Loose)
-    counts: dict[int, int] = field(default_factory=dict)
-    damage: list[Damage] = field(default_factory=list)
-    profile: str = ""
-    span_ns: tuple[int, int] | None = None
-    chunk_spans_ns: list[tuple[int, int]] = field(default_factory=list)
-
-    def record(self, op: int, body: bytes) -> None:
-        """Take note of a schema, channel, header or statistics record; a malformed one is damage."""
-        try:
-            if op == SCHEMA:
-                self._schema(body)
-            elif op == CHANNEL:
-                self._channel(body)
-            elif op == HEADER:
-                self.profile = _text(body, 0)[0]
-            elif op == STATISTICS:
-                self._statistics(body)
-        except (struct.error, UnicodeDecodeError, IndexError):
-            self.damage.append(Damage(f"a record of kind {op} is malformed"))
-
-    def _schema(self, body: bytes) -> None:
-        (number,) = struct.unpack_from("<H", body)
-        name, at = _text(body, 2)
-        encoding, at = _text(body, at)
-        (size,) = struct.unpack_from("<I", body, at)
-        data = body[at + 4 : at + 4 + size]
-        if len(data) < size:
-            raise IndexError
-        self.schemas.setdefault(number, (name, encoding, data))
-
-    def _channel(self, body: bytes) -> None:
-        number, schema = struct.unpack_from("<HH", body)
-        topic, at = _text(body, 4)
-        encoding, _ = _text(body, at)
-        self.channels.setdefault(number, (schema, topic, encoding))
-
-    def _statistics(self, body: bytes) -> None:
-        first, last, size = struct.unpack_from("<QQI", body, 26)
-        self.span_ns = (first, last)
-        for at in range(46, min(46 + size, len(body) - 9), 10):
-            number, count = struct.unpack_from("<HQ", body, at)
-            self.counts[number] = count
-
-    def lacks_schemas(self) -> bool:
-        """Whether channels refer to schemas that were not met yet: they may stand only inside chunks."""
-        return any(schema and schema not in self.schemas for schema, _, _ in self.channels.values())
-
-    def channel(self, number: int) -> Channel | None:
-        """A channel as readers hand it on; one without a schema keeps an empty type."""
-        if number not in self.channels:
-            return None
-        schema, topic, encoding = self.channels[number]
-        name, schema_encoding, data = self.schemas.get(schema, ("", "", b""))
-        return Channel(number, topic, ros_type(name), encoding, schema_encoding, data, self.counts.get(number, 0))
-
-
-def _text(body: bytes, at: int) -> tuple[str, int]:
-    (size,) = struct.unpack_from("<I", body, at)
-    stop = at + 4 + size
-    if stop > len(body):
-        raise IndexError
-    return body[at + 4 : stop].decode("utf-8"), stop
-
-
-def chunk_records(data: bytes, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, int, int]]:
-    """(op, offset of the record, length of its body) of the records that lie wholly between two offsets."""
-    end = len(data) if stop is None else stop
-    unpack = HEAD.unpack_from
-    while start + 9 <= end:
-        op, length = unpack(data, start)
-        if start + 9 + length > end:
-            return
-        yield op, start, length
-        start += 9 + length
 
 
 def scan(file: RandomFile) -> McapIndex:
@@ -233,8 +107,8 @@ class Scan:
             self._message_index(pos, length)
         elif op == FOOTER:
             self._footer(end)
-        elif op in (SCHEMA, CHANNEL, HEADER, STATISTICS):
-            if length <= _MAX_SMALL:
+        elif op in (SCHEMA, CHANNEL, STATISTICS):
+            if length <= MAX_SMALL:
                 self.index.record(op, self.view(pos + 9, length))
             else:
                 self.index.damage.append(Damage(f"a record of kind {op} at byte {pos} is {length} bytes long"))
@@ -271,14 +145,12 @@ class Scan:
 
     def _message_index(self, pos: int, length: int) -> None:
         head = self.view(pos + 9, 6)
-        if len(head) < 6 or length < 6 or not self.index.chunks:
+        if len(head) < 6 or length < 6 or not self.index.chunks or self.index.chunks[-1].loose is not None:
             return
         number, size = struct.unpack("<HI", head)
         last = self.index.chunks[-1]
         entry = (number, pos + 15, min(size, length - 6) // 16 * 16)
-        self.index.chunks[-1] = ChunkRef(
-            last.at, last.data_at, last.data_size, last.size, last.crc, last.compression, (*last.index, entry)
-        )
+        self.index.chunks[-1] = replace(last, index=(*last.index, entry))
 
     def messages(self, pos: int) -> int:
         """Note the messages that follow each other from ``pos``, as far as the window reaches."""
@@ -293,5 +165,7 @@ class Scan:
         whole = lengths >= 22
         for at, length in zip(starts[~whole].tolist(), lengths[~whole].tolist(), strict=True):
             self._stop(f"the message at byte {base + at} is only {length} bytes long")
-        self.index.loose.add(base + starts[whole], lengths[whole])
+        if whole.any():
+            size = base + after - pos
+            self.index.chunks.append(ChunkRef(pos, pos, size, size, 0, "", loose=base + starts[whole] - pos))
         return max(base + after, pos + 9)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.logs.mcap.mcap_file import McapFile
-from collaudit.core.logs.mcap.mcap_scan import ChunkRef, McapIndex
+from collaudit.core.logs.mcap.mcap_records import ChunkRef, McapIndex
 from collaudit.core.logs.mcap.stated_index import read_summary
 from collaudit.core.logs.signals.impossible_values import garbage_stamps
 from collaudit.core.logs.storage.file_reading import RandomFile
@@ -60,9 +61,7 @@ def _first_chunks(index: McapIndex) -> McapIndex:
     for chunk in index.chunks:
         held = {number for number, _, _ in chunk.index}
         if held & left or not held:
-            chosen[chunk.at] = ChunkRef(
-                chunk.at, chunk.data_at, chunk.data_size, chunk.size, chunk.crc, chunk.compression
-            )
+            chosen[chunk.at] = replace(chunk, index=(), extent=0)
             left -= held
         if not left or len(chosen) > 16:
             break

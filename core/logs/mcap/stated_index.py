@@ -6,25 +6,22 @@ the messages that were found, as of any file.
 
 from __future__ import annotations
 
-import struct
 from dataclasses import replace
+from typing import Any
 
-from collaudit.core.logs.mcap.mcap_scan import (
+from collaudit.core.logs.mcap.mcap_records import (
     CHANNEL,
     CHUNK_INDEX,
-    HEAD,
-    MAGIC,
     SCHEMA,
     STATISTICS,
     ChunkRef,
     McapIndex,
-    Scan,
-    chunk_records,
+    parsed,
+    record_places,
+    summary_of,
 )
+from collaudit.core.logs.mcap.mcap_scan import Scan
 from collaudit.core.logs.storage.file_reading import RandomFile
-
-_MAX_SUMMARY = 256 << 20
-_TAIL = 8 + 20 + 9
 
 
 def ranged_index(file: RandomFile) -> McapIndex | None:
@@ -72,45 +69,32 @@ def read_summary(file: RandomFile) -> McapIndex | None:
     Args:
         file: an MCAP file, its magic already seen.
     """
-    tail = file.read(max(file.size - _TAIL, 0), _TAIL)
-    if len(tail) < _TAIL or tail[-8:] != MAGIC or tail[0] != 2:
-        return None
-    start, _, _ = struct.unpack_from("<QQI", tail, HEAD.size)
-    size = file.size - _TAIL - start
-    if start < len(MAGIC) or not 0 < size <= _MAX_SUMMARY:
-        return None
+    data = summary_of(file)
     index = McapIndex()
-    data = file.read(start, size)
-    for op, at, length in chunk_records(data):
+    for op, at, length in record_places(data):
         body = data[at + 9 : at + 9 + length]
         if op in (SCHEMA, CHANNEL, STATISTICS):
             index.record(op, body)
         elif op == CHUNK_INDEX:
-            chunk = _chunk(body, file.size)
+            stated = parsed(op, body)
+            chunk = None if stated is None else _chunk(stated, file.size)
             if chunk is None:
                 return None
             index.chunks.append(chunk)
             if chunk.index:  # a chunk without messages states zeros
-                index.chunk_spans_ns.append(struct.unpack_from("<QQ", body))
+                index.chunk_spans_ns.append((stated.message_start_time, stated.message_end_time))
     usable = bool(index.channels) and bool(index.counts) and index.span_ns is not None and not index.damage
     return index if usable else None
 
 
-def _chunk(body: bytes, file_size: int) -> ChunkRef | None:
+def _chunk(stated: Any, file_size: int) -> ChunkRef | None:
     """A chunk by its index record; the arrays of its message indexes are not located, only their channels."""
-    try:
-        at, length, offsets = struct.unpack_from("<QQI", body, 16)
-        channels = [number for number, _ in struct.iter_unpack("<HQ", body[36 : 36 + offsets // 10 * 10])]
-        rest = 36 + offsets + 8
-        indexes, name = struct.unpack_from("<QI", body, rest - 8)
-        compression = body[rest + 4 : rest + 4 + name].decode("ascii")
-        compressed, size = struct.unpack_from("<QQ", body, rest + 4 + name)
-    except (struct.error, UnicodeDecodeError):
+    at, size = stated.chunk_start_offset, stated.compressed_size
+    data_at = at + 9 + 40 + len(stated.compression)
+    if data_at + size > file_size or not stated.compression.isascii():
         return None
-    data_at = at + 9 + 40 + name
-    if data_at + compressed > file_size:
-        return None
-    held = tuple((number, 0, 0) for number in channels)
-    whole = data_at + compressed == at + length and at + length + indexes <= file_size
-    extent = length + indexes if whole else 0
-    return ChunkRef(at, data_at, compressed, size, 0, compression, held, extent=extent)
+    end = at + stated.chunk_length
+    whole = data_at + size == end and end + stated.message_index_length <= file_size
+    extent = stated.chunk_length + stated.message_index_length if whole else 0
+    held = tuple((number, 0, 0) for number in stated.message_index_offsets)
+    return ChunkRef(at, data_at, size, stated.uncompressed_size, 0, stated.compression, held, extent=extent)

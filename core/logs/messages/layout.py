@@ -12,10 +12,10 @@ strings are counted with their terminating NUL. ROS 1 has no header, no alignmen
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from collaudit.core.logs.messages.message_schema import Number, Repeated, Struct, Text, WireType, smallest_size
 
-Path = tuple[str | int, ...]
 MAX_LEAVES = 200_000
 
 
@@ -32,9 +32,9 @@ class Numbers:
     count: int
 
     @property
-    def size(self) -> int:
-        """Bytes taken."""
-        return self.count * int(self.code[2:])
+    def stop(self) -> int:
+        """The byte after them."""
+        return self.offset + self.count * int(self.code[2:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,23 +45,25 @@ class Chars:
     size: int
 
 
+#: A field: a message by the names of its fields, a sequence of messages or strings, an array or a number, a string.
+Node = dict[str, Any] | list[Any] | Numbers | Chars
+
+
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the fields of a message of ``size`` bytes lie.
+    """Where the fields of a message lie.
 
     Attributes:
-        size: bytes of the message.
-        numbers: path to numbers; arrays of numbers are one entry.
-        texts: path to the bytes of a string.
-        lengths: path of a sequence to its number of items.
+        data: the message.
+        root: its fields.
         guards: (start, stop) of the bytes that must agree for a message to share this layout.
+        missing: stands for a number that one item of a sequence lacks and others have.
     """
 
-    size: int
-    numbers: dict[Path, Numbers]
-    texts: dict[Path, Chars]
-    lengths: dict[Path, int]
-    guards: tuple[tuple[int, int], ...]
+    data: bytes
+    root: Node | None
+    guards: tuple[tuple[int, int], ...] = ()
+    missing: Numbers | None = None
 
 
 @dataclass(slots=True)
@@ -71,9 +73,6 @@ class _Walk:
     origin: int = 0
     order: str = "<"
     aligned: bool = False
-    numbers: dict[Path, Numbers] = field(default_factory=dict)
-    texts: dict[Path, Chars] = field(default_factory=dict)
-    lengths: dict[Path, int] = field(default_factory=dict)
     guards: list[tuple[int, int]] = field(default_factory=list)
     leaves: int = 0
 
@@ -106,44 +105,40 @@ class _Walk:
         self.guards.append((start, start + 4))
         return int.from_bytes(self.data[start : start + 4], "little" if self.order == "<" else "big")
 
-    def value(self, kind: WireType, path: Path) -> None:
+    def value(self, kind: WireType) -> Node:
         self.leaves += 1
         if self.leaves > MAX_LEAVES:
             raise LayoutError(f"it has more than {MAX_LEAVES} fields")
         if isinstance(kind, Number):
-            self.run(kind, 1, path)
-        elif isinstance(kind, Text):
-            self.text(path)
-        elif isinstance(kind, Struct):
-            for name, item in kind.fields:
-                self.value(item, (*path, name))
-        else:
-            self.repeated(kind, path)
+            return self.run(kind, 1)
+        if isinstance(kind, Text):
+            return self.text()
+        if isinstance(kind, Struct):
+            return {name: self.value(item) for name, item in kind.fields}
+        count = self.items(kind)
+        return (
+            self.run(kind.item, count)
+            if isinstance(kind.item, Number)
+            else [self.value(kind.item) for _ in range(count)]
+        )
 
-    def run(self, kind: Number, count: int, path: Path) -> None:
+    def run(self, kind: Number, count: int) -> Numbers:
         size = int(kind.code[1])
         if count:
             self.align(size)
-        self.numbers[path] = Numbers(self.take(count * size), self.order + kind.code, count)
+        return Numbers(self.take(count * size), self.order + kind.code, count)
 
-    def text(self, path: Path) -> None:
+    def text(self) -> Chars:
         size = self.length()
-        start = self.take(size)
-        self.texts[path] = Chars(start, max(size - 1, 0) if self.aligned else size)
+        return Chars(self.take(size), max(size - 1, 0) if self.aligned else size)
 
-    def repeated(self, kind: Repeated, path: Path) -> None:
-        count = kind.count
-        if count is None:
-            count = self.length()
-            least = smallest_size(kind.item)
-            if count * max(least, 1) > len(self.data) - self.pos:
-                raise LayoutError(f"a sequence claims {count} items, more than the message can hold")
-        self.lengths[path] = count
-        if isinstance(kind.item, Number):
-            self.run(kind.item, count, path)
-            return
-        for index in range(count):
-            self.value(kind.item, (*path, index))
+    def items(self, kind: Repeated) -> int:
+        if kind.count is not None:
+            return kind.count
+        count = self.length()
+        if count * max(smallest_size(kind.item), 1) > len(self.data) - self.pos:
+            raise LayoutError(f"a sequence claims {count} items, more than the message can hold")
+        return count
 
 
 def walk(kind: Struct, data: bytes, *, cdr: bool) -> Layout:
@@ -160,11 +155,11 @@ def walk(kind: Struct, data: bytes, *, cdr: bool) -> Layout:
     state = _Walk(data)
     if cdr:
         state.encapsulation()
-    state.value(kind, ())
+    root = state.value(kind)
     slack = len(data) - state.pos
     if slack > (3 if cdr else 0):
         raise LayoutError(f"it is {slack} bytes longer than its type")
-    return Layout(len(data), state.numbers, state.texts, state.lengths, _joined(state.guards))
+    return Layout(data, root, _joined(state.guards))
 
 
 def _joined(guards: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:

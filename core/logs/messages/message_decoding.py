@@ -1,8 +1,8 @@
 """Columnar decoding: batches of raw messages to stacked columns, one layout at a time.
 
 Messages that share a layout and their joint names are decoded together as views into one byte matrix; every
-message is checked against the layout first. A topic whose messages have ever new layouts goes through the
-generic decoder message by message; the result is the same, only slower.
+message is checked against the layout first. Where messages have ever new layouts, each is decoded alone, in the same
+way.
 """
 
 from __future__ import annotations
@@ -15,26 +15,37 @@ from typing import Any
 import numpy as np
 
 from collaudit.core.logs.messages.column_extraction import Plan, make_plan
-from collaudit.core.logs.messages.decoded_columns import Decoded, GroupKey
-from collaudit.core.logs.messages.generic_decoder import generic_decoder
-from collaudit.core.logs.messages.growing_columns import Column
-from collaudit.core.logs.messages.layout import LayoutError, walk
-from collaudit.core.logs.messages.message_schema import Struct, parse_schema
+from collaudit.core.logs.messages.decoded_columns import Decoded
+from collaudit.core.logs.messages.layout import Layout, LayoutError, walk
+from collaudit.core.logs.messages.message_schema import parse_schema
 from collaudit.core.logs.messages.profiles import Profile
+from collaudit.core.logs.messages.value_layout import value_layouts
 from collaudit.core.logs.storage.message_places import rows_at
 from collaudit.core.logs.storage.packed_messages import packing_of, unpacked
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel
-from collaudit.core.numeric.arrays import FloatArray, IntArray
+from collaudit.core.numeric.arrays import BoolArray, IntArray
 
-#: More layouts than this on one channel, and the rest goes through the generic decoder.
+#: More layouts than this are not kept of one channel.
 MAX_PLANS = 256
 
-#: Columns besides those of a message.
-_OWN = {"log_ns": 0}
-_TAGGED = {**_OWN, "source": 0}
 
-Row = tuple[GroupKey, dict[str, IntArray | FloatArray]]
-Generic = Callable[[bytes], Row]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rows:
+    """Messages of one size.
+
+    Attributes:
+        data: (n, size) their bytes.
+        log_ns: (n,) times of recording.
+        places: (n,) which of the topic's messages they are.
+    """
+
+    data: ByteArray
+    log_ns: IntArray
+    places: IntArray
+
+    def at(self, rows: slice | BoolArray) -> _Rows:
+        """Some of them."""
+        return _Rows(self.data[rows], self.log_ns[rows], self.places[rows])
 
 
 @dataclass(slots=True, eq=False)
@@ -44,36 +55,36 @@ class ChannelDecoder:
     Attributes:
         channel: what is decoded.
         profile: which of its fields are meant.
-        kind: the message's wire type, None where messages have no fixed layout.
+        lay: finds the fields of one message.
         out: where the columns go; shared by the channels of one topic.
-        extra: definitions of types that the log does not hold, by name.
+        max_plans: layouts that are kept for further messages; 0 where each message has one of its own.
         tagged: whether each row keeps which channel it came from.
     """
 
     channel: Channel
     profile: Profile
-    kind: Struct | None
+    lay: Callable[[bytes], Layout]
     out: Decoded
     max_plans: int = MAX_PLANS
-    extra: Mapping[str, Any] = field(default_factory=dict)
     tagged: bool = False
     _plans: dict[int, list[Plan]] = field(default_factory=dict)
     _count: int = 0
-    _generic: Generic | None = None
 
     @classmethod
     def of(cls, channel: Channel, profile: Profile, out: Decoded, extra: Mapping[str, Any] = {}) -> ChannelDecoder:
         """A decoder for a channel; JSON and protobuf have no layouts and go message by message.
 
+        Args:
+            channel, profile, out: as of the attributes.
+            extra: definitions of types that the log does not hold, by name.
+
         Raises:
             SchemaError: the channel's definition cannot be understood.
         """
         if channel.encoding not in ("cdr", "ros1"):
-            decoder = cls(channel, profile, None, out, max_plans=0)
-            decoder._generic = generic_decoder(channel, profile)
-            return decoder
+            return cls(channel, profile, value_layouts(channel), out, max_plans=0)
         kind = parse_schema(channel.type, channel.encoding, channel.schema_encoding, channel.schema, extra)
-        return cls(channel, profile, kind, out, extra=extra)
+        return cls(channel, profile, partial(walk, kind, cdr=channel.encoding == "cdr"), out)
 
     def add(self, batch: Batch) -> None:
         """Decode a batch; what cannot be decoded is counted, never dropped in silence."""
@@ -89,93 +100,56 @@ class ChannelDecoder:
 
     def _add_plain(self, batch: Batch) -> None:
         count = batch.start.shape[0]
-        if count == 0:
-            return
         if self.out.bounds is not None:
             self.out.bounds.take_messages(count)
-        first = self.out.seen
+        places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
         if batch.publish_ns is not None:
             self.out.latency.add(batch.publish_ns, batch.log_ns)
-        low, high = int(batch.length.min()), int(batch.length.max())
-        if low == high:
-            self._equal_size(batch, None, low, first)
+        if not self.max_plans:
+            for index in range(count):
+                self._add_alone(batch.payload(index), batch.log_ns[index : index + 1], places[index : index + 1])
             return
         for size in np.unique(batch.length).tolist():
-            self._equal_size(batch, np.flatnonzero(batch.length == size), int(size), first)
+            mine = np.flatnonzero(batch.length == size)
+            self._equal_size(_Rows(rows_at(batch.data, batch.start[mine], size), batch.log_ns[mine], places[mine]))
 
-    def _equal_size(self, batch: Batch, picked: IntArray | None, size: int, first: int) -> None:
-        """Decode the messages of one size: all of a batch when ``picked`` is None."""
-        rows = rows_at(batch.data, batch.start if picked is None else batch.start[picked], size)
-        for plan in self._plans.get(size, ()):
-            same = plan.matches(rows)
-            if same is None:
-                self._emit(plan, rows, batch, first, picked)
-                return
-            if same.any():
-                picked = np.arange(rows.shape[0]) if picked is None else picked
-                self._emit(plan, rows[same], batch, first, picked[same])
-                rows, picked = rows[~same], picked[~same]
-        self._new_layouts(batch, rows, np.arange(rows.shape[0]) if picked is None else picked, first)
+    def _add_alone(self, data: bytes, log_ns: IntArray, places: IntArray) -> Plan | None:
+        """Decode a message by a layout of its own, which other messages may share; None where it cannot be."""
+        try:
+            layout = self.lay(data)
+            plan = make_plan(layout, self.profile)
+        except LayoutError as error:
+            self.out.skip(1, str(error))
+            return None
+        self._emit(plan, _Rows(np.frombuffer(layout.data, np.uint8)[None, :], log_ns, places))
+        return plan
 
-    def _new_layouts(self, batch: Batch, rows: ByteArray, picked: IntArray, first: int) -> None:
-        while picked.shape[0]:
-            if self.kind is None or self._count >= self.max_plans:
-                self._one_by_one(batch, picked, first)
-                return
-            data = rows[0].tobytes()
-            try:
-                plan = make_plan(walk(self.kind, data, cdr=self.channel.encoding == "cdr"), self.profile, data)
-            except LayoutError as error:
-                self.out.skip(1, str(error))
-                rows, picked = rows[1:], picked[1:]
-                continue
-            self._count += 1
-            self._plans.setdefault(rows.shape[1], []).append(plan)
-            same = plan.matches(rows)
-            if same is None:
-                self._emit(plan, rows, batch, first, picked)
-                return
-            self._emit(plan, rows[same], batch, first, picked[same])
-            rows, picked = rows[~same], picked[~same]
+    def _equal_size(self, rows: _Rows) -> None:
+        kept = self._plans.setdefault(rows.data.shape[1], [])
+        for plan in kept:
+            rows = self._without_alike(rows, plan)
+        while rows.places.shape[0]:
+            new = self._add_alone(rows.data[0].tobytes(), rows.log_ns[:1], rows.places[:1])
+            rows = rows.at(slice(1, None))
+            if new is not None and self._count < self.max_plans:
+                self._count += 1
+                kept.append(new)
+                rows = self._without_alike(rows, new)
 
-    def _emit(self, plan: Plan, rows: ByteArray, batch: Batch, first: int, picked: IntArray | None) -> None:
-        log_ns = batch.log_ns
-        places: range | IntArray = range(first, first + rows.shape[0])
-        if picked is not None:
-            log_ns, places = log_ns[picked], first + picked
-        room = self._room(plan.key, plan.widths, places)
-        self.out.write(partial(_write, room, plan, rows, log_ns, self.channel.key), batch.data.nbytes)
+    def _without_alike(self, rows: _Rows, plan: Plan) -> _Rows:
+        """Decode the messages that share a plan's layout; the others are left."""
+        if not rows.places.shape[0]:
+            return rows
+        same = plan.matches(rows.data)
+        alike = rows if same is None else rows.at(same)
+        if alike.places.shape[0]:
+            self._emit(plan, alike)
+        return rows.at(slice(0)) if same is None else rows.at(~same)
 
-    def _room(self, key: GroupKey, widths: Mapping[str, int], places: range | IntArray) -> dict[str, Column]:
-        own = _TAGGED if self.tagged else _OWN
-        return self.out.room(key, {**own, **widths}, places)
-
-    def _one_by_one(self, batch: Batch, picked: IntArray, first: int) -> None:
-        if self._generic is None:
-            self._generic = generic_decoder(self.channel, self.profile, self.extra)
-        for index in picked.tolist():
-            try:
-                key, columns = self._generic(batch.payload(index))
-            except LayoutError as error:
-                self.out.skip(1, str(error))
-                continue
-            self.out.slow += 1
-            widths = {name: values.shape[1] if values.ndim > 1 else 0 for name, values in columns.items()}
-            room = self._room(key, widths, range(first + index, first + index + 1))
-            for name, values in columns.items():
-                room[name][:] = values
-            _write_own(room, batch.log_ns[index : index + 1], self.channel.key)
-
-
-def _write(room: dict[str, Column], plan: Plan, rows: ByteArray, log_ns: IntArray, source: int) -> None:
-    """Write the columns of rows that match a plan; runs in a thread."""
-    for name, values in plan.columns_of(rows).items():
-        room[name][:] = values
-    _write_own(room, log_ns, source)
-
-
-def _write_own(room: dict[str, Column], log_ns: IntArray, source: int) -> None:
-    room["log_ns"][:] = log_ns
-    if "source" in room:
-        room["source"][:] = source
+    def _emit(self, plan: Plan, rows: _Rows) -> None:
+        columns = plan.columns_of(rows.data)
+        columns |= {"log_ns": rows.log_ns, "place": rows.places}
+        if self.tagged:
+            columns["source"] = np.full(rows.places.shape[0], self.channel.key)
+        self.out.add(plan.key, columns)

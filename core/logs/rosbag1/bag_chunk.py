@@ -7,32 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.logs.storage.message_places import ascending, gather
+from collaudit.core.logs.storage.message_places import Located, ascending, gaps_between, gather
 from collaudit.core.logs.storage.records import NS_PER_S, ByteArray
 from collaudit.core.numeric.arrays import IntArray
 
 _U32 = struct.Struct("<I")
-_MSG_DATA = 2
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BagLocated:
-    """Messages of a chunk in the order they lie in it.
-
-    Attributes:
-        start, length: (n,) payload offsets and sizes.
-        connection: (n,) connection numbers.
-        log_ns: (n,) recording times.
-        connections: (header, data) of the connection records.
-        rest: bytes that are no whole record.
-    """
-
-    start: IntArray
-    length: IntArray
-    connection: IntArray
-    log_ns: IntArray
-    connections: tuple[tuple[bytes, bytes], ...]
-    rest: int
 
 
 def fields_of(header: bytes) -> dict[bytes, bytes]:
@@ -81,83 +60,49 @@ class _Found:
             self.rest += len(header) + 8 + size
 
 
-def _template(data: bytes, offset: int) -> tuple[int, ByteArray, ByteArray, int, int] | None:
-    """The header of one message: size, bytes, mask of the bytes all share, places of ``conn`` and ``time``."""
-    if offset < 0 or offset + 4 > len(data):
-        return None
-    (size,) = _U32.unpack_from(data, offset)
-    header = data[offset + 4 : offset + 4 + size]
-    fields = fields_of(header)
-    if fields.get(b"op") != bytes([_MSG_DATA]) or len(fields.get(b"conn", b"")) != 4:
-        return None
-    if len(fields.get(b"time", b"")) != 8:
-        return None
-    conn, time = _place(header, b"conn", 4), _place(header, b"time", 8)
-    mask = np.ones(size + 4, dtype=np.uint8)
-    mask[conn : conn + 4] = 0
-    mask[time : time + 8] = 0
-    return size, np.frombuffer(data[offset : offset + 4 + size], np.uint8), mask, conn, time
-
-
-def _place(header: bytes, name: bytes, size: int) -> int:
-    """Offset of a field's value from the start of its record."""
-    at = 0
-    while at + 4 <= len(header):
-        (length,) = _U32.unpack_from(header, at)
-        if header[at + 4 : at + 5 + len(name)] == name + b"=" and length == len(name) + 1 + size:
-            return 4 + at + 5 + len(name)
-        at += 4 + length
-    return 4
-
-
-def locate_bag(data: bytes, index_offsets: IntArray) -> BagLocated:
+def locate_bag(data: bytes, index_offsets: IntArray) -> Located:
     """Find every message of a chunk; the offsets may be empty or wrong (then the chunk is walked).
 
     Args:
         data: the chunk's records.
         index_offsets: (m,) record offsets from its index data, any order.
     """
-    view = np.frombuffer(data, dtype=np.uint8)
     offsets = ascending(index_offsets)
+    columns = _by_index(data, offsets) if offsets.shape[0] else None
+    gaps = None if columns is None else gaps_between(offsets, columns[:, 0] + columns[:, 1], len(data))
     found = _Found([], [])
-    fast = _by_index(data, view, offsets) if offsets.shape[0] else None
-    if fast is None:
-        found.walk(data, 0, len(data))
-        columns = np.array(found.rows, dtype=np.int64).reshape(-1, 4)
-    else:
-        columns, starts, stops = fast
-        for start, stop in zip(starts, stops, strict=True):
-            found.walk(data, start, stop)
-        if found.rows:
-            columns = np.concatenate([columns, np.array(found.rows, dtype=np.int64)])
-            columns = columns[np.argsort(columns[:, 0], kind="stable")]
-    parts = [np.ascontiguousarray(columns[:, number]) for number in range(4)]
-    return BagLocated(parts[0], parts[1], parts[2], parts[3], tuple(found.connections), found.rest)
+    if columns is None or gaps is None:
+        columns, gaps = np.empty((0, 4), dtype=np.int64), [(0, len(data))]
+    for gap in gaps:
+        found.walk(data, *gap)
+    if found.rows:
+        columns = np.concatenate([columns, np.array(found.rows, dtype=np.int64)])
+        columns = columns[np.argsort(columns[:, 0], kind="stable")]
+    start, length, connection, log_ns = (np.ascontiguousarray(columns[:, number]) for number in range(4))
+    return Located(start, length, connection, log_ns, None, found.connections, found.rest)
 
 
-def _by_index(data: bytes, view: ByteArray, offsets: IntArray) -> tuple[IntArray, list[int], list[int]] | None:
-    """(n, 4) start, length, connection, time of the indexed messages and the gaps between; None when it is wrong."""
-    template = _template(data, int(offsets[0]))
-    if template is None:
+def _by_index(data: bytes, offsets: IntArray) -> IntArray | None:
+    """(n, 4) start, length, connection, time of the messages at offsets; None unless all have headers like the first.
+
+    They agree in all bytes but the connection and the time.
+    """
+    first = int(offsets[0])
+    header = data[first + 4 : first + 4 + int.from_bytes(data[first : first + 4], "little")]
+    fields = fields_of(header)
+    conn, time = (header.find(mark) + len(mark) for mark in (b"\t\0\0\0conn=", b"\r\0\0\0time="))
+    named = fields.get(b"conn") == header[conn : conn + 4] and fields.get(b"time") == header[time : time + 8]
+    width = len(header) + 8
+    if not named or fields.get(b"op") != b"\x02" or first < 0 or offsets[-1] + width > len(data):
         return None
-    size, expected, mask, conn, time = template
-    width = size + 8
-    if offsets[-1] + width > len(data):
-        return None
-    rows = gather(view, offsets, width)
-    if ((rows[:, : size + 4] != expected) & (mask != 0)).any():
-        return None
-    length = _u32(rows, size + 4)
-    start = offsets + width
-    ends = start + length
-    if ends[-1] > len(data) or (ends[:-1] > offsets[1:]).any():
+    rows = gather(np.frombuffer(data, dtype=np.uint8), offsets, width)
+    conn, time = conn + 4, time + 4
+    fixed = np.ones(width - 4, dtype=np.bool_)
+    fixed[conn : conn + 4] = fixed[time : time + 8] = False
+    if ((rows[:, : width - 4] != rows[0, : width - 4]) & fixed).any():
         return None
     log_ns = _u32(rows, time) * NS_PER_S + _u32(rows, time + 4)
-    edges = np.concatenate([[0], ends])
-    stops = np.concatenate([offsets, [len(data)]])
-    gaps = np.flatnonzero(edges < stops)
-    columns = np.stack([start, length, _u32(rows, conn), log_ns], axis=1)
-    return columns, edges[gaps].tolist(), stops[gaps].tolist()
+    return np.stack([offsets + width, _u32(rows, width - 4), _u32(rows, conn), log_ns], axis=1)
 
 
 def _u32(rows: ByteArray, at: int) -> IntArray:

@@ -7,24 +7,23 @@ index, so that unindexed and still-active bags are read the same way as closed o
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from collaudit.core.errors import LogError
-from collaudit.core.logs.rosbag1.bag_chunk import BagLocated, fields_of, locate_bag
+from collaudit.core.logs.rosbag1.bag_chunk import fields_of, locate_bag
+from collaudit.core.logs.storage.chunked_file import Chunk, ChunkedFile
 from collaudit.core.logs.storage.decompression import unpack
 from collaudit.core.logs.storage.file_reading import RandomFile
-from collaudit.core.logs.storage.noted_file import NotedFile
-from collaudit.core.logs.storage.records import Batch, Channel, Damage, MessageReader, Progress, ros_type
-from collaudit.core.numeric.arrays import IntArray
+from collaudit.core.logs.storage.records import Channel, Damage, MessageReader, ros_type
 from collaudit.core.numeric.parallel import ordered_map
 
 MAGIC = b"#ROSBAG V2.0\n"
 MSG, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
-_WINDOW = 1 << 14
+_WINDOW = 1 << 12
 _MAX_HEADER = 1 << 20
 
 
@@ -41,15 +40,7 @@ class BagChunk:
     complete: bool = True
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Loaded:
-    ref: BagChunk
-    data: bytes
-    offsets: IntArray
-    problem: str | None
-
-
-class BagFile(NotedFile):
+class BagFile(ChunkedFile):
     """A ROS 1 bag (see :class:`collaudit.core.logs.storage.records.MessageReader`)."""
 
     format = "ros1-bag"
@@ -67,11 +58,10 @@ class BagFile(NotedFile):
         if self._encrypted:
             raise LogError("is encrypted and cannot be read", where=str(path))
         if not self._indexed or not self.connections:
-            for chunk in ordered_map(self._load, list(self.chunks)):
-                self._connections_in(locate_bag(chunk.data, chunk.offsets))
-        self.channels: tuple[Channel, ...] = tuple(
-            replace(channel, messages=self.counts.get(key, 0)) for key, channel in sorted(self.connections.items())
-        )
+            for chunk in ordered_map(self.load, list(self.chunks)):
+                for header, body in chunk.located.others:
+                    self._noted_connection(fields_of(header), body)
+        self.channels = tuple(channel for _, channel in sorted(self.connections.items()))
 
     def _check_version(self) -> None:
         head = self.file.read(0, 24)
@@ -88,62 +78,45 @@ class BagFile(NotedFile):
         )
 
     def _walk(self) -> None:
-        pos = len(MAGIC)
-        while pos < self.file.size:
-            window = self.file.read(pos, _WINDOW)
-            at = 0
-            while True:
-                step = self._record(pos + at, window[at:] if at else window)
-                if step is None:
-                    return
-                at += step
-                if at + 4096 > len(window):
-                    break
-            pos += at
+        pos: int | None = len(MAGIC)
+        while pos is not None and pos < self.file.size:
+            pos = self._record(pos)
 
-    def _record(self, pos: int, window: bytes) -> int | None:
-        """Take note of the record at ``pos``; its whole size, or None when the walk must end."""
+    def _record(self, pos: int) -> int | None:
+        """Take note of the record at ``pos``; where the next one begins, or None when the walk must end."""
+        window = self.file.read(pos, _WINDOW)
         if len(window) < 4:
-            if window or pos < self.file.size:
-                self._note(f"it ends at byte {self.file.size}, inside a record")
+            self.note(f"it ends at byte {self.file.size}, inside a record")
             return None
         header_size = int.from_bytes(window[:4], "little")
         if header_size > _MAX_HEADER or pos + 8 + header_size > self.file.size:
-            self._note(f"the record at byte {pos} is malformed or cut short")
+            self.note(f"the record at byte {pos} is malformed or cut short")
             return None
         if len(window) < 8 + header_size:
             window = self.file.read(pos, 8 + header_size)
         fields = fields_of(window[4 : 4 + header_size])
         op = fields.get(b"op", b"")
         if len(op) != 1:
-            self._note(f"the record at byte {pos} is malformed")
+            self.note(f"the record at byte {pos} is malformed")
             return None
-        data_size = int.from_bytes(window[4 + header_size : 8 + header_size], "little")
         data_at = pos + 8 + header_size
-        if data_at + data_size > self.file.size:
-            self._cut(pos, op[0], fields, data_at, data_size)
-            return None
-        self._take(pos, op[0], fields, data_at, data_size)
-        return 8 + header_size + data_size
+        end = data_at + int.from_bytes(window[4 + header_size : 8 + header_size], "little")
+        whole = end <= self.file.size
+        if whole or op[0] == CHUNK:
+            self._take(pos, op[0], fields, data_at, min(end, self.file.size) - data_at, complete=whole)
+        if not whole:
+            self.note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
+        return end if whole else None
 
-    def _cut(self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int) -> None:
-        if op == CHUNK:
-            try:
-                self._chunk(pos, fields, data_at, self.file.size - data_at, complete=False)
-            except (struct.error, KeyError, UnicodeDecodeError):
-                self._note(f"the record at byte {pos} is malformed")
-        self._note(f"it ends at byte {self.file.size}, inside the record at byte {pos}")
-
-    def _take(self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int) -> None:
+    def _take(
+        self, pos: int, op: int, fields: dict[bytes, bytes], data_at: int, data_size: int, *, complete: bool
+    ) -> None:
         try:
             if op == CHUNK:
-                self._chunk(pos, fields, data_at, data_size, complete=True)
+                self._chunk(pos, fields, data_at, data_size, complete=complete)
             elif op == INDEX and self.chunks and fields.get(b"ver") == b"\x01\x00\x00\x00":
                 last = self.chunks[-1]
-                entry = (data_at, data_size // 12 * 12)
-                self.chunks[-1] = BagChunk(
-                    last.at, last.data_at, last.data_size, last.size, last.compression, (*last.index, entry)
-                )
+                self.chunks[-1] = replace(last, index=(*last.index, (data_at, data_size // 12 * 12)))
             elif op == CONNECTION:
                 self._connection(fields, self.file.read(data_at, min(data_size, _MAX_HEADER * 2)))
             elif op == BAG_HEADER:
@@ -151,15 +124,15 @@ class BagFile(NotedFile):
                 (index,) = struct.unpack("<Q", fields[b"index_pos"])
                 self._indexed = 0 < index <= self.file.size
                 if index == 0:
-                    self._note("it has no index: it was not closed, or is still being written")
+                    self.note("it has no index: it was not closed, or is still being written")
                 elif not self._indexed:  # cut between two records, where no record is cut
-                    self._note(f"it ends at byte {self.file.size}, before its index at byte {index}")
+                    self.note(f"it ends at byte {self.file.size}, before its index at byte {index}")
             elif op == MSG:
-                self._note(f"the message at byte {pos} lies outside a chunk and was left out")
+                self.note(f"the message at byte {pos} lies outside a chunk and was left out")
             elif op == CHUNK_INFO:
                 self._chunk_info(self.file.read(data_at, data_size))
         except (struct.error, KeyError, UnicodeDecodeError):
-            self._note(f"the record at byte {pos} is malformed")
+            self.note(f"the record at byte {pos} is malformed")
 
     def _chunk_info(self, data: bytes) -> None:
         for connection, count in struct.iter_unpack("<II", data[: len(data) // 8 * 8]):
@@ -178,51 +151,24 @@ class BagFile(NotedFile):
         schema = inner.get(b"message_definition", b"")
         self.connections.setdefault(key, Channel(key, topic, kind, "ros1", "ros1msg", schema))
 
-    def _connections_in(self, located: BagLocated) -> None:
-        for header, body in located.connections:
-            try:
-                self._connection(fields_of(header), body)
-            except (struct.error, KeyError, UnicodeDecodeError):
-                self._note("a connection record is malformed")
+    def _noted_connection(self, fields: dict[bytes, bytes], data: bytes) -> None:
+        try:
+            self._connection(fields, data)
+        except (struct.error, KeyError, UnicodeDecodeError):
+            self.note("a connection record is malformed")
 
-    def _load(self, ref: BagChunk) -> _Loaded:
+    def refs(self, wanted: frozenset[int]) -> Sequence[BagChunk]:
+        """All chunks: their index records name connections only as they are read."""
+        return self.chunks
+
+    def load(self, ref: BagChunk) -> Chunk:
+        """Read and decompress a chunk, and find its messages; runs in a thread."""
         raw = self.file.read(ref.data_at, ref.data_size)
-        unpacked = unpack(ref.compression, raw, ref.size, self._most())
+        unpacked = unpack(ref.compression, raw, ref.size, self.most())
         parts = [self.file.read(at, size) for at, size in ref.index]
         whole = b"".join(part[: len(part) // 12 * 12] for part in parts)
         offsets = np.frombuffer(whole, dtype="<u4").reshape(-1, 3)[:, 2].astype(np.int64)
-        return _Loaded(ref, unpacked.data, offsets, unpacked.problem)
-
-    def batches(self, keys: frozenset[int] | None = None, progress: Progress | None = None) -> Iterator[Batch]:
-        """Raw messages by chunk; damage met on the way is added to :attr:`damage`."""
-        found: dict[int, int] = {}
-        self._take_chunks([ref.size for ref in self.chunks if ref.compression != "none"])
-        for chunk in ordered_map(self._load, list(self.chunks)):
-            located = locate_bag(chunk.data, chunk.offsets)
-            if chunk.problem is not None:
-                kept = f"{located.start.shape[0]} messages before the damage were read"
-                self._note(f"the chunk at byte {chunk.ref.at} is damaged: {chunk.problem}; {kept}")
-            elif located.rest:
-                self._note(f"the chunk at byte {chunk.ref.at} has {located.rest} bytes that are no record")
-            data = np.frombuffer(chunk.data, dtype=np.uint8)
-            numbers = np.unique(located.connection).tolist()
-            for number in numbers:
-                mine = located.connection == number if len(numbers) > 1 else slice(None)
-                start = located.start[mine]
-                found[number] = found.get(number, 0) + start.shape[0]
-                if number not in self.connections:
-                    self._note(f"messages of connection {number}, which it does not define, were left out")
-                elif keys is None or number in keys:
-                    yield Batch(number, data, start, located.length[mine], located.log_ns[mine])
-            if progress is not None:
-                progress(chunk.ref.data_at + chunk.ref.data_size, self.file.size)
-        self._compare_counts(found, keys)
-
-    def _compare_counts(self, found: dict[int, int], keys: frozenset[int] | None) -> None:
-        for number, claimed in sorted(self.counts.items()):
-            if (keys is None or number in keys) and number in self.connections and claimed != found.get(number, 0):
-                topic = self.connections[number].topic
-                self._note(f"its index counts {claimed} messages on {topic}, {found.get(number, 0)} were found")
+        return Chunk.of(ref, unpacked.data, locate_bag(unpacked.data, offsets), unpacked.problem)
 
 
 #: How the table of formats opens a file.

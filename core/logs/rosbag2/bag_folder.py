@@ -89,15 +89,7 @@ def _relative_paths(text: str) -> list[str]:
     return out
 
 
-def _natural(path: Path) -> tuple[tuple[int, str], ...]:
-    parts: list[tuple[int, str]] = []
-    digits = ""
-    for char in path.name + "\0":
-        if char.isdigit():
-            digits += char
-            continue
-        if digits:
-            parts.append((int(digits), ""))
-            digits = ""
-        parts.append((-1, char))
-    return tuple(parts)
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """The name with its numbers as numbers."""
+    parts = re.split(r"(\d+)", path.name)
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]

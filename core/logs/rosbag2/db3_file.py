@@ -14,7 +14,7 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.rosbag2.db3_open import connect
-from collaudit.core.logs.storage.noted_file import MAX_DAMAGE
+from collaudit.core.logs.storage.chunked_file import MAX_DAMAGE
 from collaudit.core.logs.storage.records import Batch, ByteArray, Channel, Damage, MessageReader, Progress, ros_type
 from collaudit.core.numeric.arrays import IntArray
 

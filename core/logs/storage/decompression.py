@@ -1,15 +1,19 @@
-"""Bounded decompression of chunks: never more than was claimed, and what can be had of a damaged one."""
+"""Bounded decompression: of chunks never more than was claimed, and what can be had of a damaged one; of streams."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Protocol, cast
 
 from collaudit.core.logs.storage.file_reading import MAX_CHUNK_BYTES, plausible_size
 
 _STEP = 1 << 16
+#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
+_ZSTD_PIECE = 1 << 11
+_OF_CHUNKS = ("zstd", "lz4", "bz2")
 #: Of each thread: what keeps its memory from chunk to chunk.
 _OWN = threading.local()
 
@@ -22,59 +26,81 @@ class Unpacked:
     problem: str | None = None
 
 
-class _Stream(Protocol):
-    def read(self, limit: int) -> bytes:
-        """The next bytes, at most ``limit``; none at the end."""
+class Source(Protocol):
+    """Decompressed bytes, one after the other."""
+
+    def read1(self, size: int) -> bytes:
+        """The next bytes that can be had at once; none at the end."""
+
+    def close(self) -> None:
+        """Release the file."""
 
 
 class _Zstd:
-    def __init__(self, data: bytes) -> None:
+    """Frames of zstd one after the other; unlike the package's reader it tells a cut file from a whole one."""
+
+    def __init__(self, source: Path | BytesIO) -> None:
+        self._file = source.open("rb") if isinstance(source, Path) else source
+        self._frame: Any = None
+
+    def read1(self, size: int) -> bytes:
         import zstandard
 
-        self._reader = zstandard.ZstdDecompressor().stream_reader(data, read_across_frames=True)
+        while piece := self._file.read(_ZSTD_PIECE):
+            parts = []
+            while piece:
+                if self._frame is None:
+                    self._frame = zstandard.ZstdDecompressor().decompressobj()
+                parts.append(self._frame.decompress(piece))
+                piece = self._frame.unused_data
+                if self._frame.eof:
+                    self._frame = None
+                else:
+                    break
+            if data := b"".join(parts):
+                return data
+        if self._frame is not None:
+            raise EOFError("the file ended inside a frame")
+        return b""
 
-    def read(self, limit: int) -> bytes:
-        return self._reader.read(limit)
+    def close(self) -> None:
+        self._file.close()
 
 
-class _Lz4:
-    def __init__(self, data: bytes) -> None:
+def decompressor(source: Path | BytesIO, method: str) -> Source:
+    """The decompressed bytes of a file: ``gzip``, ``xz``, ``lz4``, ``bz2`` or ``zstd``."""
+    if method == "gzip":
+        import gzip
+
+        return cast(Source, gzip.open(source, "rb"))
+    if method == "xz":
+        import lzma
+
+        return cast(Source, lzma.open(source, "rb"))
+    if method == "lz4":
         import lz4.frame
 
-        self._object = lz4.frame.LZ4FrameDecompressor()
-        self._data = data
-
-    def read(self, limit: int) -> bytes:
-        data, self._data = self._data, b""
-        return b"" if self._object.eof else bytes(self._object.decompress(data, max_length=limit))
-
-
-class _Bz2:
-    def __init__(self, data: bytes) -> None:
+        return cast(Source, lz4.frame.open(source, "rb"))
+    if method == "bz2":
         import bz2
 
-        self._object = bz2.BZ2Decompressor()
-        self._data = data
-
-    def read(self, limit: int) -> bytes:
-        data, self._data = self._data, b""
-        return b"" if self._object.eof else self._object.decompress(data, max_length=limit)
+        return cast(Source, bz2.open(source, "rb"))
+    return _Zstd(source)
 
 
-_STREAMS: dict[str, Callable[[bytes], _Stream]] = {"zstd": _Zstd, "lz4": _Lz4, "bz2": _Bz2}
+def decompression_errors() -> tuple[type[Exception], ...]:
+    """What the decompressors raise on damaged files."""
+    import lzma
+    import zipfile
+    import zlib
+
+    import zstandard
+
+    return (OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile)
 
 
-def _whole(kind: str, data: bytes, size: int) -> bytes:
-    if kind == "zstd":
-        import zstandard
-
-        if zstandard.frame_content_size(data) not in (-1, size):
-            raise ValueError("its frame claims another size than the chunk")
-        if not hasattr(_OWN, "zstd"):
-            _OWN.zstd = zstandard.ZstdDecompressor()
-        out: bytes = _OWN.zstd.decompress(data, max_output_size=size)
-        return out
-    return _STREAMS[kind](data).read(size)
+def _errors() -> tuple[type[Exception], ...]:
+    return (*decompression_errors(), ValueError, MemoryError)
 
 
 def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Unpacked:
@@ -91,14 +117,14 @@ def unpack(kind: str, data: bytes, size: int, most: int = MAX_CHUNK_BYTES) -> Un
     """
     if kind in ("", "none"):
         return Unpacked(data, None if len(data) == size else f"it holds {len(data)} of {size} bytes")
-    if kind not in _STREAMS:
+    if kind not in _OF_CHUNKS:
         return Unpacked(b"", f"its compression {kind[:20]!r} is not supported")
     if not plausible_size(len(data), size, most):
         return Unpacked(b"", f"it claims {size} bytes in {len(data)} compressed ones")
     if size == 0:
         return Unpacked(b"")
     try:
-        out = _whole(kind, data, size)
+        out, _ = _frame(kind, data, size)
         if len(out) == size:
             return Unpacked(out)
     except _errors():
@@ -119,19 +145,32 @@ def bounded(kind: str, data: bytes, limit: int) -> Unpacked:
         All of the bytes, or none and the problem.
     """
     try:
-        if kind == "zstd":
-            import zstandard
+        out, ended = _frame(kind, data, limit)
+        return Unpacked(out) if ended else Unpacked(b"", f"it ends early, or becomes more than {limit} bytes")
+    except _errors() as error:
+        return Unpacked(b"", str(error) or type(error).__name__)
 
-            if zstandard.frame_content_size(data) > limit:
-                return Unpacked(b"", f"it claims more than {limit} bytes")
-            return Unpacked(zstandard.ZstdDecompressor().decompress(data, max_output_size=limit))
+
+def _frame(kind: str, data: bytes, limit: int) -> tuple[bytes, bool]:
+    """The bytes of a frame, at most so many, and whether it ended with them."""
+    stream: Any
+    if kind == "zstd":
+        import zstandard
+
+        if zstandard.frame_content_size(data) > limit:
+            raise ValueError(f"it claims more than {limit} bytes")
+        if not hasattr(_OWN, "zstd"):
+            _OWN.zstd = zstandard.ZstdDecompressor()
+        return _OWN.zstd.decompress(data, max_output_size=limit), True
+    if kind == "lz4":
         import lz4.frame
 
         stream = lz4.frame.LZ4FrameDecompressor()
-        out = bytes(stream.decompress(data, max_length=limit))
-        return Unpacked(out) if stream.eof else Unpacked(b"", f"it ends early, or becomes more than {limit} bytes")
-    except _errors() as error:
-        return Unpacked(b"", str(error) or type(error).__name__)
+    else:
+        import bz2
+
+        stream = bz2.BZ2Decompressor()
+    return bytes(stream.decompress(data, max_length=limit)), stream.eof
 
 
 def _salvage(kind: str, data: bytes, size: int) -> bytes:
@@ -139,16 +178,10 @@ def _salvage(kind: str, data: bytes, size: int) -> bytes:
     parts: list[bytes] = []
     have = 0
     try:
-        stream = _STREAMS[kind](data)
-        while have < size and (part := stream.read(min(_STEP, size - have))):
+        stream = decompressor(BytesIO(data), kind)
+        while have < size and (part := stream.read1(min(_STEP, size - have))):
             parts.append(part)
             have += len(part)
     except _errors():
         pass
-    return b"".join(parts)
-
-
-def _errors() -> tuple[type[Exception], ...]:
-    import zstandard
-
-    return (zstandard.ZstdError, RuntimeError, OSError, ValueError, EOFError, MemoryError)
+    return b"".join(parts)[:size]

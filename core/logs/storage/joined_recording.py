@@ -56,8 +56,7 @@ def _joined(files: Sequence[Sequence[Channel]]) -> tuple[tuple[Channel, ...], tu
         names = {}
         for channel in channels:
             kind = replace(channel, key=0)
-            known = out.get((kind, counts[kind]), replace(channel, key=len(out), messages=0))
-            joined = out[kind, counts[kind]] = replace(known, messages=known.messages + channel.messages)
+            joined = out.setdefault((kind, counts[kind]), replace(channel, key=len(out)))
             counts[kind] += 1
             names[channel.key] = joined.key
         keys.append(names)

@@ -2,10 +2,60 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
-from collaudit.core.logs.storage.records import ByteArray
+from collaudit.core.logs.storage.records import Batch, ByteArray
 from collaudit.core.numeric.arrays import IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """Messages of a chunk in the order they lie in it.
+
+    Attributes:
+        start, length: (n,) payload offsets and sizes.
+        channel: (n,) channel numbers.
+        log_ns: (n,) times of recording.
+        publish_ns: (n,) times of publishing, where the container keeps them.
+        others: records that define schemas and channels, as the format has them.
+        rest: bytes that are no whole record.
+    """
+
+    start: IntArray
+    length: IntArray
+    channel: IntArray
+    log_ns: IntArray
+    publish_ns: IntArray | None
+    others: Sequence[Any]
+    rest: int
+
+    def by_channel(self, data: ByteArray) -> list[Batch]:
+        """The messages of each channel, in the order of their numbers."""
+        out = []
+        for number in np.unique(self.channel).tolist():
+            mine = np.flatnonzero(self.channel == number)
+            publish_ns = None if self.publish_ns is None else self.publish_ns[mine]
+            out.append(Batch(number, data, self.start[mine], self.length[mine], self.log_ns[mine], publish_ns))
+        return out
+
+
+def gaps_between(start: IntArray, stop: IntArray, size: int) -> list[tuple[int, int]] | None:
+    """The stretches of ``size`` bytes that no record takes, mostly none; None where records overlap or reach beyond.
+
+    Args:
+        start, stop: (n,) bytes of the records, in order.
+        size: bytes in all.
+    """
+    edges = np.concatenate([[0], stop])
+    stops = np.concatenate([start, [size]])
+    if (edges > stops).any():
+        return None
+    apart = np.flatnonzero(edges < stops)
+    return list(zip(edges[apart].tolist(), stops[apart].tolist(), strict=True))
 
 
 def ascending(offsets: IntArray) -> IntArray:

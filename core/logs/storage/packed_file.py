@@ -6,65 +6,24 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Callable
+from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, cast
+from typing import TypeVar, cast
 
 from collaudit.core.errors import LogError
+from collaudit.core.logs.storage.decompression import Source, decompression_errors, decompressor
 from collaudit.core.logs.storage.file_head import COMPRESSED_SUFFIXES
 from collaudit.core.logs.storage.file_reading import FREE_CHUNK_BYTES, MAX_RATIO
 
 _HEAD = 4096
 _PIECE = 1 << 20
-#: Compressed bytes taken at a time: whatever they claim, they cannot fill the memory.
-_ZSTD_PIECE = 1 << 11
 #: What else lies in archives of one log.
 _BESIDES = ("__MACOSX/", ".DS_Store", "._")
 
 Reader = TypeVar("Reader")
 
 
-class Source(Protocol):
-    """Decompressed bytes, one after the other."""
-
-    def read1(self, size: int) -> bytes:
-        """The next bytes that can be had at once; none at the end."""
-
-    def close(self) -> None:
-        """Release the file."""
-
-
-class _Zstd:
-    """Frames of zstd one after the other; unlike the package's reader it tells a cut file from a whole one."""
-
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("rb")
-        self._frame: Any = None
-
-    def read1(self, size: int) -> bytes:
-        import zstandard
-
-        while piece := self._file.read(_ZSTD_PIECE):
-            parts = []
-            while piece:
-                if self._frame is None:
-                    self._frame = zstandard.ZstdDecompressor().decompressobj()
-                parts.append(self._frame.decompress(piece))
-                piece = self._frame.unused_data
-                if self._frame.eof:
-                    self._frame = None
-                else:
-                    break
-            if data := b"".join(parts):
-                return data
-        if self._frame is not None:
-            raise EOFError("the file ended inside a frame")
-        return b""
-
-    def close(self) -> None:
-        self._file.close()
-
-
-def decompressor(path: Path, method: str) -> Source:
+def opened_packed(path: Path, method: str) -> Source:
     """The decompressed bytes of a file.
 
     Args:
@@ -74,23 +33,7 @@ def decompressor(path: Path, method: str) -> Source:
     Raises:
         LogError: an archive does not hold exactly one file.
     """
-    if method == "gzip":
-        import gzip
-
-        return cast(Source, gzip.open(path, "rb"))
-    if method == "xz":
-        import lzma
-
-        return cast(Source, lzma.open(path, "rb"))
-    if method == "lz4":
-        import lz4.frame
-
-        return cast(Source, lz4.frame.open(path, "rb"))
-    if method == "bz2":
-        import bz2
-
-        return cast(Source, bz2.open(path, "rb"))
-    return _only_member(path) if method == "zip" else _Zstd(path)
+    return _only_member(path) if method == "zip" else decompressor(path, method)
 
 
 def _only_member(path: Path) -> Source:
@@ -111,11 +54,7 @@ def _only_member(path: Path) -> Source:
         )
     try:
         return cast(Source, archive.open(names[0]))
-    except (
-        RuntimeError,
-        NotImplementedError,
-        zipfile.BadZipFile,
-    ) as error:  # a password is asked
+    except (RuntimeError, NotImplementedError, zipfile.BadZipFile) as error:  # a password is asked
         raise LogError(f"cannot be decompressed: {error}", where=str(path)) from error
 
 
@@ -123,31 +62,12 @@ def _beside(name: str) -> bool:
     return name.startswith(_BESIDES[0]) or name.rpartition("/")[2].startswith(_BESIDES[1:])
 
 
-def decompression_errors() -> tuple[type[Exception], ...]:
-    """What the decompressors raise on damaged files."""
-    import lzma
-    import zipfile
-    import zlib
-
-    import zstandard
-
-    return (OSError, EOFError, RuntimeError, lzma.LZMAError, zlib.error, zstandard.ZstdError, zipfile.BadZipFile)
-
-
 def inner_head(path: Path, method: str) -> bytes:
     """The first bytes of what a compressed file holds; none where they cannot be had."""
     head = b""
-    try:
-        source = decompressor(path, method)
-        try:
-            while len(head) < _HEAD and (piece := source.read1(_HEAD)):
-                head += piece
-        finally:
-            source.close()
-    except LogError:
-        pass
-    except decompression_errors():
-        pass
+    with suppress(LogError, *decompression_errors()), closing(opened_packed(path, method)) as source:
+        while len(head) < _HEAD and (piece := source.read1(_HEAD)):
+            head += piece
     return head[:_HEAD]
 
 
@@ -192,7 +112,7 @@ def _unpack(path: Path, method: str, into: Path) -> str | None:
     limit = max(FREE_CHUNK_BYTES, MAX_RATIO * path.stat().st_size)
     limit = min(limit, shutil.disk_usage(into.parent).free)
     given = 0
-    source = decompressor(path, method)
+    source = opened_packed(path, method)
     with into.open("wb") as out:
         try:
             while piece := source.read1(_PIECE):

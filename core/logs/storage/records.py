@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -30,7 +30,6 @@ class Channel:
         encoding: how messages are encoded: ``cdr``, ``ros1``, ``protobuf``, ``json`` …
         schema_encoding: how the schema is written: ``ros2msg``, ``ros1msg``, ``ros2idl``, ``protobuf`` …, or "".
         schema: the schema's bytes; empty when the file does not hold it.
-        messages: how many the file claims to hold; 0 where it states no number.
     """
 
     key: int
@@ -39,7 +38,6 @@ class Channel:
     encoding: str
     schema_encoding: str
     schema: bytes
-    messages: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

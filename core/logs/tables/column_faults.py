@@ -39,7 +39,7 @@ def column_fault(names: Sequence[str], quantity: str, where: str, known: Mapping
     bare = [without_unit(name) for name in names]
     return (
         _broken_numbers(names, bare, quantity, where, known)
-        or _several_arms(bare, quantity, where)
+        or _several_arms(names, quantity, where)
         or _not_measured(bare, quantity, where, known)
     )
 
@@ -105,8 +105,9 @@ def _lines(families: Sequence[_Family], value: Callable[[int], str | int], known
     return "; ".join(lines[quantity] for quantity in QUANTITY_WORDS if quantity in lines)
 
 
-def _several_arms(bare: Sequence[str], quantity: str, where: str) -> LogError | None:
-    """Numbered columns with a word more than the quantity's, such as the side of an arm."""
+def sides_of(names: Sequence[str], quantity: str = "position") -> dict[str, dict[str, str]]:
+    """Numbered columns with a word more than the quantity's, such as an arm's side: word to quantity to pattern."""
+    bare = [without_unit(name) for name in names]
     sides: dict[str, dict[str, str]] = {}
     stems = {name[: hit.start()] + MARK + name[hit.end() :] for name in bare for hit in _NUMBER.finditer(name)}
     for stem in sorted(stems):
@@ -114,7 +115,11 @@ def _several_arms(bare: Sequence[str], quantity: str, where: str) -> LogError | 
             zero = any(name == stem.replace(MARK, "0") for name in bare)
             pattern = stem.replace(MARK, "{i0}" if zero else "{i}")
             sides.setdefault(word, {}).setdefault(group.meaning.quantity, pattern)
-    sides = {word: patterns for word, patterns in sides.items() if quantity in patterns}
+    return {word: patterns for word, patterns in sides.items() if quantity in patterns}
+
+
+def _several_arms(names: Sequence[str], quantity: str, where: str) -> LogError | None:
+    sides = sides_of(names, quantity)
     if not sides:
         return None
     lines = ["; ".join(f'{key} = "{each[key]}"' for key in QUANTITY_WORDS if key in each) for each in sides.values()]

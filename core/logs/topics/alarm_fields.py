@@ -41,7 +41,7 @@ def alarm_fields(decoded: Decoded, profile: Profile | None) -> list[AlarmField]:
         names = [key for key in group.columns if key.startswith(ANNOTATION)]
         if not names:
             continue
-        at = np.argsort(group.order(), kind="stable")
+        at = np.argsort(np.asarray(group.look("place")), kind="stable")
         for name in names:
             values = np.asarray(group.take(name), dtype=np.float64)
             if profile is None or not (raised := profile.raised(name.removeprefix(ANNOTATION), values)).any():

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -14,15 +13,12 @@ from collaudit.core.logs.messages.message_schema import SchemaError
 from collaudit.core.logs.messages.profiles import Profile, configured, profile_of
 from collaudit.core.logs.storage.reading_bounds import ReadingBounds
 from collaudit.core.logs.storage.records import Channel, MessageReader, Progress
-from collaudit.core.numeric.parallel import Beside
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import LogConfig
 
 Definitions = Mapping[str, Any]
 ENCODINGS = ("cdr", "ros1", "json", "protobuf")
-#: So many batches may wait for their columns to be written: while they are in the cache.
-_AHEAD = 1
 
 
 @dataclass(slots=True, eq=False)
@@ -76,7 +72,6 @@ def topics_of(
         out.append(_topic(name, channels, extra) if own is None else read_by(name, channels, own, extra))
     for topic in out:
         topic.decoded.bounds = bounds
-        topic.decoded.claimed = sum(channel.messages for channel in topic.channels)
     return out
 
 
@@ -130,13 +125,11 @@ def decode(reader: MessageReader, topics: Sequence[Topic], progress: Progress | 
             decoders.setdefault(key, []).append(decoder)
     if not decoders:
         return
-
-    with written_beside(topics):
-        for batch in reader.batches(frozenset(decoders), sharing(topics, progress)):
-            for decoder in decoders[batch.key]:
-                decoder.add(batch)
-            if limit and all(topic.decoded.seen >= limit for topic in topics):
-                return
+    for batch in reader.batches(frozenset(decoders), sharing(topics, progress)):
+        for decoder in decoders[batch.key]:
+            decoder.add(batch)
+        if limit and all(topic.decoded.seen >= limit for topic in topics):
+            return
 
 
 def sharing(topics: Sequence[Topic], progress: Progress | None = None) -> Progress:
@@ -149,19 +142,6 @@ def sharing(topics: Sequence[Topic], progress: Progress | None = None) -> Progre
             progress(done, total)
 
     return note
-
-
-@contextmanager
-def written_beside(topics: Sequence[Topic]) -> Iterator[None]:
-    """A context in which columns are written beside decoding; all are at its end."""
-    try:
-        with Beside(_AHEAD) as beside:
-            for topic in topics:
-                topic.decoded.beside = beside
-            yield
-    finally:
-        for topic in topics:
-            topic.decoded.beside = None
 
 
 def described(topics: Sequence[Topic], limit: int = 20) -> str:

@@ -45,12 +45,9 @@ def clocks_of(groups: Sequence[Group]) -> tuple[IntArray, IntArray | None, IntAr
     tagged = all("source" in group.columns for group in groups)
     log_ns = _integers(groups, "log_ns")
     stamp_ns = _integers(groups, "stamp_ns") if stamped else None
-    order = None
-    if len(groups) > 1 or not groups[0].is_one_run:
-        order = np.concatenate([group.order() for group in groups])
-        if (order[1:] >= order[:-1]).all():  # messages of other sizes are decoded after each other
-            order = None
-    return log_ns, stamp_ns, order, _integers(groups, "source") if tagged else None
+    places = _integers(groups, "place")
+    ascend = bool((places[1:] >= places[:-1]).all())  # messages of other sizes are decoded after each other
+    return log_ns, stamp_ns, None if ascend else places, _integers(groups, "source") if tagged else None
 
 
 def _integers(groups: Sequence[Group], name: str) -> IntArray:

@@ -20,7 +20,6 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel, first_order
-from collaudit.core.numeric.sparse_column import SparseColumn
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.balance import Balance, KnownTorques, friction_velocity, start_mask
 from collaudit.core.residual.detector import Detector
@@ -71,13 +70,13 @@ def energy_residual(prepared: Prepared, inputs: ResidualInputs, config: DetectCo
     state = _state(series, by_joint.state, balance)
     state[(speed < 2.0 * SLOW_RAD_S) & (state == State.JUDGED)] = State.FRICTION_INTERVAL
     columns = np.ones((1, len(series.joint_names)))
-    hidden = SparseColumn.of(np.nan_to_num((high - low) / speed))
+    hidden = np.nan_to_num((high - low) / speed)
     return replace(
         unknown,
         torque_nm=(beyond / speed)[:, None] * columns,
         effort_nm=series.effort,
         state=np.repeat(state[:, None], columns.size, axis=1),
-        hidden_nm=(hidden,) * columns.size,
+        hidden_nm=hidden[:, None] * columns,
         uncertainty_nm=np.nan_to_num((_smooth(kernel, series, slack) / speed)[:, None] * columns),
         levels=by_joint.levels,
     )

@@ -1,4 +1,4 @@
-"""Generated pages of the user guide: ``python -m collaudit.cli.docs docs``.
+"""Generated pages of the user guide: ``python -m user_guide.pages docs``.
 
 The configuration reference and its JSON Schema come from the schema, findings from their table, commands and manual
 pages from their own help, the JSON Schemas of results from their types; a test compares the files with what this
@@ -17,23 +17,16 @@ import msgspec
 
 from collaudit.cli.group import ALL_OPTIONS
 from collaudit.cli.main import collaudit
-from collaudit.cli.man_pages import man_pages
-from collaudit.cli.output_schemas import output_schema_texts
-from collaudit.cli.room_picture import ROOMS, picture
 from collaudit.core.config import schema as config_of_core
-from collaudit.core.config.describe import (
-    Key,
-    all_keys,
-    choices_of_laws,
-    default_text,
-    keys_of,
-    names_of_entries,
-    value_text,
-)
+from collaudit.core.config.describe import Key, all_keys, choices_of_laws, keys_of, value_text
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.result_schemas import schema_texts
+from user_guide.config_words import default_text, header, meaning, names_of_entries
+from user_guide.man_pages import man_pages
+from user_guide.output_schemas import output_schema_texts
+from user_guide.room_picture import ROOMS, picture
 
 
 def pages() -> dict[str, str]:
@@ -79,7 +72,7 @@ def config_page() -> str:
     ]
     tables = [key for key in all_keys() if key.table is not None]
     for key in tables:
-        lines += ["", f"## `{key.header}`", "", key.description, ""]
+        lines += ["", f"## `{header(key)}`", "", meaning(key), ""]
         assert key.table is not None
         rows = [inner for inner in keys_of(key.table, key.path) if inner.table is None]
         if rows:
@@ -147,7 +140,7 @@ def help_text(name: str) -> str:
 def _config_row(key: Key) -> str:
     default = default_text(key)
     shown = default if default == "absent" else f"`{default}`"
-    return f"| `{key.path[-1]}` | {_cell(value_text(key))} | {_cell(shown)} | {_cell(key.description)} |"
+    return f"| `{key.path[-1]}` | {_cell(value_text(key))} | {_cell(shown)} | {_cell(meaning(key))} |"
 
 
 def _finding_row(code: str, kind: Kind) -> str:
@@ -175,7 +168,7 @@ def with_picture(page: str) -> str:
 def main(arguments: list[str]) -> int:
     """Write the pages into the folder named."""
     if len(arguments) != 1:
-        sys.stderr.write("usage: python -m collaudit.cli.docs FOLDER\n")
+        sys.stderr.write("usage: python -m user_guide.pages FOLDER\n")
         return 2
     for name, text in pages().items():
         path = Path(arguments[0]) / name

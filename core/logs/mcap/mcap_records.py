@@ -1,0 +1,137 @@
+"""The records of an MCAP file as the mcap package reads them, and what they say of the file together."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from typing import Any
+
+from mcap import records
+from mcap.data_stream import ReadDataStream
+
+from collaudit.core.logs.storage.records import MAX_SCHEMA_BYTES, Channel, Damage, ros_type
+from collaudit.core.numeric.arrays import IntArray
+
+MAGIC = b"\x89MCAP0\r\n"
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 2, 3, 4, 5, 6, 7, 8, 11
+METADATA, METADATA_INDEX = 12, 13
+#: Bytes of a message's record before its payload.
+MESSAGE_HEAD = 31
+#: A schema, channel or other small record is not read beyond this.
+MAX_SMALL = 2 * MAX_SCHEMA_BYTES
+_MAX_SUMMARY = 256 << 20
+#: Footer and closing magic.
+_TAIL = 9 + 20 + 8
+_HEAD = struct.Struct("<BQ")
+_KINDS: dict[int, Any] = {
+    FOOTER: records.Footer, SCHEMA: records.Schema, CHANNEL: records.Channel, CHUNK_INDEX: records.ChunkIndex,
+    STATISTICS: records.Statistics, METADATA: records.Metadata, METADATA_INDEX: records.MetadataIndex,
+}  # fmt: skip
+
+
+class _Body(BytesIO):
+    """The bytes of one record; to read beyond them is an error."""
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        if size is not None and len(data) < size:
+            raise EOFError
+        return data
+
+
+def parsed(op: int, body: bytes) -> Any:
+    """A record of the mcap package; None where its body is malformed."""
+    try:
+        return _KINDS[op].read(ReadDataStream(_Body(body)))
+    except (struct.error, UnicodeDecodeError, EOFError):
+        return None
+
+
+def record_places(data: bytes, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, int, int]]:
+    """(op, offset of the record, length of its body) of the records that lie wholly between two offsets."""
+    end = len(data) if stop is None else stop
+    unpack = _HEAD.unpack_from
+    while start + 9 <= end:
+        op, length = unpack(data, start)
+        if start + 9 + length > end:
+            return
+        yield op, start, length
+        start += 9 + length
+
+
+def summary_of(file: Any) -> bytes:
+    """The summary section of a file (:class:`~collaudit.core.logs.storage.file_reading.RandomFile`); empty without."""
+    tail = file.read(max(file.size - _TAIL, 0), _TAIL)
+    if len(tail) < _TAIL or tail[-8:] != MAGIC or tail[0] != FOOTER:
+        return b""
+    start = parsed(FOOTER, tail[9:-8]).summary_start
+    size = file.size - _TAIL - start
+    summary: bytes = file.read(start, size) if start >= len(MAGIC) and 0 < size <= _MAX_SUMMARY else b""
+    return summary
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkRef:
+    """One chunk, or a run of messages outside chunks: where its records lie, what they claim, what indexes them.
+
+    Attributes:
+        at: byte of the chunk record.
+        data_at, data_size: its compressed records.
+        size: claimed size when decompressed.
+        crc: claimed CRC-32 of the decompressed records; 0 when there is none.
+        compression: "", ``zstd`` or ``lz4``.
+        index: (channel, byte, size) of each message index array.
+        complete: False when the file ends inside it.
+        extent: bytes of the chunk and its message indexes as the file's summary states them; 0 where it was walked.
+        loose: offsets of the messages of a run outside chunks; None of a chunk.
+    """
+
+    at: int
+    data_at: int
+    data_size: int
+    size: int
+    crc: int
+    compression: str
+    index: tuple[tuple[int, int, int], ...] = ()
+    complete: bool = True
+    extent: int = 0
+    loose: IntArray | None = None
+
+
+@dataclass(slots=True)
+class McapIndex:
+    """What is known of a file."""
+
+    schemas: dict[int, Any] = field(default_factory=dict)
+    channels: dict[int, Any] = field(default_factory=dict)
+    chunks: list[ChunkRef] = field(default_factory=list)
+    counts: dict[int, int] = field(default_factory=dict)
+    damage: list[Damage] = field(default_factory=list)
+    span_ns: tuple[int, int] | None = None
+    chunk_spans_ns: list[tuple[int, int]] = field(default_factory=list)
+
+    def record(self, op: int, body: bytes) -> None:
+        """Take note of a schema, channel or statistics record; a malformed one is damage."""
+        found = parsed(op, body)
+        if found is None:
+            self.damage.append(Damage(f"a record of kind {op} is malformed"))
+        elif op == STATISTICS:
+            self.span_ns = found.message_start_time, found.message_end_time
+            self.counts |= found.channel_message_counts
+        else:
+            (self.schemas if op == SCHEMA else self.channels).setdefault(found.id, found)
+
+    def lacks_schemas(self) -> bool:
+        """Whether channels refer to schemas that were not met yet: they may stand only inside chunks."""
+        return any(one.schema_id and one.schema_id not in self.schemas for one in self.channels.values())
+
+    def reader_channels(self) -> tuple[Channel, ...]:
+        """The channels as readers hand them on; one without a schema keeps an empty type."""
+        out = []
+        for number, one in sorted(self.channels.items()):
+            schema = self.schemas.get(one.schema_id) or records.Schema(0, b"", "", "")
+            kind = ros_type(schema.name)
+            out.append(Channel(number, one.topic, kind, one.message_encoding, schema.encoding, schema.data))
+        return tuple(out)

@@ -43,59 +43,27 @@ from collaudit.reports.values.entries import IndexEntry
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
-def audit_schema() -> dict[str, Any]:
-    """The JSON Schema of ``audit.json``."""
-    return _published(AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)")
+#: Result file to its dataclass, the version of its schema, and its title.
+RESULTS: dict[str, tuple[type, str, str]] = {
+    "audit": (AuditResult, AUDIT_SCHEMA, "collaudit audit of one log (audit.json)"),
+    "friction": (FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)"),
+    "study": (RuleStudy, STUDY_SCHEMA, "collaudit study of one log's rule (study.json)"),
+    "summary": (Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)"),
+    "comparison": (Comparison, COMPARISON_SCHEMA, "two collaudit runs compared (report --compare --json)"),
+    "policy": (PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)"),
+    "manifest": (Manifest, MANIFEST_SCHEMA, "collaudit manifest of an audit (manifest.json)"),
+    "plan": (PlanFile, PLAN_SCHEMA, "collaudit plan of a motion (plan.json)"),
+}
 
 
-def friction_schema() -> dict[str, Any]:
-    """The JSON Schema of ``friction.json``."""
-    return _published(FrictionFile, FRICTION_SCHEMA, "collaudit friction fit (friction.json)")
-
-
-def study_schema() -> dict[str, Any]:
-    """The JSON Schema of ``study.json``."""
-    return _published(RuleStudy, STUDY_SCHEMA, "collaudit study of one log's rule (study.json)")
-
-
-def summary_schema() -> dict[str, Any]:
-    """The JSON Schema of ``summary.json``."""
-    return _published(Summary, SUMMARY_SCHEMA, "collaudit audit of many logs (summary.json)")
-
-
-def comparison_schema() -> dict[str, Any]:
-    """The JSON Schema of ``report --compare --json``."""
-    return _published(Comparison, COMPARISON_SCHEMA, "two collaudit runs compared (report --compare --json)")
-
-
-def policy_schema() -> dict[str, Any]:
-    """The JSON Schema of ``policy.json``."""
-    return _published(PolicyFile, POLICY_SCHEMA, "collaudit decision over an audit (policy.json)")
-
-
-def plan_schema() -> dict[str, Any]:
-    """The JSON Schema of ``plan.json``."""
-    return _published(PlanFile, PLAN_SCHEMA, "collaudit plan of a motion (plan.json)")
-
-
-def manifest_schema() -> dict[str, Any]:
-    """The JSON Schema of ``manifest.json``."""
-    return _published(Manifest, MANIFEST_SCHEMA, "collaudit manifest of an audit (manifest.json)")
+def result_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of one of :data:`RESULTS`."""
+    return _published(*RESULTS[name])
 
 
 def schema_texts() -> dict[str, str]:
     """File name to JSON Schema, of every result file."""
-    documents = {
-        "audit-1.schema.json": audit_schema(),
-        "friction-1.schema.json": friction_schema(),
-        "study-1.schema.json": study_schema(),
-        "summary-1.schema.json": summary_schema(),
-        "comparison-1.schema.json": comparison_schema(),
-        "policy-1.schema.json": policy_schema(),
-        "manifest-1.schema.json": manifest_schema(),
-        "plan-1.schema.json": plan_schema(),
-    }
-    return {name: json_text(document) for name, document in documents.items()}
+    return {f"{name}-1.schema.json": json_text(result_schema(name)) for name in RESULTS}
 
 
 def _published(kind: type, version: str, title: str) -> dict[str, Any]:

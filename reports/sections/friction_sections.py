@@ -17,22 +17,21 @@ def friction_sections(fit: FrictionFit) -> tuple[Section, ...]:
 def _parameters(fit: FrictionFit) -> Section:
     rows = tuple(
         (
-            parameter_symbol(name),
-            parameter_meaning(fit.model, name),
+            ", ".join(text for text in (parameter_symbol(name), parameter_meaning(fit.model, name)) if text),
             significant(value),
             "none" if (bounds := fit.ci95.get(name)) is None else interval(*bounds),
             parameter_unit(name),
         )
         for name, value in fit.parameters.items()
     )
-    return Section("Parameters", ("parameter", "meaning", "value", "95 % interval", "unit"), rows)
+    return Section("Parameters", ("parameter", "value", "95 % interval", "unit"), rows)
 
 
 def _known(fit: FrictionFit) -> Section:
     rows = tuple(
         (k.name.replace(" - ", " − "), f"{significant(k.value)} {k.unit}", interval(*k.ci95)) for k in fit.known
     )
-    return Section("Known all the same", ("combination", "value", "95 % interval"), rows)
+    return Section("Known all the same", ("known all the same", "value", "95 % interval"), rows)
 
 
 def _laws(fit: FrictionFit) -> Section:

@@ -163,4 +163,4 @@ def _residual_row(joint: str, result: AuditResult) -> tuple[str, ...]:
     ]
     limit = NONE if gamma is None else f"{max((limit for _, limit in beside), key=len)} {unit}"  # holds for every value
     count = counted(len(peaks), result)
-    return joint, *texts[:4], limit, duration(stats.judged_s), f"{texts[4]} ({duration(stats.clean_s)})", count
+    return joint, *texts[:4], limit, duration(stats.judged_s), texts[4], count

@@ -10,7 +10,7 @@ Rows = tuple[tuple[str, ...], ...]
 
 #: What stands where there is no value.
 BLANK = frozenset({"", "–", "none", "no force", "not felt", "not known", "not watched", "open", "unknown"})
-_NUMBER = re.compile(r"[-−+±×≤≥<>]? ?\d[^;:]{0,32}")
+_NUMBER = re.compile(r"[-−+±×≤≥<>]? ?\d(?:[^;:,]|,(?=\d)){0,32}")
 _WITH_UNIT = re.compile(r"[-−+]?\d[\d.,e+-]* (N·m|N)( ▲)?")
 
 
@@ -59,8 +59,9 @@ class Section:
         return replace(self, columns=tuple(self.columns[k] for k in told), rows=cells)
 
     def part(self, start: int, stop: int | None = None) -> Section:
-        """With some of the rows."""
-        return replace(self, rows=self.rows[start:stop], windows=self.windows[start:stop])
+        """With some of the rows; the notes stay with the first of them."""
+        notes = self.notes if start == 0 else ()
+        return replace(self, rows=self.rows[start:stop], windows=self.windows[start:stop], notes=notes)
 
     def units_in_headings(self) -> Section:
         """Torques and forces without the unit that all of a column share: its heading has it."""

@@ -16,20 +16,20 @@ def threshold_evidence(result: AuditResult) -> Section:
         "joint",
         "γ in force",
         "recommended γ",
-        "largest clean level for n samples",
+        "largest clean level",
         "margin over it",
         "clean time",
-        "false alarms (95 %), extrapolated",
-        "from observed time only",
+        "false alarms, extrapolated",
+        "from observed time",
         "γ at other persistences",
     )
     missing = [(joint, text) for joint, rule in result.recommended.items() for text in rule.missing]
     lines = (f"Missing: {line}" for line in joint_lines(missing, len(result.recommended)))
     title = f"γ in force and recommended, at n = {result.rule.n}"
     if all(rule.gamma_nm is None for rule in result.recommended.values()):
-        title = "None recommended: this log has too little evidence"
-        in_force = Section("", head, rows).only("joint", "γ in force", "clean time")
-        return Section(title, in_force.columns, in_force.rows, tuple(lines))
+        in_force = [(row[0], f"γ {row[1]} in force; clean time {row[5]}") for row in rows]
+        notes = (*joint_lines(in_force, len(rows)), *lines)
+        return Section("None recommended: this log has too little evidence", (), (), notes)
     return Section(title, head, rows, tuple(lines))
 
 

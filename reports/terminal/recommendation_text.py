@@ -47,6 +47,10 @@ def brief_text(found: ArmRecommendation, as_set: str = "", width: int | None = N
 
 
 def _listed(shown: Mapping[str, str], units: Mapping[str, str]) -> str:
+    """Values by joint; a unit that all share is said once."""
+    kinds = {units.get(joint, "N·m") for joint in shown}
+    if len(kinds) == 1:
+        return ", ".join(f"{joint} {text}" for joint, text in shown.items()) + f" {kinds.pop()}"
     return ", ".join(f"{joint} {with_unit(text, joint, units)}" for joint, text in shown.items())
 
 

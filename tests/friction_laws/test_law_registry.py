@@ -27,7 +27,7 @@ from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law
 from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.files.json_reader import parse_result
-from collaudit.reports.files.result_schemas import friction_schema
+from collaudit.reports.files.result_schemas import result_schema
 from collaudit.reports.files.run_files import friction_json
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.words import law_text, parameter_meaning
@@ -145,7 +145,7 @@ def test_an_added_law_goes_through_configuration_file_judging_and_report(added: 
 
 def test_an_added_law_is_published(added: FrictionLaw) -> None:
     assert f'"{added.name}"' in config_schema()
-    assert added.name in str(friction_schema())
+    assert added.name in str(result_schema("friction"))
     key = next(key for key in all_keys() if key.dotted == "friction.model")
     assert f'"{added.name}"' in value_text(key)
 

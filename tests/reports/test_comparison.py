@@ -18,7 +18,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.limits_file import read_limits
-from collaudit.reports.files.result_schemas import comparison_schema
+from collaudit.reports.files.result_schemas import result_schema
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
 from collaudit.reports.terminal.comparison_text import body_region_text, comparison_text
@@ -118,7 +118,7 @@ def test_a_pass_with_exclusions_stays_one_and_sizes_asked_for_are_settings(audit
 
 def test_the_comparison_keeps_to_its_schema(audit: Audit) -> None:
     text = json_text(compare(audit, _without_contacts(audit)))
-    Draft202012Validator(comparison_schema()).validate(json.loads(text))
+    Draft202012Validator(result_schema("comparison")).validate(json.loads(text))
 
 
 def _with_force(audit: Audit, low: float, high: float, blind: int) -> Audit:

@@ -9,37 +9,37 @@ import samples
 from jsonschema import Draft202012Validator
 
 from collaudit.core.errors import LogError
-from collaudit.reports.files.result_schemas import audit_schema, friction_schema, summary_schema
+from collaudit.reports.files.result_schemas import result_schema
 from collaudit.reports.files.run_files import audit_json, friction_json
 from collaudit.reports.page.index import entry_of, entry_of_error, summary_json
 
 
 @pytest.mark.parametrize("make", [samples.failed, samples.passed, samples.not_judged, samples.hostile])
 def test_audits_keep_to_the_schema(make) -> None:
-    Draft202012Validator(audit_schema()).validate(json.loads(audit_json(make().result)))
+    Draft202012Validator(result_schema("audit")).validate(json.loads(audit_json(make().result)))
 
 
 def test_friction_keeps_to_the_schema() -> None:
-    Draft202012Validator(friction_schema()).validate(json.loads(friction_json(samples.friction_file())))
+    Draft202012Validator(result_schema("friction")).validate(json.loads(friction_json(samples.friction_file())))
 
 
 def test_summaries_keep_to_the_schema() -> None:
     entries = [entry_of(samples.failed(3000).result, "a/report.html"), entry_of_error("b", LogError("cut short"))]
-    Draft202012Validator(summary_schema()).validate(json.loads(summary_json(entries)))
+    Draft202012Validator(result_schema("summary")).validate(json.loads(summary_json(entries)))
 
 
-@pytest.mark.parametrize("schema", [audit_schema(), friction_schema(), summary_schema()])
+@pytest.mark.parametrize("schema", [result_schema("audit"), result_schema("friction"), result_schema("summary")])
 def test_schemas_are_schemas(schema) -> None:
     Draft202012Validator.check_schema(schema)
     assert schema["properties"]["schema"]["const"].startswith("collaudit/")
 
 
 def test_fields_carry_their_documentation() -> None:
-    collision = audit_schema()["$defs"]["Collision"]["properties"]
+    collision = result_schema("audit")["$defs"]["Collision"]["properties"]
     assert collision["detected_s"]["description"] == "the n-th sample above gamma: when the rule fires."
 
 
 @pytest.mark.parametrize("value", ['"4.0"', "null", "[]"])
 def test_the_schema_refuses_what_the_reader_refuses(value: str) -> None:
     text = audit_json(samples.failed(3000).result).replace("9.21734", value)
-    assert list(Draft202012Validator(audit_schema()).iter_errors(json.loads(text)))
+    assert list(Draft202012Validator(result_schema("audit")).iter_errors(json.loads(text)))

@@ -35,8 +35,8 @@ class PayloadStep:
     """A step of the weight at the tool: when, by how much, and half of its 95 % interval, kg.
 
     A second's estimates share the errors of model and friction, so that many of them know hardly more than one: on 76
-    simulated logs, half of them of an arm that lacks its tool and rotors in the description, 95 % of the steps were within
-    3.6 spreads of a second's estimate of the truth. The interval is what a step must exceed to count.
+    simulated logs, half of them with a description that lacks tool and rotors, 95 % of the steps were within 3.6
+    spreads of a second's estimate of the truth. The interval is what a step must exceed to count.
     """
 
     at_s: float

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collaudit.core.config.toml_lines import KeyPath
     from collaudit.core.logs import LogSummary
     from collaudit.core.logs.column_guess import ColumnGuess
-    from collaudit.core.robot.robot_description import RobotDescription
+    from collaudit.core.robot.robot_description import Description
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Known:
     summary: LogSummary
     columns: ColumnGuess | None
     loaded: LoadedConfig
-    robot: RobotDescription | None
+    robot: Description | None
     paths: dict[str, str]
     guesses: frozenset[KeyPath]
 

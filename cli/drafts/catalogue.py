@@ -1,7 +1,7 @@
 """Descriptions of arms on this machine, and which of them a log may be of: by names, number and limits of its joints.
 
-The files are those of example-robot-data, whose wheel brings them, and what robot_descriptions has fetched. A
-description is proposed, never taken: arms of one family differ in nothing that a log shows.
+The files are those of example-robot-data, whose wheel brings them, and what robot_descriptions has fetched. One is
+proposed, never taken: arms of one family may differ in nothing that a log shows.
 """
 
 from __future__ import annotations

@@ -31,11 +31,16 @@ _MOSTLY = 0.3
 
 @dataclass(frozen=True, slots=True)
 class PayloadStep:
-    """A step of the weight at the tool: when, by how much, and the spread of a second's estimate, kg."""
+    """A step of the weight at the tool: when, by how much, and half of its 95 % interval, kg.
+
+    A second's estimates share the errors of model and friction, so that many of them know hardly more than one: on 76
+    simulated logs, half of them with a description that lacks tool and rotors, 95 % of the steps were within 3.6
+    spreads of a second's estimate of the truth. The interval is what a step must exceed to count.
+    """
 
     at_s: float
     mass_kg: float
-    spread_kg: float
+    half_kg: float
 
 
 def payload_findings(
@@ -55,7 +60,7 @@ def payload_findings(
     verb = "gains" if step.mass_kg > 0 else "loses"
     text = (
         f"From {step.at_s:.4g} s on, the weight at the tool differs: over all poses it {verb} "
-        f"{abs(step.mass_kg):.2g} kg (from one second: ± {step.spread_kg:.2g} kg). A tool or payload was changed, "
+        f"{abs(step.mass_kg):.2g} kg (± {step.half_kg:.2g} kg, 95 %). A tool or payload was changed, "
         "or something pulls at the arm all the time; later alarms may come from it."
     )
     return (Finding("payload-changed", "warning", text, start_s=step.at_s),)
@@ -225,7 +230,7 @@ def _stands_out(
         return None
     if not _joints_agree(beside, per_kg, velocity, after, joints, change):
         return None
-    return PayloadStep(float(time_s[int(np.argmax(block >= cut))]), change, spread)
+    return PayloadStep(float(time_s[int(np.argmax(block >= cut))]), change, _SPREADS * spread)
 
 
 def _joints_agree(

@@ -39,6 +39,8 @@ _NEAR_S, _MEAN, _OPPOSITE, _SURE = 1.0, 4, 0.5, 8.0
 #: Slower than this for so long before and after, a joint stands, rad/s and s; a longer step, in usual ones, is a gap,
 #: in which anything may have turned.
 _STANDING_RAD_S, _SETTLED_S, _GAP = 1e-3, 0.1, 3.0
+#: A joint that goes on is this fast at least, rad/s: below, friction may turn, as it does where a joint breaks loose.
+_SLIDES_RAD_S = 0.02
 #: Standard deviation of white noise in medians of the size of its second differences.
 _NOISE_OF_BENDS = 1.0 / (6.0**0.5 * 0.6745)
 #: Samples in motion, of those looked at, that tell a joint's size.
@@ -164,7 +166,8 @@ def _turns_at_once(time_s: FloatArray, effort: FloatArray, velocity: FloatArray,
     turns = np.abs(before + after) < _OPPOSITE * np.abs(after - before)
     turns &= np.abs(after - before) > _SURE * noise
     first, last = v[: turns.size], v[2 * _MEAN - 1 :]
-    goes_on = (first * last > 0.0) & (2.0 * np.fmin(np.abs(first), np.abs(last)) > np.fmax(np.abs(first), np.abs(last)))
+    slower, faster = np.fmin(np.abs(first), np.abs(last)), np.fmax(np.abs(first), np.abs(last))
+    goes_on = (first * last > 0.0) & (2.0 * slower > faster) & (slower >= _SLIDES_RAD_S)
     moves = np.concatenate(([0], np.cumsum(np.abs(v) >= _STANDING_RAD_S)))
     row, margin = np.arange(turns.size), ceil(_SETTLED_S / (time_s[near[1]] - time_s[near[0]]))
     around = moves[np.minimum(row + 2 * _MEAN + margin, v.size)] - moves[np.maximum(row - margin, 0)]

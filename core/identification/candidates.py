@@ -56,7 +56,7 @@ def candidates_of(
 
 
 def with_springs(tried: Sequence[Candidate], joints: tuple[int, ...]) -> tuple[Candidate, ...]:
-    """Each candidate also with torques by the angles of some joints; these after their like without them.
+    """Each candidate also with torques by the angles of some joints; these after all that are rigid bodies alone.
 
     Args:
         tried: the simplest first; those with gains, which such torques would be mistaken for, get none.
@@ -64,7 +64,7 @@ def with_springs(tried: Sequence[Candidate], joints: tuple[int, ...]) -> tuple[C
     """
 
     def rank(one: Candidate) -> tuple[bool, bool, bool]:
-        return "gain" in one.estimate, "inertials" in one.estimate, "spring" in one.estimate
+        return "gain" in one.estimate, "spring" in one.estimate, "inertials" in one.estimate
 
     more = [replace(c, estimate=(*c.estimate, "spring"), springs=joints) for c in tried if "gain" not in c.estimate]
     return tuple(sorted((*tried, *more), key=rank))

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.angle_torque import AngleTorque
 from collaudit.core.data.identification_result import (
+    AngleTorque,
     BaseParameter,
     Bounds,
     IdentifiedBody,

@@ -42,10 +42,12 @@ def arms_of(
         summary: of the log.
         robot: joints of the description in model order: of one arm, or of all.
         prismatic: those that are prismatic.
-        columns: side to quantity to pattern, of a table whose columns are of several sides.
+        columns: side to quantity to pattern, of a table whose columns are of several sides; one without efforts, such
+            as a second encoder's, is no arm.
     """
     if not robot:
         return {}
+    columns = {side: patterns for side, patterns in columns.items() if "effort" in patterns}
     if len(columns) > 1:
         return {side: _of_columns(patterns, summary.csv_columns) for side, patterns in columns.items()}
     tables = [topic for topic in summary.topics if topic.role == "joint_states" and topic.readable and topic.joints]

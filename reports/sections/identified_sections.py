@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from collaudit.core.data.angle_torque import AngleTorque
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.identification_result import (
+    AngleTorque,
     ChannelFacts,
     EstimateChoice,
     FrictionVariation,

@@ -52,6 +52,7 @@ def test_a_payload_is_told_with_its_mass(made: Maker, robot: str) -> None:
     assert finding.start_s == pytest.approx(fault["from_s"], abs=1.1)
     told = float(finding.text.split("gains ")[1].split(" kg")[0])
     assert told == pytest.approx(fault["mass_kg"], rel=0.1)
+    assert told == pytest.approx(fault["mass_kg"], abs=float(finding.text.split("(± ")[1].split(" kg")[0]))
 
 
 @pytest.mark.parametrize(("scenario", "more"), [("stop-go", {"duration_s": 30.0}), ("polish-sine", {"seed": 2})])

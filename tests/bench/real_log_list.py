@@ -38,12 +38,8 @@ effort = "act_torque_abs_nm_{i}"
 position = "deg"
 velocity = "deg/s"
 """
-#: Names as the table has them; currents without a constant, of which the last three are inverted, as `init` offers.
-TIAGO = (
-    '[log.csv]\ntime = "t"\n'
-    + "".join(f'{q} = "- {{joint}}_{q}"\n' for q in ("position", "velocity", "effort"))
-    + '[log.units]\neffort = "raw"\neffort_sign = { arm_3_joint = -1, arm_4_joint = -1, arm_5_joint = -1 }\n'
-)
+#: Currents without a constant, of which three are inverted, as `init` offers.
+TIAGO = '[log.units]\neffort = "raw"\n'
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +63,11 @@ class RealLog:
     stated: str = ""
     signs: bool = False
     left_out: bool = False
+
+    @property
+    def lines(self) -> int:
+        """Keys that a user states, or uncomments, beside the robot."""
+        return len(re.findall(r"^\w+ = ", self.stated, re.MULTILINE)) + self.signs
 
     def settings(self, data: Path, work: Path) -> LoadedConfig:
         """What `init` writes for the judged log, read; the file stays in ``work``."""
@@ -134,7 +135,8 @@ REAL_LOGS = (
     RealLog("TX40", ("tx40_csv/curr_data.csv", "tx40_csv/pos_read_data.csv"), "urdf/tx40_mdh_modified.urdf",
             stated=TX40),
     RealLog("TIAGo", tuple(f"tiago_csv/tiago_{part}.csv" for part in ("effort", "position", "velocity")),
-            "urdf/tiago_no_hand.urdf", stated=TIAGO),
+            "urdf/tiago_no_hand.urdf", stated=TIAGO,
+            signs=True),
     RealLog("LBR", ("lbr_csv/measurements.csv",), "urdf/med7dock.urdf", stated=LBR, left_out=True),
     RealLog("KR300 A", _KR300[:1], "kr300/robot_dh.toml", stated=KR300, left_out=True),
     RealLog("KR300 A to C", _KR300[1:], "kr300/robot_dh.toml", fitted=_KR300[:1], stated=KR300, left_out=True),

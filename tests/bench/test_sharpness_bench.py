@@ -131,3 +131,12 @@ def test_the_logs_that_are_listed_are_there(data_dir: Path) -> None:
     assert len({log.name for log in logs}) == len(logs)
     missing = [name for log in logs for name in (*log.judged, *log.fitted, log.robot) if not (data_dir / name).exists()]
     assert not missing
+
+
+def test_the_page_counts_the_lines_that_a_user_adds() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "real-logs.md").read_text(encoding="utf-8")
+    told = [
+        line.split(" | ")[:2] for line in page.partition("## What a user adds")[2].partition("\n## ")[0].splitlines()
+    ]
+    told = [(row[0].removeprefix("| "), row[1]) for row in told if len(row) == 2 and row[1].strip().isdigit()]
+    assert told == [(log.name, str(log.lines)) for log in import_module("real_log_list").REAL_LOGS]

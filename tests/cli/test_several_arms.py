@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from small_arm import arm_module
 
+from collaudit.core.logs import LogSummary
+from collaudit.core.logs.arms_in_log import arms_of
+
 ROBOT = """
 [robot]
 dh_convention = "standard"
@@ -120,3 +123,13 @@ def test_two_topics_on_one_arm_are_no_two_arms(collaudit, tmp_path: Path) -> Non
     log = w.write_mcap(tmp_path / "log.mcap", sorted([*told[0], *told[1]], key=lambda one: one.log_ns))
     made = collaudit("init", log, "-c", tmp_path / "arm.toml", "-o", tmp_path / "one.toml")
     assert "arms" not in made.err and not (tmp_path / "one.a.toml").exists()
+
+
+def test_a_second_encoder_is_no_arm() -> None:
+    """Two sides of positions beside one of efforts, as drives log the motor's and the joint's encoder."""
+    names = [f"{what}_{k}" for what in ("pos_mot", "pos_se", "tau") for k in (1, 2)]
+    columns = {side: {"position": f"pos_{side}_{{i}}"} for side in ("mot", "se")}
+    summary = LogSummary("run.csv", "csv", 1, None, 1.0, (), tuple(names))
+    assert arms_of(summary, ("joint1", "joint2"), (), columns) == {}
+    with_efforts = {side: {**patterns, "effort": f"tau_{side}_{{i}}"} for side, patterns in columns.items()}
+    assert set(arms_of(summary, ("joint1", "joint2"), (), with_efforts)) == {"mot", "se"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.data.angle_torque import DEGREE, AngleTorque, scaled_angle
+from collaudit.core.data.identification_result import DEGREE, AngleTorque, scaled_angle
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 

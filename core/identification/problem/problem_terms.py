@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.data.angle_torque import DEGREE
+from collaudit.core.data.identification_result import DEGREE
 from collaudit.core.identification.problem.angle_columns import angle_columns
 from collaudit.core.identification.problem.identification_samples import Motion
 from collaudit.core.identification.problem.nuisance import nuisance_columns
@@ -56,8 +56,8 @@ class Terms:
         if springs is not None and springs.any():
             nuisance = np.insert(nuisance, [nuisance.shape[2] - motion.drift.shape[1]] * DEGREE, 0.0, axis=2)
             at = cls.angles_in(nuisance, motion)
-            for spring in map(int, np.flatnonzero(springs)):
-                nuisance[spring][:, at] = angle_columns(motion.position[:, spring], motion.moving[:, spring])
+            for k in np.flatnonzero(springs):
+                nuisance[k][:, at] = angle_columns(motion.position[:, k], motion.moving[:, k])
         starts = np.flatnonzero(np.diff(motion.cluster, prepend=-1))
         starts = np.asarray(starts, dtype=np.int64)
         return cls(motion, regressor, tuple(columns), tuple(index), nuisance, one_way, starts)

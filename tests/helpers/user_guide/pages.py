@@ -22,10 +22,10 @@ from collaudit.core.config.describe import Key, all_keys, choices_of_laws, keys_
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_writer import json_text
-from collaudit.reports.files.result_schemas import schema_texts
 from user_guide.config_words import default_text, header, meaning, names_of_entries
 from user_guide.man_pages import man_pages
 from user_guide.output_schemas import output_schema_texts
+from user_guide.result_schemas import schema_texts
 from user_guide.room_picture import ROOMS, picture
 
 

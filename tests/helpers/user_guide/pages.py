@@ -67,6 +67,7 @@ def config_page() -> str:
         "`collaudit init` writes one for a log. Relative paths start from the folder of the",
         "configuration file. Keys that are absent have the default; `absent` as a default means",
         "that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
+        "The keys that most users meet, and who sets them: [Everyday settings](settings.md).",
         "",
         "_Generated from the schema by `make docs`._",
     ]

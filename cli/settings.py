@@ -79,22 +79,11 @@ def load_settings(replaced: Path | None = None) -> LoadedConfig:
 
 def config_option(function: CommandFunction) -> CommandFunction:
     """Add ``-c`` and ``--set``."""
-    function = _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True)(
-        function
+    flags = (
+        _kept("-c --config", _PATH, "FILE", "Configuration (see collaudit init)."),
+        _flag("--set", "", _assignment, "KEY=VALUE", "Any key of the configuration, value as in TOML.", True),
     )
-
-    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
-        ctx.meta[_PATH] = value
-
-    return click.option(
-        "-c",
-        "--config",
-        type=click.Path(path_type=Path),
-        callback=keep,
-        expose_value=False,
-        metavar="FILE",
-        help="Configuration (see collaudit init).",
-    )(function)
+    return _all(flags, function)
 
 
 def robot_options(function: CommandFunction) -> CommandFunction:
@@ -105,23 +94,9 @@ def robot_options(function: CommandFunction) -> CommandFunction:
         _flag("--topic", "log.joint_states", str, "NAME", "Topic of the joint states."),
         _flag("--wrench", "log.wrench", str, "NAME", "Topic of the wrist force/torque sensor."),
         _flag("--msg-path", "log.msg_path", _file, "DIR", "Folder of .msg files of types a log does not define.", True),
-        _cache_option,
+        _kept("--cache", _CACHE, "DIR", "Keep decoded logs there; the next command on the same log is quicker."),
     )
     return _all(flags, function)
-
-
-def _cache_option(function: CommandFunction) -> CommandFunction:
-    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
-        ctx.meta[_CACHE] = value
-
-    return click.option(
-        "--cache",
-        type=click.Path(path_type=Path),
-        callback=keep,
-        expose_value=False,
-        metavar="DIR",
-        help="Keep decoded logs there; the next command on the same log is quicker.",
-    )(function)
 
 
 def friction_options(function: CommandFunction) -> CommandFunction:
@@ -151,41 +126,47 @@ def labels_option(function: CommandFunction) -> CommandFunction:
 
 def study_option(function: CommandFunction) -> CommandFunction:
     """The flag that asks for a study of the rule."""
-
-    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
-        if given:
-            ctx.meta.setdefault(_OVERRIDES, {})["study.run"] = True
-
     words = "Study the rule: alarms, delay and sensitivity over threshold and persistence (some seconds a log)."
-    return click.option("--study", is_flag=True, callback=keep, expose_value=False, help=words)(function)
+    return _switch("--study", "study.run", True, words)(function)
 
 
 def free_option(function: CommandFunction) -> CommandFunction:
     """The flag that states the logs to be free of contact."""
-
-    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
-        if given:
-            ctx.meta.setdefault(_OVERRIDES, {})["fit.contact"] = "none"
-
     words = "The logs are free of contact: nothing is left out, and what looks like contact is reported."
-    return click.option("--free-of-contact", is_flag=True, callback=keep, expose_value=False, help=words)(function)
+    return _switch("--free-of-contact", "fit.contact", "none", words)(function)
 
 
 def clean_option(function: CommandFunction) -> CommandFunction:
     """Another name of ``--free-of-contact``, for those who confirm what was left out."""
-
-    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
-        if given:
-            ctx.meta.setdefault(_OVERRIDES, {})["fit.contact"] = "none"
-
     words = "Nothing touched the arm, as --free-of-contact: alarms are false ones, and count."
-    return click.option("--clean", is_flag=True, callback=keep, expose_value=False, help=words)(function)
+    return _switch("--clean", "fit.contact", "none", words)(function)
 
 
 def _all(flags: tuple[Decorator, ...], function: CommandFunction) -> CommandFunction:
     for flag in reversed(flags):
         function = flag(function)
     return function
+
+
+def _switch(name: str, key: str, value: object, words: str) -> Decorator:
+    """A flag without a value of its own: given, it overrides ``key`` by ``value``."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, given: bool) -> None:
+        if given:
+            ctx.meta.setdefault(_OVERRIDES, {})[key] = value
+
+    return click.option(name, is_flag=True, callback=keep, expose_value=False, help=words)
+
+
+def _kept(name: str, place: str, metavar: str, words: str) -> Decorator:
+    """An option whose file waits in the context, and overrides nothing."""
+
+    def keep(ctx: click.Context, _param: click.Parameter, value: Path | None) -> None:
+        ctx.meta[place] = value
+
+    path = click.Path(path_type=Path)
+    names = name.split()
+    return click.option(*names, type=path, callback=keep, expose_value=False, metavar=metavar, help=words)
 
 
 def _flag(

@@ -6,7 +6,7 @@ written last. It names the inputs of the run: content of the log, settings, fric
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,12 +24,6 @@ def finished_outcomes(jobs: Sequence[LogJob], out: Path) -> dict[int, Outcome]:
     """Outcomes of the logs in ``out`` that need not be judged again, by their place in ``jobs``."""
     found = {index: _finished(job, out) for index, job in enumerate(jobs)}
     return {index: outcome for index, outcome in found.items() if outcome is not None}
-
-
-def merged(count: int, kept: Mapping[int, Outcome], judged: Sequence[Outcome]) -> list[Outcome]:
-    """Outcomes in the order of the logs: those kept, and the others in their order."""
-    rest = iter(judged)
-    return [kept[index] if index in kept else next(rest) for index in range(count)]
 
 
 def _finished(job: LogJob, out: Path) -> Outcome | None:

@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING
 
 from collaudit.cli.batch.audit_one import Outcome
 from collaudit.cli.batch.log_jobs import LogJob
-from collaudit.cli.batch.night_records import RecordWanted
+from collaudit.cli.batch.night_records import FOLDER, RecordWanted
 from collaudit.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from collaudit.core.history.log_record import LogRecord
     from collaudit.reports.values.entries import IndexEntry
-
-#: In ``--robot``: the name of the folder that a log lies in.
-FOLDER = "{folder}"
 
 
 def with_records(jobs: Sequence[LogJob], store: str | None, robot: str | None, night: str | None) -> Sequence[LogJob]:

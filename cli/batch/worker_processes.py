@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from functools import partial
 from importlib import import_module
@@ -21,7 +21,6 @@ from collaudit.cli.batch.audit_one import Outcome, audit_one, remove_run
 from collaudit.cli.batch.log_jobs import Limits, LogJob
 from collaudit.cli.batch.worker_pool import Lost, results_of
 from collaudit.cli.console import silence_library_warnings
-from collaudit.core.api import Progress
 from collaudit.core.errors import CollauditError, NotJudgedError
 from collaudit.core.numeric.parallel import use_threads
 
@@ -29,39 +28,23 @@ _PARENT_POLL_S = 1.0
 _NEEDED = ("collaudit.core.audit", "collaudit.reports.files.signals_file", "collaudit.reports.page.html")
 
 
-def audit_in_processes(
-    jobs: Sequence[LogJob],
-    out: Path,
-    limits: Limits,
-    progress: Progress,
-    done: Callable[[Outcome], None],
-) -> list[Outcome]:
-    """Judge every log in fresh processes, at most ``limits.workers`` at a time.
+def outcomes_of_processes(
+    jobs: Sequence[LogJob], out: Path, limits: Limits
+) -> Generator[tuple[int, Outcome], None, None]:
+    """Place and outcome of every log as it comes, judged in fresh processes, at most ``limits.workers`` at a time.
 
-    Args:
-        jobs: the logs.
-        out: folder that gets one run folder a log.
-        limits: processes, time and memory.
-        progress: called with (finished, total).
-        done: called with each outcome as it comes.
-
-    Returns:
-        Outcomes in the order of ``jobs``.
+    Where this is closed before its end, the processes end, and no run is left of the logs that they had.
     """
-    outcomes: dict[int, Outcome] = {}
+    left = dict(enumerate(jobs))
     items = [(job, out.absolute(), None) for job in jobs]
     try:
         with closing(_results(items, limits)) as results:
             for index, result in results:
-                outcomes[index] = _not_judged(result, jobs[index], out, limits) if isinstance(result, Lost) else result
-                done(outcomes[index])
-                progress(len(outcomes), len(jobs))
-    except BaseException:
-        for index, job in enumerate(jobs):
-            if index not in outcomes:
-                remove_run(out / job.folder)
-        raise
-    return [outcomes[index] for index in range(len(jobs))]
+                job = left.pop(index)
+                yield index, _not_judged(result, job, out, limits) if isinstance(result, Lost) else result
+    finally:
+        for job in left.values():
+            remove_run(out / job.folder)
 
 
 #: Share of the machine's memory that workers may take together, and the least that each may, bytes.

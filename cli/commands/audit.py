@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from datetime import date
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from collaudit.cli.batch.audit_one import Outcome
+    from collaudit.cli.batch.log_jobs import LogJob
     from collaudit.core.data.audit_result import AuditResult
     from collaudit.core.history.log_record import LogRecord
     from collaudit.core.history.robot_trend import RobotTrend
@@ -174,13 +174,12 @@ def command(
     Exit codes: 0 all judged, policy kept; 1 policy broken somewhere; 3 something not judged.
     """
     from collaudit.cli.batch.audit_folder import audit_under_way, own_files
-    from collaudit.cli.batch.finished_logs import finished_outcomes, merged
+    from collaudit.cli.batch.finished_logs import finished_outcomes
     from collaudit.cli.batch.log_jobs import Limits
     from collaudit.cli.batch.logs_in_turn import audit_logs
     from collaudit.cli.batch.store_append import night_records, with_records
     from collaudit.cli.exit_codes import exit_code
     from collaudit.cli.fleet.baseline_files import POLICY_NAME, is_store, read_baseline
-    from collaudit.cli.fleet.fail_fast import until_failure
     from collaudit.cli.fleet.log_inputs import night_of
     from collaudit.cli.fleet.night_manifest import night_manifest
     from collaudit.cli.fleet.night_policy import NightPolicy
@@ -207,21 +206,21 @@ def command(
     history = baseline if baseline is not None and is_store(baseline) else None
     work = with_records(night.jobs, store or history, robot, day)
     kept = finished_outcomes(work, output) if resume else {}
-    left = [job for index, job in enumerate(work) if index not in kept]
     folders, kept_folders = [job.folder for job in work], [work[index].folder for index in kept]
     if resume:
         note(f"{len(kept)} of {len(work)} logs were finished earlier; their results are kept")
     with run_log(log_json) as events, audit_under_way(output, folders, kept_folders, force):
         events.event("started", schema=SCHEMA, logs=len(work), taken_over=len(kept), output=str(output))
 
-        def came(outcome: Outcome) -> None:
+        def came(job: LogJob, outcome: Outcome) -> bool:
             events.judged(outcome)
             _say_error(outcome)
+            return fail_fast and policy.verdict_of(job, outcome) == "fail"
 
-        with progress(f"auditing {len(left)} log{'s' if len(left) != 1 else ''}") as report:
-            audit = partial(audit_logs, left, output, Limits(jobs, timeout, memory_limit, scheduler), report)
-            judged = until_failure(left, policy.verdict_of, audit, came) if fail_fast else audit(came)
-        outcomes = merged(len(work), kept, judged)
+        left = len(work) - len(kept)
+        with progress(f"auditing {left} log{'s' if left != 1 else ''}") as report:
+            limits = Limits(jobs, timeout, memory_limit, scheduler)
+            outcomes = audit_logs(work, kept, output, limits, report, came)
         decisions = policy.decide(work, outcomes)
         entries = decisions.entries
         tonight, nights = night_records(work, outcomes, entries), store or history

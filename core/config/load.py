@@ -84,13 +84,14 @@ def parse_config(text: str, path: Path | None, overrides: Mapping[str, object] |
         _remove(data, rival)
     for dotted, value in changes.items():
         _override(data, dotted, value)
-    config = _validated(data)
-    if config is None:
+    try:
+        config = Config.of(data)
+    except msgspec.ValidationError:
         from collaudit.core.config.problems import Places, schema_problems
         from collaudit.core.config.toml_lines import key_lines
 
         places = Places(name, key_lines(text), [tuple(dotted.split(".")) for dotted in changes])
-        raise schema_problems(data, places)
+        raise schema_problems(data, places) from None
     base_dir = path.parent if path else Path()
     return LoadedConfig(_placed(config, base_dir), base_dir, config_sha256(config), path)
 
@@ -167,11 +168,3 @@ def _remove(data: dict[str, object], dotted: str) -> None:
         table = table.get(name) if isinstance(table, dict) else None
     if isinstance(table, dict):
         table.pop(last, None)
-
-
-def _validated(data: dict[str, object]) -> Config | None:
-    """The configuration; None where something does not fit."""
-    try:
-        return Config.of(data)
-    except msgspec.ValidationError:
-        return None

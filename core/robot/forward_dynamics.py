@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.link_constants import FramePlacement, Link
+from collaudit.core.robot.link_constants import Link
 from collaudit.core.robot.pinocchio_model import PinocchioModel
 
 
@@ -37,10 +37,6 @@ class ForwardModel:
     def links(self) -> list[Link]:
         """The arm's constants, one joint and its body each."""
         return self._plain.links()
-
-    def frame_placement(self, name: str) -> FramePlacement:
-        """Where a frame is."""
-        return self._plain.frame_placement(name)
 
     @property
     def gravity_m_s2(self) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from synthetic import PERIOD, make_log, strokes
 from user_guide.pages import config_schema
+from user_guide.result_schemas import result_schema
 
 from collaudit.core.audit import audit_log
 from collaudit.core.config.describe import all_keys, value_text
@@ -27,7 +28,6 @@ from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law
 from collaudit.core.prepare.prepared import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.files.json_reader import parse_result
-from collaudit.reports.files.result_schemas import result_schema
 from collaudit.reports.files.run_files import friction_json
 from collaudit.reports.page.html import html_text
 from collaudit.reports.values.words import law_text, parameter_meaning

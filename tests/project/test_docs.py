@@ -41,6 +41,12 @@ def test_every_key_is_described() -> None:
         assert meaning(key), key.dotted
 
 
+def test_everyday_settings_are_keys() -> None:
+    named = re.findall(r"^\| `([\w.]+)` \|", (DOCS / "settings.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(named) >= 25
+    assert set(named) <= {key.dotted for key in all_keys()}
+
+
 def test_published_schema_is_a_schema_and_takes_what_the_loader_takes() -> None:
     schema = json.loads((DOCS / "config-schema.json").read_text(encoding="utf-8"))
     jsonschema.Draft202012Validator.check_schema(schema)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import samples
 from jsonschema import Draft202012Validator
+from user_guide.result_schemas import result_schema
 
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.detection_result import Contact, ContactForce
@@ -18,7 +19,6 @@ from collaudit.core.data.signals import State
 from collaudit.core.errors import ConfigError
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.limits_file import read_limits
-from collaudit.reports.files.result_schemas import result_schema
 from collaudit.reports.page.comparison_page import body_regions_html, comparison_html
 from collaudit.reports.sections.body_region_sections import CANNOT_BE_CONCLUDED, body_region_rows
 from collaudit.reports.terminal.comparison_text import body_region_text, comparison_text

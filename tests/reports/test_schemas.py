@@ -7,9 +7,9 @@ import json
 import pytest
 import samples
 from jsonschema import Draft202012Validator
+from user_guide.result_schemas import result_schema
 
 from collaudit.core.errors import LogError
-from collaudit.reports.files.result_schemas import result_schema
 from collaudit.reports.files.run_files import audit_json, friction_json
 from collaudit.reports.page.index import entry_of, entry_of_error, summary_json
 

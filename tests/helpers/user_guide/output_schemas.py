@@ -36,12 +36,12 @@ from collaudit.core.recommend.arm_recommendation import LogUse
 from collaudit.fixtures.installation_checks import SELFTEST_SCHEMA, Selftest
 from collaudit.reports.files.json_writer import json_text
 from collaudit.reports.files.manifest_file import Difference
-from collaudit.reports.files.result_schemas import schema_of
 from collaudit.reports.files.score_file import SCORE_SCHEMA
 from collaudit.reports.formats.audits_json import AUDITS_SCHEMA
 from collaudit.reports.sections.body_region_sections import BodyRegionRow
 from collaudit.reports.terminal.demo_text import LevelRow, PushRow, TruthRow
 from collaudit.reports.values.trend_values import TREND_SCHEMA
+from user_guide.result_schemas import schema_of
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -22,10 +22,10 @@ from collaudit.core.config.describe import Key, all_keys, choices_of_laws, keys_
 from collaudit.core.config.schema import Config
 from collaudit.core.findings.finding_kinds import KINDS, Kind
 from collaudit.reports.files.json_writer import json_text
-from collaudit.reports.files.result_schemas import schema_texts
 from user_guide.config_words import default_text, header, meaning, names_of_entries
 from user_guide.man_pages import man_pages
 from user_guide.output_schemas import output_schema_texts
+from user_guide.result_schemas import schema_texts
 from user_guide.room_picture import ROOMS, picture
 
 
@@ -67,6 +67,7 @@ def config_page() -> str:
         "`collaudit init` writes one for a log. Relative paths start from the folder of the",
         "configuration file. Keys that are absent have the default; `absent` as a default means",
         "that collaudit decides from the data, and says so. The same schema for editors: `config-schema.json`.",
+        "The keys that most users meet, and who sets them: [Everyday settings](settings.md).",
         "",
         "_Generated from the schema by `make docs`._",
     ]

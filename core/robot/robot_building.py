@@ -17,7 +17,6 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, frozen
 from collaudit.core.robot.inertial_checks import inertial_findings, locked_findings
 from collaudit.core.robot.pinocchio_model import PinocchioModel, dh_model, rotation_rpy, urdf_model
-from collaudit.core.robot.rigid_bodies import RigidBodies
 from collaudit.core.robot.robot_description import Description, JointFacts, describe_robot, dh_names
 from collaudit.core.robot.robot_model import RobotModel, Tool
 from collaudit.core.robot.unknown_names import unknown_name
@@ -70,7 +69,7 @@ def _model(config: RobotConfig, description: Description, kept: tuple[JointFacts
         gravity_m_s2=frozen(gravity),
         gravity_base_m_s2=frozen(base_gravity),
         tool=tool,
-        bodies=RigidBodies(model),
+        bodies=model,
         expansion=frozen(expansion),
         offset=frozen(offset),
     )

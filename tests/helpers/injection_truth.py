@@ -98,7 +98,7 @@ def _contact(prepared: Prepared, robot: str, push: Push, sample: int) -> Injecte
     assert bodies is not None
     forward = bodies.forward()
     forward.update(prepared.series.position_rad[sample])
-    rotation, origin = forward.pose(forward.frame_id(frame))
+    rotation, origin = forward.pose(forward.arm.frame_number(frame))
     place = origin + rotation @ np.array(point)
     radius = np.array([place[0], place[1], 0.0]) / np.hypot(place[0], place[1])
     direction = {

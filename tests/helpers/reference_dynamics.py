@@ -32,32 +32,24 @@ def momentum(model: PinocchioModel) -> Sample:
     return sample
 
 
+def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
+    """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
+    parameters = np.zeros_like(model.inertial_parameters())
+    alone = model.without_gravity().with_parameters(parameters, np.zeros(model.joint_count))
+    alone.add_point_mass(frame, mass_kg, com_m)
+    return alone
+
+
 def force(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
     """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes."""
     count, number, work = model.joint_count, model.frame_number(frame), model.workspace()
     if carried is None:
         return lambda x: np.array(work.frame_jacobian(x[:count], number).T @ x[count:])
-    alone = model.only_point_mass(*carried, gravity_m_s2=np.zeros(3)).workspace()
+    alone = only_point_mass(model, *carried).workspace()
 
     def sample(x: FloatArray) -> FloatArray:
         q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
         return np.array(work.frame_jacobian(q, number).T @ wrench - alone.inverse_dynamics(q, v, a))
-
-    return sample
-
-
-def torques(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
-    """From q, v, a and a reading in a frame to inverse dynamics, the reading at the joints, and its force squared."""
-    count, number, work = model.joint_count, model.frame_number(frame), model.workspace()
-    body = carried or (frame, 0.0, np.zeros(3))
-    alone = model.only_point_mass(*body, gravity_m_s2=model.gravity_m_s2).workspace()
-    weight_n = body[1] * model.gravity_m_s2
-
-    def sample(x: FloatArray) -> FloatArray:
-        q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
-        contact = work.frame_jacobian(q, number).T @ wrench - alone.inverse_dynamics(q, v, a)
-        force_n = wrench[:3] + work.frame_rotation(q, number).T @ weight_n
-        return np.concatenate([work.inverse_dynamics(q, v, a), contact, [force_n @ force_n]])
 
     return sample
 

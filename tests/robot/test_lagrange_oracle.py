@@ -84,5 +84,5 @@ def test_recursions_obey_lagranges_equations(lagrange: Any) -> None:
     x = np.random.default_rng(4).uniform(-2.0, 2.0, (50, 9))
     torque, *momenta = (np.column_stack(part) for part in lagrange(*x.T))
     q, v, a = np.split(x.T, 3)
-    np.testing.assert_allclose(np.stack(inverse_dynamics(links(), G, q, v, a), axis=1), torque, atol=1e-11)
-    np.testing.assert_allclose(np.stack(momentum(links(), G, q, v), axis=1), np.column_stack(momenta), atol=1e-11)
+    np.testing.assert_allclose(inverse_dynamics(links(), G, q, v, a).T, torque, atol=1e-11)
+    np.testing.assert_allclose(momentum(links(), G, q, v).T, np.column_stack(momenta), atol=1e-11)

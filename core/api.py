@@ -132,7 +132,7 @@ def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
     Raises:
         RobotError: the description, or a name in the configuration, cannot be used.
     """
-    from collaudit.core.robot.shared_robots import shared_robot
+    from collaudit.core.robot.robot_building import shared_robot
 
     return shared_robot(settings.config.robot, settings.base_dir, joints)
 

@@ -9,8 +9,7 @@ from math import ceil
 import numpy as np
 
 from collaudit.core.conditioning.effort_signal import effort_signal_findings, nowhere, saturation
-from collaudit.core.conditioning.interpolation import interpolated
-from collaudit.core.conditioning.lost_samples import filled, picked_rows
+from collaudit.core.conditioning.lost_samples import filled, interpolated, picked_rows
 from collaudit.core.conditioning.measured.doubled_stamps import duplicate_findings, without_contradictions
 from collaudit.core.conditioning.measured.missing_rows import missing_rows
 from collaudit.core.conditioning.measured.stalled_logger import without_stalls

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.conditioning.interpolation import interpolated
-from collaudit.core.conditioning.lost_samples import SEVERAL, picked_rows
+from collaudit.core.conditioning.lost_samples import SEVERAL, interpolated, picked_rows
 from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.data.friction_correction import LoadFriction, RippleWave
+from collaudit.core.data.friction_correction import FrictionCorrection, LoadFriction, RippleWave
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.friction.parameter_units import parameter_symbol
-from collaudit.core.friction.temperature_model import TemperatureModel
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import LARGEST, FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5
@@ -117,3 +117,70 @@ def direction_words(fit: FrictionFit) -> str | None:
         ahead, back = (abs(float(x)) for x in law.torque(np.array([speed, -speed])))
         parts.append(f"{ahead:.3g} forward and {back:.3g} backward at {speed:.2g}")
     return "; ".join(parts)
+
+
+@dataclass(frozen=True, slots=True)
+class TemperatureModel:
+    """A straight line over the temperatures it was fitted on, held at its ends beyond them.
+
+    Attributes:
+        per_kelvin: share of friction a kelvin.
+        per_kelvin_sd: its standard error.
+        at_c: mean temperature of the fit, °C.
+        level: what friction was off its law there, as a share.
+        range_c: temperatures of the fit, °C.
+    """
+
+    per_kelvin: float
+    per_kelvin_sd: float
+    at_c: float
+    level: float
+    range_c: tuple[float, float]
+
+    def share(self, temperature_c: FloatArray) -> FloatArray:
+        """(n,) friction as a share of its law at (n,) temperatures; what is missing lies between its neighbours."""
+        return np.asarray(1.0 + self.level + self.per_kelvin * (self._held(temperature_c) - self.at_c))
+
+    def doubt(self, temperature_c: FloatArray) -> float:
+        """The largest standard error that the line's slope leaves in the shares."""
+        return self.per_kelvin_sd * float(np.max(np.abs(self._held(temperature_c) - self.at_c), initial=0.0))
+
+    def _held(self, temperature_c: FloatArray) -> FloatArray:
+        known = np.flatnonzero(np.isfinite(temperature_c))
+        values = temperature_c
+        if known.size < temperature_c.size:
+            values = np.interp(np.arange(temperature_c.size), known, temperature_c[known])
+        return np.clip(values, *self.range_c)
+
+
+def load_torque(load: LoadFriction, load_nm: FloatArray, velocity: FloatArray) -> FloatArray:
+    """(n,) friction of the load beyond what the law has of it, signed as friction is.
+
+    Args:
+        load: what is known of it.
+        load_nm: (n,) size of the torque on the gear.
+        velocity: (n,) of the joint.
+    """
+    return np.asarray(np.sign(velocity) * load.per_nm * (np.clip(load_nm, *load.range_nm) - _usual(load, velocity)))
+
+
+def load_doubt(load: LoadFriction, load_nm: FloatArray, velocity: FloatArray) -> FloatArray:
+    """(n,) half width of its 95 % interval: the slope's error, and all that loads beyond those of the fit could add."""
+    held = np.clip(load_nm, *load.range_nm)
+    slope = STANDARD_ERRORS_95 * load.per_nm_sd * np.abs(held - _usual(load, velocity))
+    return np.asarray(slope + load.per_nm * np.abs(load_nm - held))
+
+
+def _usual(load: LoadFriction, velocity: FloatArray) -> FloatArray:
+    return np.interp(np.abs(velocity), load.speeds_rad_s, load.usual_nm)
+
+
+def corrected_laws(
+    laws: Mapping[str, FrictionModel], corrections: Mapping[str, FrictionCorrection]
+) -> dict[str, FrictionModel]:
+    """The laws of all joints, those with a correction corrected."""
+    out = dict(laws)
+    for joint, found in corrections.items():
+        if joint in out:
+            out[joint] = replace(out[joint], load=found.load, ripple=found.ripple)
+    return out

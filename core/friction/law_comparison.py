@@ -8,8 +8,7 @@ import numpy as np
 
 from collaudit.core.data.friction_result import ModelComparison
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.law_candidates import Candidate
-from collaudit.core.friction.ridge_fit import fit_ridge_law
+from collaudit.core.friction.law_candidates import Candidate, fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray, IntArray

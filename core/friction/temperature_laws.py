@@ -10,9 +10,8 @@ import numpy as np
 from collaudit.core.data.identification_result import FrictionVariation, Trend
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_model import FrictionModel, TemperatureModel
 from collaudit.core.friction.friction_variation import trend_words
-from collaudit.core.friction.temperature_model import TemperatureModel
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.iir_filter import filtered
+from collaudit.core.numeric.filters import filtered
 from collaudit.core.numeric.runs import rows_within, run_bounds
 from collaudit.core.numeric.signal_filters import first_order_hold
 

@@ -13,8 +13,7 @@ from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]

@@ -30,9 +30,8 @@ from collaudit.core.recommend.joint_thresholds import (
     recommend_joints,
 )
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
-from collaudit.core.recommend.recommendation import CleanResidual
 from collaudit.core.recommend.set_rule import judge_set_rules
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, sustained_level
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
 
 if TYPE_CHECKING:
     from collaudit.core.data.rule_study_result import PersistenceChoice

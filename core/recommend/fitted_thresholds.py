@@ -12,8 +12,8 @@ from collaudit.core.data.friction_correction import FrictionCorrection
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
-from collaudit.core.detection.motion_scale import motion_features
 from collaudit.core.detection.rule import persistence_samples
+from collaudit.core.detection.threshold import motion_features
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import BLOCK_S, FEWEST_BLOCKS, median_of, quantile_of, robust_sd

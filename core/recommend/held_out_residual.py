@@ -15,8 +15,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.corrected_laws import corrected_laws
+from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.identification.candidates import Candidate

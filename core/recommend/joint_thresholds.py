@@ -15,8 +15,7 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, quantile_of
 from collaudit.core.recommend.arm_evidence import ArmEvidence
-from collaudit.core.recommend.recommendation import CleanResidual, round_up
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks, round_up
 from collaudit.core.recommend.tail_fit import JointTail, fit_tail
 
 #: False alarms of the arm per hour that are asked for where nothing is said.

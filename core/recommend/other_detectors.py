@@ -12,8 +12,8 @@ from collaudit.core.config.detector_names import DETECTOR_NAMES
 from collaudit.core.config.schema import Config, DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.threshold_result import FittedThresholds, detector_key
-from collaudit.core.detection.motion_scale import motion_features
 from collaudit.core.detection.rule import DEFAULT_PERSISTENCE_MS, persistence_samples
+from collaudit.core.detection.threshold import motion_features
 from collaudit.core.errors import ConfigError
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.load_term import load_torque
+from collaudit.core.friction.friction_model import FrictionModel, load_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.

@@ -12,8 +12,7 @@ from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.load_term import load_doubt
+from collaudit.core.friction.friction_model import FrictionModel, load_doubt
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import ordered_map

@@ -6,13 +6,48 @@ joint turns about, or slides along, the z of its axes. Positions, velocities and
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.link_constants import FramePlacement, Link
+from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.tables import blocks, table
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """A joint and the body it moves.
+
+    Attributes:
+        parent: number of the joint that moves this one, -1 for the base.
+        prismatic: whether it slides along z; else it turns about z.
+        rotation, translation: (3, 3), (3,) m: pose of its axes at position zero in its parent's.
+        mass_kg: of the body.
+        first_kg_m: (3,) mass times centre of mass, in the joint's axes.
+        inertia: (3, 3) kg·m² about the joint's origin.
+        armature: reflected rotor inertia, kg·m² or kg.
+    """
+
+    parent: int
+    prismatic: bool
+    rotation: FloatArray
+    translation: FloatArray
+    mass_kg: float
+    first_kg_m: FloatArray
+    inertia: FloatArray
+    armature: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FramePlacement:
+    """A frame: the number of the joint that moves it (-1: none), and its (3, 3), (3,) pose in that joint's axes."""
+
+    link: int
+    rotation: FloatArray
+    translation: FloatArray
+
 
 #: A force and a moment, or a linear and an angular momentum, (3, m) each.
 Wrench = tuple[FloatArray, FloatArray]
@@ -194,3 +229,29 @@ def _subtrees(joints: Sequence[Joint], own: Mapping[int, Wrench]) -> list[Wrench
             before = total[parent]
             total[parent] = before[0] + force, before[1] + moment + cross(joint.offset, force)
     return total
+
+
+#: Samples at a time: long enough that calling NumPy costs little, short enough that results stay in the cache.
+_BLOCK = 8192
+
+
+def evaluate(compute: Callable[..., FloatArray], signals: Sequence[FloatArray], outputs: int) -> FloatArray:
+    """(n, outputs) of a computation over all samples; one with any input that is not finite is NaN altogether.
+
+    Args:
+        compute: from (c, m) of each signal to (outputs, m).
+        signals: (n, c) each.
+        outputs: numbers that come out of a sample.
+    """
+    count = signals[0].shape[0]
+    out = table(count, outputs)
+
+    def one(block: slice) -> None:
+        rows = [signal[block].T for signal in signals]
+        known = np.all([np.isfinite(x).all(axis=0) for x in rows], axis=0)
+        with np.errstate(invalid="ignore"):  # the sine of what is not finite is not a number, and that is right
+            out[block] = np.where(known, compute(*rows), np.nan).T
+
+    for _ in ordered_map(one, list(blocks(count, _BLOCK))):
+        pass
+    return out

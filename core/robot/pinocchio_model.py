@@ -17,7 +17,7 @@ import pinocchio as pin
 from collaudit.core.config.schema import DhRow
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.link_constants import FramePlacement, Link
+from collaudit.core.robot.newton_euler import FramePlacement, Link
 
 
 def urdf_model(xml: str, where: str) -> PinocchioModel:

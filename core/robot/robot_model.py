@@ -13,9 +13,9 @@ from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot import newton_euler
+from collaudit.core.robot.newton_euler import evaluate
 from collaudit.core.robot.pinocchio_model import PinocchioModel
-from collaudit.core.robot.sample_batches import evaluate
-from collaudit.core.robot.unknown_names import unknown_name
+from collaudit.core.robot.robot_description import unknown_name
 
 
 @dataclass(frozen=True, slots=True)

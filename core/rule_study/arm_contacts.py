@@ -15,8 +15,8 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.rule_study.contact_shapes import ContactShape
 from collaudit.core.rule_study.injected_contacts import (
+    ContactShape,
     InjectedContact,
     open_moments,
     random_direction,

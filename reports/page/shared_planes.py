@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import RuleStudy
-from collaudit.core.rule_study.pooled_planes import pooled_planes
+from collaudit.core.rule_study.joint_plane import pooled_planes
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.values.study_rows import PlaneRow, plane_rows
 from collaudit.reports.values.visible_text import visible

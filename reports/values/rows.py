@@ -9,7 +9,7 @@ from typing import TypeVar, assert_never
 from collaudit.core.data.audit_result import AuditResult, Collision, JointCoverage, NearMiss, RecommendedRule, RuleFacts
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.findings import Finding
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.reports.values.numbers import (
     against,
     apart,

@@ -19,8 +19,13 @@ from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.rule_study.contact_shapes import ContactShape
-from collaudit.core.rule_study.injected_contacts import InjectedContact, open_moments, spread_moments, unit_torques
+from collaudit.core.rule_study.injected_contacts import (
+    ContactShape,
+    InjectedContact,
+    open_moments,
+    spread_moments,
+    unit_torques,
+)
 from collaudit.core.rule_study.noticed_force import alarmed
 from collaudit.core.rule_study.shown_torque import margin_samples, through_filters, windows
 from collaudit.fixtures.pushes import Push

@@ -10,8 +10,7 @@ from origins import log_source
 
 from collaudit.core.data.friction_correction import LoadFriction
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.temperature_model import TemperatureModel
+from collaudit.core.friction.friction_model import FrictionModel, TemperatureModel
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.residual.friction_bounds import Travel, friction_bounds
 from collaudit.core.residual.friction_level import LARGEST, fixed_level, follow_level

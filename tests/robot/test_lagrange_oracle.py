@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from collaudit.core.robot.link_constants import Link
-from collaudit.core.robot.newton_euler import inverse_dynamics, momentum
+from collaudit.core.robot.newton_euler import Link, inverse_dynamics, momentum
 
 G = np.array([0.5, -1.0, -9.5])
 #: About the x axis by asin(3/5), about y by acos(5/13): exact in fractions.

@@ -13,8 +13,8 @@ from reference_dynamics import Sample
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot import newton_euler
+from collaudit.core.robot.newton_euler import evaluate
 from collaudit.core.robot.pinocchio_model import PinocchioModel
-from collaudit.core.robot.sample_batches import evaluate
 
 G = np.array([0.3, -1.2, -9.7])
 

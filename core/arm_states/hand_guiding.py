@@ -21,7 +21,7 @@ import numpy as np
 from collaudit.core.arm_states.filtered_effort import Friction, Gravity, follows_late
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 
@@ -103,8 +103,7 @@ def hand_guiding(
         own[:, place] = friction[j](speed[:, place])
         rest[:, place] = drive_nm[rows, j] - rigid_nm[rows, j] - own[:, place]
 
-    for _ in ordered_map(fill_joint, range(len(columns))):
-        pass
+    each(fill_joint, range(len(columns)))
     usual = _noise(rest, speed, block)
     near = np.flatnonzero(_suspicious(rest, speed, block, usual))
     if near.size == 0:

@@ -88,11 +88,12 @@ def choose_velocity(
         derived = differentiate(np.ascontiguousarray(position[:, j]), segments, period_s)
         if logged is None:
             changed[j] = derived
-            low_pass(derived, segments, period_s, bandwidth_hz, velocity[:, j])
+            velocity[:, j] = low_pass(derived, segments, period_s, bandwidth_hz)
         else:
             smooth = low_pass(derived, segments, period_s, bandwidth_hz)
             own = np.ascontiguousarray(logged[:, j])
-            compare = low_pass(own, segments, period_s, bandwidth_hz, velocity[:, j])
+            compare = low_pass(own, segments, period_s, bandwidth_hz)
+            motion = compare
             chosen, said = _choose(own, compare, smooth, derived, joint_names[j], period_s)
             if source == "logged" and chosen is not own:
                 chosen, said = own, _kept(joint_names[j], own, said)
@@ -102,14 +103,11 @@ def choose_velocity(
                 chosen = derived if source == "position" or (late and source == "auto") else own
                 if chosen is own and source == "auto" and lag is not None and lag.matters(period_s):
                     # what a controller has stays as logged: the raw velocity is not touched
-                    prompt = ahead(compare, lag.seconds, segments, period_s)
-                    velocity[:, j] = prompt
+                    motion = ahead(compare, lag.seconds, segments, period_s)
             if chosen is not own:
                 changed[j] = chosen
-                if chosen is derived:
-                    velocity[:, j] = smooth
-                else:
-                    low_pass(chosen, segments, period_s, bandwidth_hz, velocity[:, j])
+                motion = smooth if chosen is derived else low_pass(chosen, segments, period_s, bandwidth_hz)
+            velocity[:, j] = motion
         return said, lag
 
     lags: list[Lag | None] = []

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.signal_filters import butterworth, filtfilt, lfilter, lfilter_zi
 from collaudit.core.numeric.tables import table
@@ -17,8 +17,6 @@ from collaudit.core.numeric.tables import table
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
 #: Periods of the -3 dB frequency after which nothing is left of how a stretch begins.
 SETTLED_PERIODS = 1.5
-#: Values from which on columns are worth several threads.
-_FOR_THREADS = 1 << 17
 
 
 def default_bandwidth_hz(period_s: float) -> float:
@@ -30,9 +28,7 @@ def default_bandwidth_hz(period_s: float) -> float:
     return min(20.0, 0.2 / period_s)
 
 
-def low_pass(
-    x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth_hz: float, out: FloatArray | None = None
-) -> FloatArray:
+def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth_hz: float) -> FloatArray:
     """Low-pass each stretch forward and backward (no delay), second-order Butterworth twice.
 
     Args:
@@ -40,42 +36,28 @@ def low_pass(
         segments: gap-free stretches; outside them the result is NaN.
         period_s: sample period, s.
         bandwidth_hz: -3 dB frequency of both passes together, Hz.
-        out: memory for the result, of the shape of ``x`` and other than it.
     """
     warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
     corner = 2.0 / math.pi * math.atan(warped)
-    rows = x.reshape(x.shape[0], -1)
-    result = None if out is None else out.reshape(rows.shape)
     if corner >= 0.95:  # at or above Nyquist there is nothing to remove
-        result = blank(rows, segments, result)
+        result = blank(x, segments)
         for span in segments:
-            result[span.slice] = rows[span.slice]
-        return result.reshape(x.shape)
+            result[span.slice] = x[span.slice]
+        return result
     settle = round(SETTLED_PERIODS / (bandwidth_hz * period_s))
-    result, missing = filtered(*butterworth(corner), rows, segments, both_ways=True, pad=settle, out=result)
+    rows = x.reshape(x.shape[0], -1)
+    result, missing = filtered(*butterworth(corner), rows, segments, both_ways=True, pad=settle)
     if missing is not None:
         result[missing] = np.nan
     return result.reshape(x.shape)
 
 
-def differentiate(
-    x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None
-) -> FloatArray:
-    """Central differences inside each stretch, one-sided at its ends, NaN outside; into ``out`` if that is given."""
-    if x.ndim == 2 and x.shape[1] > 1 and x.size > _FOR_THREADS:
-        slopes = table(*x.shape) if out is None else out
-        for _ in ordered_map(lambda j: differentiate(x[:, j], segments, period_s, slopes[:, j]), range(x.shape[1])):
-            pass
-        return slopes
-    out = blank(x, segments, out)
-    for span in segments:
-        if len(span) < 2:
-            out[span.slice] = np.nan
-        else:
-            part, slope = x[span.slice], out[span.slice]
-            np.subtract(part[2:], part[:-2], out=slope[1:-1])
-            slope[1:-1] /= 2.0 * period_s
-            slope[0], slope[-1] = (part[1] - part[0]) / period_s, (part[-1] - part[-2]) / period_s
+def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
+    """Central differences of (n,) or (n, j) inside each stretch, one-sided at its ends, NaN outside."""
+    out = blank(x, segments)
+    for slopes, column in zip(np.atleast_2d(out.T), np.atleast_2d(x.T), strict=True):
+        for span in segments:
+            slopes[span.slice] = np.gradient(column[span.slice], period_s) if len(span) > 1 else np.nan
     return out
 
 
@@ -91,7 +73,6 @@ def filtered(
     *,
     both_ways: bool,
     pad: int = 0,
-    out: FloatArray | None = None,
 ) -> tuple[FloatArray, BoolArray | None]:
     """Run a recursive filter over each stretch, starting settled.
 
@@ -102,12 +83,11 @@ def filtered(
         both_ways: forward and then backward, without delay (``scipy.signal.filtfilt``); else forward only.
         pad: samples by which each stretch is continued by its point reflection at both ends (at most its length
             less one); 0 starts at the first value as if it had lasted for ever.
-        out: (n, j) memory for the result, none of it that of ``x``; fresh memory without.
 
     Returns:
         (n, j) result, NaN outside the stretches; and (n, j) where values were bridged, None when nowhere.
     """
-    out = blank(x, segments, out)
+    out = blank(x, segments)
     settled = lfilter_zi(b, a)
     bridged: BoolArray | None = None
     for span in segments:
@@ -126,15 +106,13 @@ def filtered(
             else:
                 result[:, columns] = lfilter(b, a, values, settled[:, None] * values[:1])
 
-        for _ in ordered_map(run, _groups(x.shape[1], len(span))):
-            pass
+        each(run, _groups(x.shape[1], len(span)))
     return out, bridged
 
 
-def blank(like: FloatArray, segments: Sequence[Span], out: FloatArray | None = None) -> FloatArray:
+def blank(like: FloatArray, segments: Sequence[Span]) -> FloatArray:
     """An array of the same shape, NaN outside the stretches and not yet written inside them."""
-    if out is None:
-        out = table(*like.shape) if like.ndim > 1 else np.empty(like.shape)
+    out = table(*like.shape) if like.ndim > 1 else np.empty(like.shape)
     before = 0
     for span in segments:
         out[before : span.start] = np.nan

@@ -22,16 +22,18 @@ def recommended_of_log(
     log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> dict[str, RecommendedRule]:
     """A threshold for each watched joint from one log alone."""
-    evidence = ArmEvidence((log,), log.watched)
-    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
-    return recommend_joints(evidence, persistence_s, per_hour)[0]
+    return _of_log(log, persistence_s, per_hour, others=True)
 
 
 def thresholds_of_log(
     log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
 ) -> dict[str, float | None]:
     """Gamma of each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
+    rules = _of_log(log, persistence_s, per_hour, others=False)
+    return {joint: rule.gamma_nm for joint, rule in rules.items()}
+
+
+def _of_log(log: LogEvidence, persistence_s: float, per_hour: float, others: bool) -> dict[str, RecommendedRule]:
     evidence = ArmEvidence((log,), log.watched)
     evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
-    rules, _ = recommend_joints(evidence, persistence_s, per_hour, others=False)
-    return {joint: rule.gamma_nm for joint, rule in rules.items()}
+    return recommend_joints(evidence, persistence_s, per_hour, others)[0]

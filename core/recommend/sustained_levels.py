@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import floor, log10
 
 import numpy as np
@@ -148,12 +148,10 @@ class CleanResidual:
     clean: BoolArray
     period_s: float
     left_out_s: float = 0.0
-    _level: list[FloatArray] = field(default_factory=list, init=False, repr=False)  # not taken over by replace()
-    _runs: list[tuple[IntArray, IntArray]] = field(default_factory=list, init=False, repr=False)
 
     def windows_by_block(self, n: int, length: int) -> IntArray:
         """(b,) how many windows of n samples that all count begin in each block of so many samples."""
-        starts, stops = self._clean_runs()
+        starts, stops = run_bounds(self.clean & ~np.isnan(self.residual_nm))
         last = stops - (n - 1)  # the sample after the last that begins one
         starts, last = starts[last > starts], last[last > starts]
         edges = length * np.arange(-(-(self.clean.size - n + 1) // length) + 1)
@@ -161,16 +159,9 @@ class CleanResidual:
         run = np.searchsorted(starts, edges, side="right")  # so many begin before an edge; the last may go on behind it
         return np.asarray(np.diff(count[run] - np.maximum(np.append(0, last)[run] - edges, 0)))
 
-    def _clean_runs(self) -> tuple[IntArray, IntArray]:
-        if not self._runs:
-            self._runs.append(run_bounds(self.clean & ~np.isnan(self.residual_nm)))
-        return self._runs[0]
-
     def level_nm(self) -> FloatArray:
-        """(n,) |residual|, -inf where a sample does not count; formed once for all persistences."""
-        if not self._level:
-            self._level.append(np.where(self.clean, np.abs(self.residual_nm), -np.inf))
-        return self._level[0]
+        """(n,) |residual|, -inf where a sample does not count."""
+        return np.where(self.clean, np.abs(self.residual_nm), -np.inf)
 
 
 def round_up(level_nm: float) -> float:

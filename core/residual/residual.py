@@ -15,7 +15,7 @@ from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_b
 from collaudit.core.friction.friction_model import FrictionModel, load_doubt
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.tables import combined, table
 from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
@@ -189,7 +189,7 @@ def _fill_joint(
     undecided = around.reached(~band.steady)
     beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]
     sliding, friction = band.sliding_nm[:, None], columns.torque_nm  # where the residual will be
-    balance.kernel.apply(sliding, series.segments, series.period_s, out=friction[:, None])
+    friction[:] = balance.kernel.apply(sliding, series.segments, series.period_s)[:, 0]
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
     ripple: FloatArray | float = 0.0
     ripple_doubt_nm = 0.0
@@ -308,5 +308,4 @@ def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSer
             raise_to(idle, State.NOT_DRIVEN)
         column[lost] = State.GAP
 
-    for _ in ordered_map(mark_joint, range(state.shape[1])):
-        pass
+    each(mark_joint, range(state.shape[1]))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.tables import blocks, table
 
 
@@ -252,6 +252,5 @@ def evaluate(compute: Callable[..., FloatArray], signals: Sequence[FloatArray], 
         with np.errstate(invalid="ignore"):  # the sine of what is not finite is not a number, and that is right
             out[block] = np.where(known, compute(*rows), np.nan).T
 
-    for _ in ordered_map(one, list(blocks(count, _BLOCK))):
-        pass
+    each(one, list(blocks(count, _BLOCK)))
     return out

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pinocchio as pin
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.pinocchio_model import PinocchioModel
@@ -34,8 +35,10 @@ def momentum(model: PinocchioModel) -> Sample:
 
 def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
     """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
-    parameters = np.zeros_like(model.inertial_parameters())
-    alone = model.without_gravity().with_parameters(parameters, np.zeros(model.joint_count))
+    alone = model.without_gravity()
+    alone.set_armature(np.zeros(model.joint_count))
+    for k in range(len(alone._model.inertias)):
+        alone._model.inertias[k] = pin.Inertia.Zero()
     alone.add_point_mass(frame, mass_kg, com_m)
     return alone
 

@@ -30,7 +30,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
@@ -179,8 +179,7 @@ def _moving(position: FloatArray, period: float) -> BoolArray:
             way = q[2 * half :] - q[: -2 * half]
             out[half:-half, j] = np.abs(way, out=way) > MOVING_RAD_S * (2 * half * period)
 
-    for _ in ordered_map(fill_joint, range(position.shape[1])):
-        pass
+    each(fill_joint, range(position.shape[1]))
     return out
 
 

@@ -35,7 +35,7 @@ _LEAST_SPAN = 0.5  # of friction's mean: a smaller span of loads shows nothing
 def joint_correction(parts: Sequence[Settled]) -> FrictionCorrection | None:
     """Corrections of one joint from its settled samples, one entry a log; None where nothing is shown."""
     step = max(1, sum(p.time_s.size for p in parts) // _MOST_SAMPLES)
-    thin = [_thinned(p, step) for p in parts]
+    thin = _thinned(parts, step)
     stretch, count = [], 0
     for part in thin:
         _, label = np.unique(np.floor(part.time_s / _STRETCH_S), return_inverse=True)
@@ -98,24 +98,15 @@ def _rms(x: FloatArray) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
-def _thinned(part: Settled, step: int) -> Settled:
-    def take(x: FloatArray) -> FloatArray:
-        return x[::step]
-
-    return Settled(
-        take(part.time_s), take(part.position), take(part.residual), take(part.friction), take(part.speed),
-        take(part.torque_rate), take(part.load), None, take(part.torque),
-    )  # fmt: skip
+def _thinned(parts: Sequence[Settled], step: int) -> list[Settled]:
+    """Every so many of the samples, without temperatures."""
+    kept = [name for name in Settled.__slots__ if name != "temperature"]
+    return [Settled(**{name: getattr(p, name)[::step] for name in kept}, temperature=None) for p in parts]
 
 
 def _joined(parts: Sequence[Settled]) -> Settled:
-    def all_of(name: str) -> FloatArray:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    return Settled(
-        all_of("time_s"), all_of("position"), all_of("residual"), all_of("friction"), all_of("speed"),
-        all_of("torque_rate"), all_of("load"), None, all_of("torque"),
-    )  # fmt: skip
+    kept = [name for name in Settled.__slots__ if name != "temperature"]
+    return Settled(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in kept}, temperature=None)
 
 
 def correction_findings(corrections: Mapping[str, FrictionCorrection]) -> list[Finding]:

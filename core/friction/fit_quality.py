@@ -17,7 +17,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
-_CLEARLY = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +90,8 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
 
 def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
     """The variance that the points need about the law that needs least, and that law."""
-    first, *others = _flexible(data) or [LINE]
-    least, of = _variance_needed(data, first), first
-    for law in others:
-        if least == 0.0:
-            break
-        if not _surely_needs_more(data, law, least) and (found := _variance_needed(data, law)) < least:
-            least, of = found, law
-    return least, of
+    needed = [(_variance_needed(data, law), law) for law in _flexible(data) or [LINE]]
+    return min(needed, key=lambda found: found[0])
 
 
 def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
@@ -150,12 +143,6 @@ def _excess(data: ls.Points, law: SeparableLaw, c: float) -> Callable[[float], f
         return ls.sum_squares_of(weighed.weighted(columns), weighed.target) - freedom
 
     return excess
-
-
-def _surely_needs_more(data: ls.Points, law: SeparableLaw, variance: float) -> bool:
-    """Whether chi-square is still too large at this variance, by more than a rate of the second best can change it."""
-    c = ls.quick_rate(data, law) if law.rate is not None else 0.0
-    return _excess(data, law, c)(variance) > _CLEARLY * data.n
 
 
 def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.data.friction_correction import FrictionCorrection, LoadFriction, RippleWave
-from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit, LoadFriction, RippleWave
 from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import LARGEST, FloatArray

@@ -9,9 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
 from collaudit.core.numeric.filters import filtered
-from collaudit.core.numeric.runs import rows_within, run_bounds
 from collaudit.core.numeric.signal_filters import first_order_hold
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
@@ -112,23 +111,6 @@ class Kernel:
         held = _held(self.numerator, self.denominator, period_s)
         weight, _ = filtered(*held, mask.astype(np.float64), segments, both_ways=not self.causal)
         return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
-
-    def near(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> tuple[IntArray, list[Span]]:
-        """Rows that are enough to smooth what is at the marked rows (n,), and the stretches that they form together.
-
-        Rows further away than eight times :attr:`settle_s` weigh less than 1e-9 where the marked ones weigh anything;
-        so do neighbouring stretches on each other when what is in between is left out.
-        """
-        margin = math.ceil(8.0 * self.settle_s / period_s)
-        rows, stretches, count = [], [], 0
-        for span in segments:
-            starts, stops = run_bounds(mask[span.slice])
-            if starts.size:
-                near = span.start + rows_within(np.maximum(starts - margin, 0), np.minimum(stops + margin, len(span)))
-                rows.append(near)
-                stretches.append(Span(count, count + near.size))
-                count += near.size
-        return np.concatenate(rows) if rows else np.empty(0, dtype=np.int64), stretches
 
 
 @lru_cache(maxsize=64)

@@ -237,3 +237,31 @@ def _set_rules(
     for persistence_s, gammas in latest.items():
         found |= judge_set_rules(evidence, gammas, persistence_s, per_hour, units)
     return {joint: found[joint] for joint in evidence.joints if joint in found}
+
+
+def recommend_rules(
+    audits: Sequence[Audit], persistence_s: float | None = None, contact: Sequence[Times | None] = ()
+) -> dict[str, RecommendedRule]:
+    """Recommended gamma and n per joint over all given audits; arguments as of :func:`recommend_arm`."""
+    return recommend_arm(audits, persistence_s, contact).joints
+
+
+def recommended_of_log(
+    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
+) -> dict[str, RecommendedRule]:
+    """A threshold for each watched joint from one log alone."""
+    return _of_log(log, persistence_s, per_hour, others=True)
+
+
+def thresholds_of_log(
+    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
+) -> dict[str, float | None]:
+    """Gamma of each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
+    rules = _of_log(log, persistence_s, per_hour, others=False)
+    return {joint: rule.gamma_nm for joint, rule in rules.items()}
+
+
+def _of_log(log: LogEvidence, persistence_s: float, per_hour: float, others: bool) -> dict[str, RecommendedRule]:
+    evidence = ArmEvidence((log,), log.watched)
+    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
+    return recommend_joints(evidence, persistence_s, per_hour, others)[0]

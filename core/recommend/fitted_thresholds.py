@@ -8,8 +8,7 @@ from math import inf
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.friction_correction import FrictionCorrection
-from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.recommendation_result import RangeOfEvidence
 from collaudit.core.data.threshold_result import FittedThresholds, JointThreshold, ThresholdLevel
 from collaudit.core.detection.rule import persistence_samples

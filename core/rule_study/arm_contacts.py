@@ -23,8 +23,14 @@ from collaudit.core.rule_study.injected_contacts import (
     spread_moments,
     unit_torques,
 )
-from collaudit.core.rule_study.noticed_force import alarm_delays, noticed_forces
-from collaudit.core.rule_study.shown_torque import Windows, margin_samples, through_filters, windows
+from collaudit.core.rule_study.shown_torque import (
+    Windows,
+    alarm_delays,
+    margin_samples,
+    noticed_forces,
+    through_filters,
+    windows,
+)
 from collaudit.core.verdict.arm_places import Place, arm_places
 
 #: Shares of contacts whose force is given, and forces at which misses are counted.

@@ -13,7 +13,7 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
-from collaudit.core.recommend.clean_evidence import thresholds_of_log
+from collaudit.core.recommend.arm_recommendation import thresholds_of_log
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
 from collaudit.core.recommend.set_rule import judge_set_rules
 from collaudit.core.rule_study.rule_study import StudiedLog, study_rule

@@ -26,8 +26,7 @@ from collaudit.core.rule_study.injected_contacts import (
     spread_moments,
     unit_torques,
 )
-from collaudit.core.rule_study.noticed_force import alarmed
-from collaudit.core.rule_study.shown_torque import margin_samples, through_filters, windows
+from collaudit.core.rule_study.shown_torque import alarmed, margin_samples, through_filters, windows
 from collaudit.fixtures.pushes import Push
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import SimulatedFiles

@@ -29,8 +29,7 @@ from collaudit.core.recommend.sustained_levels import (
     round_up,
     sustained_level,
 )
-from collaudit.core.recommend.tail_fit import JointTail, _skewed, fit_tail
-from collaudit.core.recommend.tail_likelihood import tail_likelihood
+from collaudit.core.recommend.tail_fit import JointTail, _skewed, fit_tail, tail_likelihood
 
 
 def recommended(residual: np.ndarray, per_hour: float = 1e-3, name: str = "a.mcap") -> ArmRecommendation:

@@ -28,8 +28,16 @@ from collaudit.core.rule_study.injected_contacts import (
     open_moments,
     unit_torques,
 )
-from collaudit.core.rule_study.noticed_force import LARGEST_N, alarmed, noticed_forces
-from collaudit.core.rule_study.shown_torque import Windows, margin_samples, shown, through_filters, windows
+from collaudit.core.rule_study.shown_torque import (
+    LARGEST_N,
+    Windows,
+    alarmed,
+    margin_samples,
+    noticed_forces,
+    shown,
+    through_filters,
+    windows,
+)
 
 NAMES = ("joint1", "joint2")
 ROBOT = dh_robot(

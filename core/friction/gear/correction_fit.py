@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from collaudit.core.data.friction_correction import FrictionCorrection, LoadFriction, RippleWave
+from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction, RippleWave
 from collaudit.core.findings import Finding
 from collaudit.core.friction.friction_model import load_torque
 from collaudit.core.friction.friction_variation import any_law, jackknifed, wave_sums

@@ -99,7 +99,7 @@ def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> fl
 
     They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
     """
-    c = ls.quick_rate(pairs, law) if law.rate is not None else 0.0
+    c = ls.best_rate(pairs, law) if law.rate is not None else 0.0
     k = len(law.symbols) - (law.rate is not None)
     columns = np.stack(law.shape(rest.speed, rest.direction, c), axis=-1)
     left = rest.friction - columns @ ls.fit_at(pairs, law, c).estimate[:k]
@@ -180,7 +180,7 @@ def _reweighted(data: ls.Points, law: SeparableLaw, method: str) -> tuple[FloatA
     equal = replace(data, sd=np.full(data.n, float(np.median(data.sd))))
     for _ in range(20):
         now = replace(equal, sd=equal.sd / np.sqrt(np.maximum(weight, 1e-6)))
-        c = ls.quick_rate(now, law) if law.rate is not None else 0.0
+        c = ls.best_rate(now, law) if law.rate is not None else 0.0
         fit = ls.fit_at(now, law, c)
         rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
         scale = max(robust_sd(rest), 1e-12)

@@ -81,7 +81,7 @@ def _predict_ridge(train: ls.Points, test: ls.Points, law: RidgeLaw, ridge: floa
 def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> FloatArray | None:
     if train.n < len(law.symbols) + (train.offset is not None) + 1:
         return None
-    c = ls.quick_rate(train, law) if law.rate is not None else 0.0
+    c = ls.best_rate(train, law) if law.rate is not None else 0.0
     design = train.design(law, c)
     if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
         return None

@@ -74,7 +74,7 @@ def position_velocity(series: UniformSeries) -> FloatArray:
 
     def fill_joint(j: int) -> None:
         raw = differentiate(q[:, j : j + 1], series.segments, series.period_s)
-        low_pass(raw, series.segments, series.period_s, series.bandwidth_hz, v[:, j : j + 1])
+        v[:, j] = low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)[:, 0]
 
     each(fill_joint, range(q.shape[1]))
     return v

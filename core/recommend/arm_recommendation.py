@@ -27,10 +27,10 @@ from collaudit.core.recommend.joint_thresholds import (
     LEAST_S,
     REACH,
     arm_rate,
+    judge_set_rules,
     recommend_joints,
 )
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
-from collaudit.core.recommend.set_rule import judge_set_rules
 from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
 
 if TYPE_CHECKING:

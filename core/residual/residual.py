@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
-from collaudit.core.friction.friction_model import FrictionModel, load_doubt
+from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, load_doubt, scatter_beyond
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.parallel import each, ordered_map

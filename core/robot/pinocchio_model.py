@@ -288,24 +288,9 @@ class Workspace:
         """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
         self._model, self._data = model, model.createData()
 
-    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """(j,) torque M(q) a + C(q, v) v + G(q), rotor inertia included (recursive Newton-Euler algorithm)."""
-        out: FloatArray = pin.rnea(self._model, self._data, q, v, a)
-        return out
-
     def forward_dynamics(self, q: FloatArray, v: FloatArray, torque: FloatArray) -> FloatArray:
         """(j,) acceleration (articulated-body algorithm)."""
         out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
-        return out
-
-    def mass_matrix(self, q: FloatArray) -> FloatArray:
-        """(j, j) M(q), rotor inertia included (composite rigid-body algorithm)."""
-        upper = np.triu(pin.crba(self._model, self._data, q))
-        return np.asarray(upper + np.triu(upper, 1).T)
-
-    def coriolis_matrix(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """(j, j) C(q, v) with dM/dt = C + C^T."""
-        out: FloatArray = pin.computeCoriolisMatrix(self._model, self._data, q, v)
         return out
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
@@ -316,11 +301,6 @@ class Workspace:
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
         out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
-        return out
-
-    def frame_jacobian(self, q: FloatArray, frame: int) -> FloatArray:
-        """(6, j) Jacobian of a frame in its own axes; linear rows first."""
-        out: FloatArray = pin.computeFrameJacobian(self._model, self._data, q, frame, pin.LOCAL)
         return out
 
     def frame_rotation(self, q: FloatArray, frame: int) -> FloatArray:

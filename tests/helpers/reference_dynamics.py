@@ -16,18 +16,21 @@ Sample = Callable[[FloatArray], FloatArray]
 
 def inverse_dynamics(model: PinocchioModel) -> Sample:
     """From q, v, a to joint torques."""
-    work = model.workspace()
-    return lambda x: np.array(work.inverse_dynamics(*np.split(x, 3)))
+    own = model.library_model()
+    data = own.createData()
+    return lambda x: np.array(pin.rnea(own, data, *np.split(x, 3)))
 
 
 def momentum(model: PinocchioModel) -> Sample:
     """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
-    work = model.workspace()
+    own = model.library_model()
+    data = own.createData()
 
     def sample(x: FloatArray) -> FloatArray:
         q, v = np.split(x, 2)
-        mass = work.mass_matrix(q)
-        rest = work.coriolis_matrix(q, v).T @ v - work.gravity_torque(q)
+        upper = np.triu(pin.crba(own, data, q))
+        mass = upper + np.triu(upper, 1).T
+        rest = pin.computeCoriolisMatrix(own, data, q, v).T @ v - pin.computeGeneralizedGravity(own, data, q)
         return np.concatenate([mass @ v, rest])
 
     return sample
@@ -45,14 +48,19 @@ def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: Fl
 
 def force(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
     """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes."""
-    count, number, work = model.joint_count, model.frame_number(frame), model.workspace()
+    count, number, own = model.joint_count, model.frame_number(frame), model.library_model()
+    data = own.createData()
+
+    def felt(q: FloatArray, wrench: FloatArray) -> FloatArray:
+        return np.array(pin.computeFrameJacobian(own, data, q, number, pin.LOCAL).T @ wrench)
+
     if carried is None:
-        return lambda x: np.array(work.frame_jacobian(x[:count], number).T @ x[count:])
-    alone = only_point_mass(model, *carried).workspace()
+        return lambda x: felt(x[:count], x[count:])
+    alone = inverse_dynamics(only_point_mass(model, *carried))
 
     def sample(x: FloatArray) -> FloatArray:
-        q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
-        return np.array(work.frame_jacobian(q, number).T @ wrench - alone.inverse_dynamics(q, v, a))
+        motion, wrench = np.split(x, [3 * count])
+        return felt(motion[:count], wrench) - alone(motion)
 
     return sample
 

@@ -84,7 +84,8 @@ class Joint:
 
     def along(self, wrench: Wrench) -> FloatArray:
         """(m,) what it feels of a force and a moment."""
-        return wrench[0][2] if self.link.prismatic else wrench[1][2]
+        force, moment = wrench
+        return np.asarray(force[2] if self.link.prismatic else moment[2])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

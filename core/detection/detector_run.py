@@ -128,7 +128,7 @@ def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] 
     state, spans = run.detected.state, run.residual.span_nm
     if spans is None:
         return None, None
-    least, most = (table(*state.shape, np.float32) for _ in spans)
+    least, most = (table(state.shape[0], state.shape[1], np.float32) for _ in spans)
     for j, states in enumerate(state.T):
         for out, span in ((least, spans[0]), (most, spans[1])):
             out[:, j] = np.where(states == State.FRICTION_INTERVAL, span[:, j], np.nan)

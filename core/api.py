@@ -128,7 +128,7 @@ def load_robot(settings: LoadedConfig, joints: Sequence[str]) -> RobotModel:
     Raises:
         RobotError: the description, or a name in the configuration, cannot be used.
     """
-    from collaudit.core.robot.shared_robots import shared_robot
+    from collaudit.core.robot.robot_building import shared_robot
 
     return shared_robot(settings.config.robot, settings.base_dir, joints)
 
@@ -300,7 +300,7 @@ def recommend(
         persistence_s: persistence in s; the longest the audits used when absent.
         contact: for each audit the start and end of all contacts, s; None where the alarms are to be taken for it.
     """
-    from collaudit.core.recommend.clean_evidence import recommend_rules
+    from collaudit.core.recommend.arm_recommendation import recommend_rules
 
     return recommend_rules(audits, persistence_s, contact)
 

@@ -38,16 +38,19 @@ from collaudit.core.detection.detector_run import (
     judged_signals,
     run_detector,
 )
-from collaudit.core.detection.fitted_rule import with_fitted_thresholds
+from collaudit.core.detection.fitted_rule import (
+    change_findings,
+    tight_threshold_findings,
+    with_fitted_thresholds,
+    with_rest_thresholds,
+)
 from collaudit.core.detection.guided_log import judged_log
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
-from collaudit.core.detection.rest_rule import change_findings, with_rest_thresholds
-from collaudit.core.detection.rest_steps import RestStep, rest_steps
+from collaudit.core.detection.rest_blocks import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
-from collaudit.core.detection.tight_thresholds import tight_threshold_findings
 from collaudit.core.detection.watch import control_modes
 from collaudit.core.findings import Finding, joints_not_judged
 from collaudit.core.findings.joint_units import in_joint_units
@@ -58,8 +61,8 @@ from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
 from collaudit.core.prepare.prepared import Prepared, calibrated
 from collaudit.core.recommend.arm_evidence import evidence_of
-from collaudit.core.recommend.clean_evidence import recommended_of_log
-from collaudit.core.recommend.range_findings import range_findings, ranges_behind
+from collaudit.core.recommend.arm_recommendation import recommended_of_log
+from collaudit.core.recommend.evidence_range import range_findings, ranges_behind
 from collaudit.core.scoring.known_events import missing_labels, score_detection
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.core.verdict.asked_findings import asked_findings

@@ -26,9 +26,8 @@ from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothin
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.prepared import Prepared, calibrated
-from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds
+from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, other_detectors
 from collaudit.core.recommend.held_out_residual import BesideFriction, held_out_residuals
-from collaudit.core.recommend.other_detectors import other_detectors
 from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.known_events import known_contact_times
 from collaudit.core.scoring.truth_events import TruthFile

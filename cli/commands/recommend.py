@@ -270,7 +270,7 @@ def _dynamic(audits: Sequence[Audit]) -> dict[str, DynamicThreshold]:
 
 def _planes(audits: Sequence[Audit]) -> dict[str, JointPlane]:
     """The planes of all logs that were studied, as one."""
-    from collaudit.core.rule_study.pooled_planes import pooled_planes
+    from collaudit.core.rule_study.joint_plane import pooled_planes
 
     return pooled_planes([audit.study for audit in audits if audit.study is not None])
 

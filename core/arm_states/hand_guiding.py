@@ -18,11 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collaudit.core.arm_states.block_numbers import counted_in_time, without_gaps
-from collaudit.core.arm_states.late_drives import Friction, Gravity, follows_late
+from collaudit.core.arm_states.filtered_effort import Friction, Gravity, follows_late
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import quantile_of
 
@@ -104,8 +103,7 @@ def hand_guiding(
         own[:, place] = friction[j](speed[:, place])
         rest[:, place] = drive_nm[rows, j] - rigid_nm[rows, j] - own[:, place]
 
-    for _ in ordered_map(fill_joint, range(len(columns))):
-        pass
+    each(fill_joint, range(len(columns)))
     usual = _noise(rest, speed, block)
     near = np.flatnonzero(_suspicious(rest, speed, block, usual))
     if near.size == 0:
@@ -259,3 +257,24 @@ def _covered(windows: BoolArray, size: int) -> BoolArray:
     """(size,) blocks that lie in one of the marked windows."""
     at = np.flatnonzero(windows)
     return marked(at, np.minimum(at + _WINDOW, size), size)
+
+
+def without_gaps(numbers: IntArray, longest: int) -> IntArray:
+    """Blocks numbered anew, with gaps cut: a clock that jumped by days would make millions of empty blocks.
+
+    Args:
+        numbers: (k,) the block of each sample, rising.
+        longest: steps between two blocks that stay; what lies further apart comes so near.
+    """
+    return np.asarray(numbers - np.cumsum(np.maximum(np.diff(numbers, prepend=numbers[:1]) - longest, 0)))
+
+
+def counted_in_time(numbers: IntArray, block: IntArray, start: int, stop: int) -> tuple[int, int]:
+    """The stretch [start, stop) of blocks in the numbers they had; its first and its last block hold samples.
+
+    Args:
+        numbers: (k,) the block of each sample as counted in time.
+        block: (k,) the same without gaps.
+        start, stop: blocks without gaps.
+    """
+    return int(numbers[np.searchsorted(block, start)]), int(numbers[np.searchsorted(block, stop) - 1]) + 1

@@ -84,3 +84,11 @@ def picked_rows(order: IntArray) -> IntArray | slice:
     first = int(order[0]) if order.size else 0
     whole = order.size and int(order[-1]) == first + order.size - 1 and bool((np.diff(order) == 1).all())
     return slice(first, first + order.size) if whole else order
+
+
+def interpolated(x: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
+    """(m, c) columns of ``values`` (n, c) at other places (m,), of samples at (n,); beyond the ends its value there."""
+    out = table(x.size, values.shape[1])
+    for column, own in zip(out.T, values.T, strict=True):
+        column[:] = np.interp(x, at, own)
+    return out

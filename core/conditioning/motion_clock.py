@@ -16,7 +16,7 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.numeric.stats import SD_PER_MAD, median_of, robust_sd
+from collaudit.core.numeric.stats import median_of, robust_sd
 
 #: Robust spread of the steps about whole periods, in periods: stamps this good need no help.
 _STEADY = 0.1
@@ -80,7 +80,7 @@ def motion_clock(
         return None
     usual = median_of(steps)
     usual = usual if usual > 0.0 else float(np.mean(steps))
-    if usual <= 0.0 or (_steady(steps, usual) and np.mean(steps <= 0.0) <= _MOST_ALIKE):
+    if usual <= 0.0 or (_off_comb(steps / usual) <= _STEADY and np.mean(steps <= 0.0) <= _MOST_ALIKE):
         return None
     if velocity is None:
         return WeakClock("the log has no velocity to compare positions with")
@@ -101,13 +101,6 @@ def motion_clock(
         return WeakClock("the motion fits the stamps as well as an even clock")
     counts, told = _counts(passed, steps, period, usable)
     return _rebuilt(stamps, counts, told, spread)
-
-
-def _steady(steps: FloatArray, usual: float) -> bool:
-    """Whether most steps (n,) are near a multiple of the usual one; counting says so sooner than a median."""
-    ratio = steps / usual
-    near = np.count_nonzero(np.abs(ratio - np.round(ratio)) <= _STEADY / SD_PER_MAD * (1.0 - 1e-9))
-    return bool(near > steps.size // 2 + 1) or _off_comb(ratio) <= _STEADY
 
 
 def _off_comb(ratio: FloatArray) -> float:

@@ -76,7 +76,7 @@ def arm_geometry(prepared: Prepared, tool: str | None) -> ArmGeometry | None:
     if bodies is None or not frames or any(len(names) > 1 or {*names} - {*prepared.judged} for names in moved_by):
         return None
     links = zip(bodies.links, moved_by, robot.expansion.sum(axis=1), robot.offset, strict=True)
-    place = bodies.place(frames[-1])
+    place = bodies.frame_placement(frames[-1])
     return ArmGeometry(
         links=tuple(
             ArmLink(

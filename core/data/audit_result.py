@@ -12,16 +12,15 @@ from collaudit.core.data import shown
 from collaudit.core.data.arm_geometry import ArmGeometry
 from collaudit.core.data.coupled_friction import CoupledFriction
 from collaudit.core.data.detection_result import Contact, DetectionFacts, RestDisturbance
-from collaudit.core.data.friction_correction import FrictionCorrection
-from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import (
     ChannelFacts,
     EstimateChoice,
     FrictionVariation,
     Identification,
     Identified,
+    LeftOut,
 )
-from collaudit.core.data.left_out import LeftOut
 from collaudit.core.data.recommendation_result import TailFacts
 from collaudit.core.data.sensitivity_result import Sensitivity
 from collaudit.core.data.signals import Signals

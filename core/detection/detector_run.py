@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,14 +11,15 @@ from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import RuleFacts
-from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts
+from collaudit.core.data.detection_result import DelayFacts, DetectorEvent, DetectorFacts, LevelFacts, ShortestPush
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.events import DetectedEvents, detect_events
-from collaudit.core.detection.shortest_push import shortest_pushes
 from collaudit.core.detection.threshold import Threshold
 from collaudit.core.detection.watch import Watch
+from collaudit.core.numeric.arrays import BoolArray, IntArray, Span
 from collaudit.core.numeric.kernel import Kernel
+from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.numeric.tables import table
 from collaudit.core.prepare.prepared import Prepared
@@ -131,3 +133,42 @@ def _spans(run: DetectorRun) -> tuple[NDArray[np.float32], NDArray[np.float32]] 
         for out, span in ((least, spans[0]), (most, spans[1])):
             out[:, j] = np.where(states == State.FRICTION_INTERVAL, span[:, j], np.nan)
     return least, most
+
+
+#: Heights of the pushes, in thresholds.
+RATIOS = (1.3, 2.0, 4.0)
+
+
+def shortest_pushes(kernel: Kernel, n: int, period_s: float) -> tuple[ShortestPush, ...]:
+    """Shortest rectangular push of each height whose smoothed torque lies above gamma for ``n`` samples in a row.
+
+    Args:
+        kernel: of the detector; the torque of the motion passes the filters of the signals besides.
+        n: persistence, samples.
+        period_s: sample period, s.
+    """
+    around = max(16, math.ceil(4.0 * kernel.settle_s / period_s))
+    longest = n + around
+
+    def alarms(length: IntArray) -> BoolArray:
+        """(k, ratios) whether pushes of these lengths (k,), in samples, alarm."""
+        pushes = np.zeros((2 * around + longest, length.size))
+        pushes[around:-around] = np.arange(longest)[:, None] < length
+        smoothed = kernel.apply(pushes, [Span(0, len(pushes))], period_s)
+        found = [[_longest_run(column > 1.0 / ratio) >= n for ratio in RATIOS] for column in smoothed.T]
+        return np.array(found)
+
+    # A longer push alarms where a shorter one does: lengths in steps first, then those of one step.
+    step = math.isqrt(longest)
+    coarse = np.append(np.arange(step, longest, step), longest)
+    lasting = {k: int(coarse[column.argmax()]) for k, column in enumerate(alarms(coarse).T) if column.any()}
+    if not lasting:
+        return ()
+    fine = np.unique(np.concatenate([np.arange(length - step, length) + 1 for length in lasting.values()]))
+    found = alarms(fine[fine > 0]).T
+    return tuple(ShortestPush(RATIOS[k], float(fine[fine > 0][found[k].argmax()]) * period_s) for k in lasting)
+
+
+def _longest_run(mask: BoolArray) -> int:
+    starts, stops = run_bounds(mask)
+    return int((stops - starts).max(initial=0))

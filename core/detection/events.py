@@ -16,7 +16,7 @@ from collaudit.core.detection.knocks import knock_width, knocks
 from collaudit.core.detection.rule import Event, apart, rule_events
 from collaudit.core.detection.watch import Watch
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.residual.residual import Residual
@@ -122,8 +122,7 @@ def _with_unwatched(
             column[contact] = np.maximum(column[contact], State.NOT_WATCHED)
         _mark_too_brief(column, n)
 
-    for _ in ordered_map(fill_joint, range(len(joints))):
-        pass
+    each(fill_joint, range(len(joints)))
     return out
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from collaudit.core.config.schema import Config
 from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS
+from collaudit.core.data.audit_result import Collision, RuleFacts
 from collaudit.core.data.threshold_result import (
     FittedThresholds,
     FollowedMotion,
@@ -20,6 +21,8 @@ from collaudit.core.data.threshold_result import (
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.findings import Finding, fact
+from collaudit.core.numeric.stats import MARGIN
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.prepare.quiet_level import QuietLevel
 
 #: A joint that stays within this cannot be judged for want of motion; the others can. rad (m of a prismatic joint)
@@ -182,3 +185,94 @@ def rise_findings(now: FittedThresholds | None, earlier: FittedThresholds | None
         f"{', '.join(risen)}. The arm, its effort or the log has changed."
     )
     return [Finding("gamma-rose", "warning", text)]
+
+
+def with_rest_thresholds(config: Config, levels: Mapping[str, QuietLevel], joints: Sequence[str]) -> Config:
+    """The configuration with their thresholds, N·m, where it states none; unchanged where it does.
+
+    Args:
+        config: as given.
+        levels: of the joints judged for changes.
+        joints: all judged joints; those without a level keep what is configured for all.
+    """
+    detect = config.detect
+    automatic = detect.gamma_nm == "auto"
+    if not levels or ("gamma_nm" in detect.given and not automatic):
+        return config
+    if automatic and len(levels) < len(joints):
+        return config
+    common = detect.gamma_nm if isinstance(detect.gamma_nm, float) else 0.0
+    gamma = {joint: levels[joint].gamma_nm if joint in levels else common for joint in joints}
+    return config.changed({"detect": detect.changed({"gamma_nm": gamma})})
+
+
+def change_findings(
+    prepared: Prepared, levels: Mapping[str, QuietLevel], gamma_nm: Mapping[str, float]
+) -> list[Finding]:
+    """That joints were judged for changes only, and what that cannot see.
+
+    Args:
+        prepared: the log.
+        levels: of the joints judged so.
+        gamma_nm: thresholds that were applied.
+    """
+    if not levels:
+        return []
+    some = next(iter(levels.values()))
+    offsets = ", ".join(f"{joint} {float(np.nanmedian(one.level_nm)):.3g}" for joint, one in levels.items())
+    held = "" if prepared.effort_source == "joint" else ", nor one that the friction of the gears holds"
+    text = (
+        "The arm never moves and friction is not known: joints were judged for changes of torque against their own "
+        f"quiet level (estimated from {some.quiet_s:.3g} s without a touch). A load that stays constant for "
+        f"{some.stretch_s:.3g} s cannot be seen{held}. Constant difference from the model, N·m: {offsets}."
+    )
+    findings = [Finding("judged-for-changes", "warning", text)]
+    for joint, one in levels.items():
+        if gamma_nm.get(joint, np.inf) < one.gamma_nm:
+            text = (
+                f"The threshold of joint '{joint}', {gamma_nm[joint]:.3g} N·m, is below {one.gamma_nm:.3g} N·m: what "
+                "its torque does by itself at rest, with a margin."
+            )
+            findings.append(Finding("change-threshold", "warning", text, joint=joint))
+    return findings
+
+
+def tight_threshold_findings(
+    rule: RuleFacts,
+    thresholds: FittedThresholds | None,
+    config: Config,
+    alarms: Sequence[Collision],
+) -> list[Finding]:
+    """Joints whose stated threshold the residual of the fitted logs exceeds, without contact.
+
+    Args:
+        rule: thresholds and persistence as applied.
+        thresholds: of the friction file; None without a file, or of an older one.
+        config: the detector whose residual is judged.
+        alarms: of the log.
+    """
+    usable, _ = usable_thresholds(thresholds, config)
+    if usable is None:
+        return []
+    out = []
+    for joint, gamma in rule.gamma_nm.items():
+        known = usable.joints.get(joint)
+        level = None if known is None else level_at(known, rule.n, rule.persistence_s)
+        if known is None or level is None or MARGIN * gamma >= level.gamma_nm:
+            continue
+        own = [abs(alarm.peak_nm) for alarm in alarms if alarm.joint == joint]
+        text = (
+            f"The threshold of joint '{joint}', {gamma:.3g} N·m, is below what the fit's held-out residual reaches "
+            f"without contact: for {1e3 * rule.persistence_s:.3g} ms it asks for {level.gamma_nm:.3g} N·m"
+        )
+        if known.rms_nm is not None:
+            text += f" (its RMS is {known.rms_nm:.3g} N·m)"
+        text += (
+            ". Likely causes are a spring, cable or payload that the model lacks, or friction that is off: find the "
+            "cause before a higher threshold is set"
+        )
+        if own:
+            below = sum(peak < level.gamma_nm for peak in own)
+            text += f"; {below} of this joint's {len(own)} alarms in this log stay below that"
+        out.append(Finding("gamma-too-tight", "warning", text + ".", joint=joint))
+    return out

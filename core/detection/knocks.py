@@ -80,20 +80,10 @@ def _impulse(total: FloatArray, n: int, width: int) -> FloatArray:
     count = total.size - width - 2 * n
     start, stop = total[n : n + count], total[n + width : n + width + count]
     inside, before, after = stop - start, start - total[:count], total[width + 2 * n :] - stop
-    sign = np.copysign(1.0, inside)
-    for mean in (before, after):
-        mean /= n
-    middle = before + after
-    middle *= 0.5
-    for x in (inside, before, after, middle):
-        x *= sign  # a push downwards is turned up
-    higher = np.maximum(before, after, out=before)
-    for beside in (middle, higher):
-        np.maximum(beside, 0.0, out=beside)
-        beside *= -width
-        beside += inside
-    higher *= 2.0
-    return np.minimum(middle, higher, out=middle)
+    sign = np.copysign(1.0, inside)  # a push downwards is turned up
+    inside, before, after = sign * inside, sign * (before / n), sign * (after / n)
+    middle, higher = np.maximum(0.5 * (before + after), 0.0), np.maximum(np.maximum(before, after), 0.0)
+    return np.asarray(np.minimum(inside - width * middle, 2.0 * (inside - width * higher)))
 
 
 def _event(residual: FloatArray, start: int, width: int, gamma: Level) -> Event:

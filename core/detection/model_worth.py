@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,15 +10,13 @@ from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.findings import Finding
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.prepare.prepared import Prepared
 
 #: A model that leaves this share of the torque's spread explains nothing.
 _NO_GAIN = 0.9
-#: What is left out of a sum for its kernel (1e-9) and its rounding changes it by less.
-_SURELY = 1.0 - 1e-6
 _LEAST_S = 5.0
 _MOST_SAMPLES = 5000
 #: Share of the residual's spread in the model's fast part above which that is the cause.
@@ -51,8 +48,6 @@ def model_worth_findings(prepared: Prepared, run: DetectorRun, inputs: Detection
             return None
         effort = residual.effort_nm[:, j]
         after = float(np.std(residual.torque_nm[:, j][good]))
-        if after <= _NO_GAIN * _least_spread(run, effort, good, prepared):
-            return None
         before = float(np.std(_smoothed(run, effort, prepared)[good]))
         if after <= _NO_GAIN * before:
             return None
@@ -74,22 +69,6 @@ def _smoothed(run: DetectorRun, x: FloatArray, prepared: Prepared) -> FloatArray
     """(n,) through the kernel that the residual has passed."""
     series = prepared.judged_series
     return run.residual.balance.kernel.apply(x[:, None], series.segments, series.period_s)[:, 0]
-
-
-def _least_spread(run: DetectorRun, x: FloatArray, good: BoolArray, prepared: Prepared) -> float:
-    """What the good samples (n,) of a smoothed signal spread by at least, from an eighth of them.
-
-    The sum of squares about the mean of all is no less than that of some about their own.
-    """
-    series, kernel = prepared.judged_series, run.residual.balance.kernel
-    some, middle = np.zeros_like(good), slice(7 * good.size // 16, 9 * good.size // 16)
-    some[middle] = good[middle]
-    if not some.any():
-        return 0.0
-    rows, stretches = kernel.near(some, series.segments, series.period_s)
-    spread = float(np.std(kernel.apply(x[rows, None], stretches, series.period_s)[some[rows], 0]))
-    share = np.count_nonzero(some) / np.count_nonzero(good)
-    return _SURELY * math.sqrt(share) * spread
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,8 @@ from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.audit_result import RuleFacts
 from collaudit.core.data.detection_result import DynamicThreshold
 from collaudit.core.data.signals import State
+from collaudit.core.data.threshold_result import MotionScale
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.detection.motion_scale import relative_scale
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
@@ -155,3 +155,49 @@ def pooled_dynamic(laws: Sequence[DynamicThreshold | None]) -> DynamicThreshold 
         max(law.speed_nm_s_per_rad for law in known),
         max(law.acceleration_nm_s2_per_rad for law in known),
     )
+
+
+#: The scale is at least this share of the usual one.
+LEAST_SHARE = 0.3
+#: Time over which acceleration is averaged, s: longer than a contact moves it.
+_AVERAGED_S = 1.0
+#: Below this speed friction depends on it most: Stribeck velocities of gears lie there, rad/s (m/s if prismatic).
+_SLOW_RAD_S = 0.1
+
+
+def motion_features(velocity: FloatArray, j: int, period_s: float) -> FloatArray:
+    """(n, 5) one, closeness to rest, speed, the norm over the joints, and the mean |acceleration| of the second around.
+
+    Args:
+        velocity: (n, j) of the joints, rad/s; unknown values count as rest.
+        j: the joint's column.
+        period_s: sample period, s.
+    """
+    known = np.nan_to_num(velocity)
+    own = known[:, j]
+    width = max(1, round(_AVERAGED_S / period_s))
+    # the mean of |a| over a window is the way that the velocity makes in it
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(own, prepend=own[:1])))])
+    at = np.arange(own.size)
+    first, last = np.maximum(at - width // 2, 0), np.minimum(at + width // 2 + 1, own.size)
+    turn = (way[last] - way[first]) / ((last - first) * period_s)
+    speed = np.abs(own)
+    slow = np.maximum(1.0 - speed / _SLOW_RAD_S, 0.0)
+    return np.column_stack([np.ones(own.size), slow, speed, np.linalg.norm(known, axis=1), turn])
+
+
+def scale_over(scale: MotionScale, features: FloatArray) -> FloatArray:
+    """(n,) standard deviation at motions with these features (n, 5), N·m."""
+    weights = (
+        scale.base_nm,
+        scale.slow_nm,
+        scale.speed_nm_s_per_rad,
+        scale.arm_speed_nm_s_per_rad,
+        scale.acceleration_nm_s2_per_rad,
+    )
+    return np.asarray(np.maximum(features @ np.array(weights), LEAST_SHARE * scale.usual_nm))
+
+
+def relative_scale(scale: MotionScale, velocity: FloatArray, j: int, period_s: float) -> FloatArray:
+    """(n,) scale of a joint's residual over the usual one; arguments as of :func:`motion_features`."""
+    return scale_over(scale, motion_features(velocity, j, period_s)) / scale.usual_nm

@@ -17,7 +17,6 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
 
 _LEVEL = 0.975
-_CLEARLY = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,14 +98,8 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
 
 def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
     """The variance that the points need about the law that needs least, and that law."""
-    first, *others = _flexible(data) or [LINE]
-    least, of = _variance_needed(data, first), first
-    for law in others:
-        if least == 0.0:
-            break
-        if not _surely_needs_more(data, law, least) and (found := _variance_needed(data, law)) < least:
-            least, of = found, law
-    return least, of
+    needed = [(_variance_needed(data, law), law) for law in _flexible(data) or [LINE]]
+    return min(needed, key=lambda found: found[0])
 
 
 def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
@@ -114,7 +107,7 @@ def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> fl
 
     They are not weighed together with the pairs: many good pairs would leave room for a model point far off the curve.
     """
-    c = ls.quick_rate(pairs, law) if law.rate is not None else 0.0
+    c = ls.best_rate(pairs, law) if law.rate is not None else 0.0
     k = len(law.symbols) - (law.rate is not None)
     columns = np.stack(law.shape(rest.speed, rest.direction, c), axis=-1)
     left = rest.friction - columns @ ls.fit_at(pairs, law, c).estimate[:k]
@@ -160,12 +153,6 @@ def _excess(data: ls.Points, law: SeparableLaw, c: float) -> Callable[[float], f
     return excess
 
 
-def _surely_needs_more(data: ls.Points, law: SeparableLaw, variance: float) -> bool:
-    """Whether chi-square is still too large at this variance, by more than a rate of the second best can change it."""
-    c = ls.quick_rate(data, law) if law.rate is not None else 0.0
-    return _excess(data, law, c)(variance) > _CLEARLY * data.n
-
-
 def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:
     """Common variance that brings a law's chi-square down to its degrees of freedom; 0 where it is there already."""
     c = ls.best_rate(data, law) if law.rate is not None else 0.0
@@ -201,7 +188,7 @@ def _reweighted(data: ls.Points, law: SeparableLaw, method: str) -> tuple[FloatA
     equal = replace(data, sd=np.full(data.n, float(np.median(data.sd))))
     for _ in range(20):
         now = replace(equal, sd=equal.sd / np.sqrt(np.maximum(weight, 1e-6)))
-        c = ls.quick_rate(now, law) if law.rate is not None else 0.0
+        c = ls.best_rate(now, law) if law.rate is not None else 0.0
         fit = ls.fit_at(now, law, c)
         rest = np.abs(data.friction - now.raw(law, c) @ fit.estimate)
         scale = max(robust_sd(rest), 1e-12)

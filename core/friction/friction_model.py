@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit as student_quantile
 
-from collaudit.core.data.friction_correction import LoadFriction, RippleWave
-from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.friction.parameter_units import parameter_symbol
-from collaudit.core.friction.temperature_model import TemperatureModel
+from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit, LoadFriction, RippleWave
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
-from collaudit.core.numeric.arrays import LARGEST, FloatArray
+from collaudit.core.numeric.arrays import LARGEST, BoolArray, FloatArray
+from collaudit.core.numeric.stats import STANDARD_ERRORS_95, median_of, robust_sd
 
 #: Breakaway may exceed the friction at the slowest measured speed by this factor where it is not determined.
 UNKNOWN_BREAKAWAY = 1.5
@@ -117,3 +116,143 @@ def direction_words(fit: FrictionFit) -> str | None:
         ahead, back = (abs(float(x)) for x in law.torque(np.array([speed, -speed])))
         parts.append(f"{ahead:.3g} forward and {back:.3g} backward at {speed:.2g}")
     return "; ".join(parts)
+
+
+@dataclass(frozen=True, slots=True)
+class TemperatureModel:
+    """A straight line over the temperatures it was fitted on, held at its ends beyond them.
+
+    Attributes:
+        per_kelvin: share of friction a kelvin.
+        per_kelvin_sd: its standard error.
+        at_c: mean temperature of the fit, °C.
+        level: what friction was off its law there, as a share.
+        range_c: temperatures of the fit, °C.
+    """
+
+    per_kelvin: float
+    per_kelvin_sd: float
+    at_c: float
+    level: float
+    range_c: tuple[float, float]
+
+    def share(self, temperature_c: FloatArray) -> FloatArray:
+        """(n,) friction as a share of its law at (n,) temperatures; what is missing lies between its neighbours."""
+        return np.asarray(1.0 + self.level + self.per_kelvin * (self._held(temperature_c) - self.at_c))
+
+    def doubt(self, temperature_c: FloatArray) -> float:
+        """The largest standard error that the line's slope leaves in the shares."""
+        return self.per_kelvin_sd * float(np.max(np.abs(self._held(temperature_c) - self.at_c), initial=0.0))
+
+    def _held(self, temperature_c: FloatArray) -> FloatArray:
+        known = np.flatnonzero(np.isfinite(temperature_c))
+        values = temperature_c
+        if known.size < temperature_c.size:
+            values = np.interp(np.arange(temperature_c.size), known, temperature_c[known])
+        return np.clip(values, *self.range_c)
+
+
+def load_torque(load: LoadFriction, load_nm: FloatArray, velocity: FloatArray) -> FloatArray:
+    """(n,) friction of the load beyond what the law has of it, signed as friction is.
+
+    Args:
+        load: what is known of it.
+        load_nm: (n,) size of the torque on the gear.
+        velocity: (n,) of the joint.
+    """
+    return np.asarray(np.sign(velocity) * load.per_nm * (np.clip(load_nm, *load.range_nm) - _usual(load, velocity)))
+
+
+def load_doubt(load: LoadFriction, load_nm: FloatArray, velocity: FloatArray) -> FloatArray:
+    """(n,) half width of its 95 % interval: the slope's error, and all that loads beyond those of the fit could add."""
+    held = np.clip(load_nm, *load.range_nm)
+    slope = STANDARD_ERRORS_95 * load.per_nm_sd * np.abs(held - _usual(load, velocity))
+    return np.asarray(slope + load.per_nm * np.abs(load_nm - held))
+
+
+def _usual(load: LoadFriction, velocity: FloatArray) -> FloatArray:
+    return np.interp(np.abs(velocity), load.speeds_rad_s, load.usual_nm)
+
+
+def corrected_laws(
+    laws: Mapping[str, FrictionModel], corrections: Mapping[str, FrictionCorrection]
+) -> dict[str, FrictionModel]:
+    """The laws of all joints, those with a correction corrected."""
+    out = dict(laws)
+    for joint, found in corrections.items():
+        if joint in out:
+            out[joint] = replace(out[joint], load=found.load, ripple=found.ripple)
+    return out
+
+
+_STEP = 1e-4
+#: Time, s, and strokes that tell how friction goes on above the fastest fitted speed.
+_TOLD_S, _TOLD_STROKES = 2.0, 4
+
+
+def extrapolation_doubt(law: FrictionModel, velocity: FloatArray) -> FloatArray:
+    """(n,) half width of the 95 % interval of friction above the fastest fitted speed, N·m; 0 up to that speed.
+
+    Two parts are added. Friction's growth beyond the range, |f(v) - f(v_max)|: no point says whether it goes on as the
+    curve has it, stays, or doubles. And what the curve's own interval (first order in the parameters) grows by.
+
+    Args:
+        law: the fitted law.
+        velocity: (n,) of the joint.
+    """
+    out = np.zeros(velocity.shape)
+    fastest = law.speed_range[1]
+    with np.errstate(invalid="ignore"):
+        rows = np.flatnonzero(np.abs(velocity) > fastest)
+    if rows.size == 0:
+        return out
+    v = velocity[rows]
+    edge = fastest * np.sign(v)
+    growth = np.abs(law.torque(v) - law.torque(edge))
+    out[rows] = growth + np.maximum(half_width(law, v) - half_width(law, edge), 0.0)
+    return out
+
+
+def scatter_beyond(
+    law: FrictionModel, velocity: FloatArray, residual_nm: FloatArray, counts: BoolArray, period_s: float
+) -> float:
+    """What friction above the fastest fitted speed is off by in a log (95 %), N·m, from the bulk of its residual there.
+
+    The median of the residual along the motion is the error of the extrapolated curve, its spread what varies. Less
+    than half of the time that counts may be contact. Infinite where a few strokes, or little time, would have to tell.
+
+    Args:
+        law: the fitted law.
+        velocity, residual_nm: (n,) of the joint.
+        counts: (n,) samples that tell something.
+        period_s: sample period, s.
+    """
+    with np.errstate(invalid="ignore"):
+        beyond = np.abs(velocity) > law.speed_range[1]
+    rows = np.flatnonzero(beyond & counts & np.isfinite(residual_nm))
+    strokes = np.count_nonzero(np.diff(rows) > 1) + 1
+    if rows.size * period_s < _TOLD_S or strokes < _TOLD_STROKES:
+        return float("inf")
+    along = residual_nm[rows] * np.sign(velocity[rows])
+    middle = median_of(along)
+    return abs(middle) + STANDARD_ERRORS_95 * robust_sd(along - middle)
+
+
+def half_width(law: FrictionModel, velocity: FloatArray) -> FloatArray:
+    """(n,) half width of the curve's 95 % interval by the delta method; 0 where the fit has no covariance.
+
+    sd(v)² = g(v)ᵀ Σ g(v) with g the gradient of the curve with respect to the parameters, times Student's t
+    for the points left over (one fewer when directions share an offset, as they may in points that rely on
+    the robot model).
+    """
+    spread = law.spread
+    if spread is None or spread.covariance.shape[0] != len(law.values):
+        return np.zeros(velocity.shape)
+    speed, direction, curve = np.abs(velocity), np.sign(velocity), law_named(law.name).curve
+    gradient = np.empty((velocity.size, len(law.values)))
+    for k, (symbol, value) in enumerate(law.values.items()):
+        step = _STEP * max(abs(value), 1e-3)
+        ends = [curve({**law.values, symbol: value + sign * step}, speed, direction) for sign in (1.0, -1.0)]
+        gradient[:, k] = (ends[0] - ends[1]) / (2.0 * step)
+    variance = np.einsum("ni,ij,nj->n", gradient, spread.covariance, gradient)
+    return np.asarray(spread.t * np.sqrt(np.maximum(variance, 0.0)))

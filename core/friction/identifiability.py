@@ -6,8 +6,7 @@ import numpy as np
 
 from collaudit.core.data.friction_result import Bounds, Identifiability, OpenSide
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.law_candidates import Candidate
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.law_candidates import Candidate, FrictionUnits
 from collaudit.core.numeric.arrays import FloatArray
 
 _ROUNDING = 1e-12

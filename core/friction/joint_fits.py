@@ -15,8 +15,8 @@ from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import FrictionModel, direction_words
 from collaudit.core.friction.friction_points import points_and_sums
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.motion_points import any_motion_tells_more, beyond, motion_points, moving_speeds
-from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name

@@ -8,8 +8,7 @@ import numpy as np
 
 from collaudit.core.data.friction_result import ModelComparison
 from collaudit.core.friction import least_squares as ls
-from collaudit.core.friction.law_candidates import Candidate
-from collaudit.core.friction.ridge_fit import fit_ridge_law
+from collaudit.core.friction.law_candidates import Candidate, fit_ridge_law
 from collaudit.core.friction_laws.friction_law import FrictionLaw, RidgeLaw, SeparableLaw
 from collaudit.core.friction_laws.law_registry import law_named
 from collaudit.core.numeric.arrays import FloatArray, IntArray
@@ -82,7 +81,7 @@ def _predict_ridge(train: ls.Points, test: ls.Points, law: RidgeLaw, ridge: floa
 def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> FloatArray | None:
     if train.n < len(law.symbols) + (train.offset is not None) + 1:
         return None
-    c = ls.quick_rate(train, law) if law.rate is not None else 0.0
+    c = ls.best_rate(train, law) if law.rate is not None else 0.0
     design = train.design(law, c)
     if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
         return None

@@ -16,14 +16,11 @@ import scipy
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.numeric.stats import parabola_minimum
 
 _COARSE = 161
 _DENSE = 121
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
-_ALIKE = 1e-6  # sums of squares closer than this may be ordered by rounding
 _FLAT = 1e-13  # diagonal element of a triangle of columns of length one: the column is gone in rounding
-_GONE = 1e-24  # power of a column of length one that others explain wholly
 _REACH = 5.0  # standard errors of C to either side of the best
 
 
@@ -192,7 +189,7 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
 def best_rate(points: Points, law: SeparableLaw) -> float:
     """The C of least squares, by a grid and a bounded search about its minimum."""
     grid = _coarse_rates(*search_range(points))
-    k = _lowest(points, law, grid)
+    k = int(np.argmin(_decomposed(points, law, grid)[3]))
     low, high = np.log(grid[max(k - 1, 0)]), np.log(grid[min(k + 1, _COARSE - 1)])
     target = points.target
 
@@ -201,59 +198,6 @@ def best_rate(points: Points, law: SeparableLaw) -> float:
 
     found = scipy.optimize.minimize_scalar(sum_squares, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
     return float(np.exp(found.x))
-
-
-def quick_rate(points: Points, law: SeparableLaw) -> float:
-    """The C of least squares on a grid, a parabola through the three lowest; for many fits in a row."""
-    grid = _coarse_rates(*search_range(points))
-    k = _lowest(points, law, grid)
-    if k in (0, _COARSE - 1):
-        return float(grid[k])
-    near = _decomposed(points, law, grid[k - 1 : k + 2])[3]
-    return float(grid[k] * (grid[1] / grid[0]) ** float(parabola_minimum(*near)))
-
-
-def _lowest(points: Points, law: SeparableLaw, grid: FloatArray) -> int:
-    """Index of the rate with the smallest sum of squares; by whole fits where several are alike to rounding."""
-    sums = rate_sums(points, law, grid)
-    alike = np.count_nonzero(sums <= float(sums.min()) * (1.0 + _ALIKE))
-    return int(np.argmin(sums if alike == 1 else _decomposed(points, law, grid)[3]))
-
-
-def rate_sums(points: Points, law: SeparableLaw, grid: FloatArray) -> FloatArray:
-    """(m,) sums of squares at every rate, to rounding; to find where they are smallest.
-
-    Most columns of a law are the same at every rate. With their span taken out of the target and of the columns that
-    the rate moves, what these explain is a quotient of two products (two columns: a system of two), for all rates at
-    once, where a decomposition for each rate takes a hundred times as long.
-    """
-    parts = law.shape(points.speed, points.direction, grid[:, None])
-    moved = [points.weighted(part.T) for part in parts if part.ndim == 2]
-    if not 1 <= len(moved) <= 2:
-        return _decomposed(points, law, grid)[3]
-    same = [part for part in parts if part.ndim == 1]
-    if points.offset is not None and not law.directional:
-        same.append(points.offset)
-    target = points.target
-    fixed = points.weighted(np.stack(same, axis=-1))
-    basis = np.linalg.qr(fixed / np.maximum(np.linalg.norm(fixed, axis=0), 1e-300))[0]
-    rest = target - basis @ (basis.T @ target)
-    free = []
-    for column in moved:
-        column = column / np.maximum(np.linalg.norm(column, axis=0), 1e-300)
-        free.append(column - basis @ (basis.T @ column))
-    return np.asarray(rest @ rest - _explained(free, rest))
-
-
-def _explained(free: list[FloatArray], rest: FloatArray) -> FloatArray:
-    """(m,) what one or two columns (n, m), free of all others, explain of the target's rest (n,)."""
-    first = free[0]
-    power, along = np.einsum("nm,nm->m", first, first), rest @ first
-    gain = along**2 / np.maximum(power, _GONE)
-    if len(free) == 1:
-        return np.asarray(gain)
-    second = free[1] - first * (np.einsum("nm,nm->m", first, free[1]) / np.maximum(power, _GONE))
-    return np.asarray(gain + (rest @ second) ** 2 / np.maximum(np.einsum("nm,nm->m", second, second), _GONE))
 
 
 def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -12,8 +12,7 @@ from collaudit.core.data.detection_result import Contact
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import State
 from collaudit.core.detection.rule import persistence_samples
-from collaudit.core.friction.extrapolation import half_width
-from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_model import FrictionModel, half_width
 from collaudit.core.history.log_record import (
     ContactRecord,
     FindingRecord,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_lag import SAMPLES
+from collaudit.core.conditioning.velocity_choice import SAMPLES
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding

@@ -16,7 +16,7 @@ from math import ceil
 
 import numpy as np
 
-from collaudit.core.data.left_out import LeftOut, LeftOutBy, LeftOutSpan
+from collaudit.core.data.identification_result import LeftOut, LeftOutBy, LeftOutSpan
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.identification.effort_columns import JointColumns, ThinnedMotion, joint_columns, motion_of
 from collaudit.core.numeric.arrays import BoolArray, FloatArray

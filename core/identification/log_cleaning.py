@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.left_out import LeftOut, LeftOutSpan
+from collaudit.core.data.identification_result import LeftOut, LeftOutSpan
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_mask import find_contact, labelled_contact

@@ -7,18 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import FloatArray, Span
-from collaudit.core.numeric.iir_filter import blank, filtered
-from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.numeric.signal_filters import butterworth
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.parallel import each
+from collaudit.core.numeric.runs import run_bounds
+from collaudit.core.numeric.signal_filters import butterworth, filtfilt, lfilter, lfilter_zi
 from collaudit.core.numeric.tables import table
 
 #: Two passes of a second-order Butterworth filter shift its -3 dB point by (sqrt(2) - 1)^(1/4).
 _TWO_PASS = (math.sqrt(2.0) - 1.0) ** 0.25
 #: Periods of the -3 dB frequency after which nothing is left of how a stretch begins.
 SETTLED_PERIODS = 1.5
-#: Values from which on columns are worth several threads.
-_FOR_THREADS = 1 << 17
 
 
 def default_bandwidth_hz(period_s: float) -> float:
@@ -30,9 +28,7 @@ def default_bandwidth_hz(period_s: float) -> float:
     return min(20.0, 0.2 / period_s)
 
 
-def low_pass(
-    x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth_hz: float, out: FloatArray | None = None
-) -> FloatArray:
+def low_pass(x: FloatArray, segments: Sequence[Span], period_s: float, bandwidth_hz: float) -> FloatArray:
     """Low-pass each stretch forward and backward (no delay), second-order Butterworth twice.
 
     Args:
@@ -40,40 +36,106 @@ def low_pass(
         segments: gap-free stretches; outside them the result is NaN.
         period_s: sample period, s.
         bandwidth_hz: -3 dB frequency of both passes together, Hz.
-        out: memory for the result, of the shape of ``x`` and other than it.
     """
     warped = math.tan(min(math.pi * bandwidth_hz * period_s, 1.5)) / _TWO_PASS  # the bilinear transform's scale
     corner = 2.0 / math.pi * math.atan(warped)
-    rows = x.reshape(x.shape[0], -1)
-    result = None if out is None else out.reshape(rows.shape)
     if corner >= 0.95:  # at or above Nyquist there is nothing to remove
-        result = blank(rows, segments, result)
+        result = blank(x, segments)
         for span in segments:
-            result[span.slice] = rows[span.slice]
-        return result.reshape(x.shape)
+            result[span.slice] = x[span.slice]
+        return result
     settle = round(SETTLED_PERIODS / (bandwidth_hz * period_s))
-    result, missing = filtered(*butterworth(corner), rows, segments, both_ways=True, pad=settle, out=result)
+    rows = x.reshape(x.shape[0], -1)
+    result, missing = filtered(*butterworth(corner), rows, segments, both_ways=True, pad=settle)
     if missing is not None:
         result[missing] = np.nan
     return result.reshape(x.shape)
 
 
-def differentiate(
-    x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None
-) -> FloatArray:
-    """Central differences inside each stretch, one-sided at its ends, NaN outside; into ``out`` if that is given."""
-    if x.ndim == 2 and x.shape[1] > 1 and x.size > _FOR_THREADS:
-        slopes = table(*x.shape) if out is None else out
-        for _ in ordered_map(lambda j: differentiate(x[:, j], segments, period_s, slopes[:, j]), range(x.shape[1])):
-            pass
-        return slopes
-    out = blank(x, segments, out)
-    for span in segments:
-        if len(span) < 2:
-            out[span.slice] = np.nan
-        else:
-            part, slope = x[span.slice], out[span.slice]
-            np.subtract(part[2:], part[:-2], out=slope[1:-1])
-            slope[1:-1] /= 2.0 * period_s
-            slope[0], slope[-1] = (part[1] - part[0]) / period_s, (part[-1] - part[-2]) / period_s
+def differentiate(x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
+    """Central differences of (n,) or (n, j) inside each stretch, one-sided at its ends, NaN outside."""
+    out = blank(x, segments)
+    for slopes, column in zip(np.atleast_2d(out.T), np.atleast_2d(x.T), strict=True):
+        for span in segments:
+            slopes[span.slice] = np.gradient(column[span.slice], period_s) if len(span) > 1 else np.nan
     return out
+
+
+#: Values of a stretch from which on each of its columns is filtered alone, which takes less memory and several threads.
+_LARGE = 1 << 17
+
+
+def filtered(
+    b: FloatArray,
+    a: FloatArray,
+    x: FloatArray,
+    segments: Sequence[Span],
+    *,
+    both_ways: bool,
+    pad: int = 0,
+) -> tuple[FloatArray, BoolArray | None]:
+    """Run a recursive filter over each stretch, starting settled.
+
+    Args:
+        b, a: numerator and denominator of a filter in z.
+        x: (n, j); values that are not finite inside a stretch are bridged by straight lines.
+        segments: gap-free stretches.
+        both_ways: forward and then backward, without delay (``scipy.signal.filtfilt``); else forward only.
+        pad: samples by which each stretch is continued by its point reflection at both ends (at most its length
+            less one); 0 starts at the first value as if it had lasted for ever.
+
+    Returns:
+        (n, j) result, NaN outside the stretches; and (n, j) where values were bridged, None when nowhere.
+    """
+    out = blank(x, segments)
+    settled = lfilter_zi(b, a)
+    bridged: BoolArray | None = None
+    for span in segments:
+        if len(span) == 0:
+            continue
+        part, missing = _bridged(x[span.slice])
+        if missing is not None:
+            bridged = np.zeros(x.shape, dtype=bool) if bridged is None else bridged
+            bridged[span.slice] = missing
+        result, edge = out[span.slice], min(pad, len(span) - 1)
+
+        def run(columns: slice, part: FloatArray = part, result: FloatArray = result, edge: int = edge) -> None:
+            values = part[:, columns]
+            if both_ways:
+                result[:, columns] = filtfilt(b, a, values, edge)
+            else:
+                result[:, columns] = lfilter(b, a, values, settled[:, None] * values[:1])
+
+        each(run, _groups(x.shape[1], len(span)))
+    return out, bridged
+
+
+def blank(like: FloatArray, segments: Sequence[Span]) -> FloatArray:
+    """An array of the same shape, NaN outside the stretches and not yet written inside them."""
+    out = table(*like.shape) if like.ndim > 1 else np.empty(like.shape)
+    before = 0
+    for span in segments:
+        out[before : span.start] = np.nan
+        before = span.stop
+    out[before:] = np.nan
+    return out
+
+
+def _groups(columns: int, samples: int) -> list[slice]:
+    """Columns that are filtered together: all of a short stretch, each of a long one alone."""
+    return [slice(j, j + 1) for j in range(columns)] if samples * columns > _LARGE else [slice(0, columns)]
+
+
+def _bridged(part: FloatArray) -> tuple[FloatArray, BoolArray | None]:
+    """A stretch (m, j) with missing values filled by straight lines, and where they were, None when nowhere."""
+    if np.isfinite(part.sum()):
+        return part, None
+    missing: BoolArray = ~np.isfinite(part)
+    filled = part.copy()
+    for column in np.flatnonzero(missing.any(axis=0)):
+        hole = missing[:, column]
+        starts, stops = run_bounds(hole)
+        known = np.unique(np.concatenate([starts - 1, stops]))  # of the known samples the holes' neighbours are enough
+        known = known[(known >= 0) & (known < hole.size)]
+        filled[hole, column] = np.interp(np.flatnonzero(hole), known, part[known, column]) if known.size else 0.0
+    return filled, missing

@@ -9,9 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
-from collaudit.core.numeric.iir_filter import filtered
-from collaudit.core.numeric.runs import rows_within, run_bounds
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, Span
+from collaudit.core.numeric.filters import filtered
 from collaudit.core.numeric.signal_filters import first_order_hold
 
 #: A sample more than this share of whose kernel weight is missing is missing itself.
@@ -76,23 +75,15 @@ class Kernel:
         """The largest share of a rectangular push of so many samples that passes."""
         return float(self.push_response(samples, period_s)[0].max())
 
-    def apply(
-        self, x: FloatArray, segments: Sequence[Span], period_s: float, out: FloatArray | None = None
-    ) -> FloatArray:
+    def apply(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """Smooth each stretch, starting settled at its first value.
 
         Args:
             x: (n, j); NaN inside a stretch is bridged, and is NaN where it weighs more than 5 %.
             segments: gap-free stretches; outside them the result is NaN.
             period_s: sample period, s.
-            out: (n, j) memory for the result, other than that of ``x``.
         """
-        if not self.identity:
-            return self._filtered(self.numerator, x, segments, period_s, out)
-        if out is None:
-            return x
-        out[...] = x
-        return out
+        return x if self.identity else self._filtered(self.numerator, x, segments, period_s)
 
     def slope(self, x: FloatArray, segments: Sequence[Span], period_s: float) -> FloatArray:
         """The smoothed time derivative s·G(s) x without differentiating: what needs no acceleration.
@@ -105,14 +96,10 @@ class Kernel:
         return self._filtered((*self.numerator, 0.0), x, segments, period_s)
 
     def _filtered(
-        self,
-        numerator: tuple[float, ...],
-        x: FloatArray,
-        segments: Sequence[Span],
-        period_s: float,
-        out: FloatArray | None = None,
+        self, numerator: tuple[float, ...], x: FloatArray, segments: Sequence[Span], period_s: float
     ) -> FloatArray:
-        out, bridged = self._run(self._coefficients(numerator, period_s), x, segments, out)
+        held = _held(numerator, self.denominator, period_s)
+        out, bridged = filtered(*held, x, segments, both_ways=not self.causal)
         if bridged is not None:
             out[self.reach(bridged, segments, period_s)] = np.nan
         return out
@@ -121,45 +108,16 @@ class Kernel:
         """(n, j) samples in whose kernel the marked samples weigh more than 5 %."""
         if self.identity or not mask.any():
             return mask
-        weight, _ = self._run(self._coefficients(self.numerator, period_s), mask.astype(np.float64), segments)
+        held = _held(self.numerator, self.denominator, period_s)
+        weight, _ = filtered(*held, mask.astype(np.float64), segments, both_ways=not self.causal)
         return np.asarray(mask | (np.abs(np.nan_to_num(weight)) > _MISSING_SHARE))
-
-    def near(self, mask: BoolArray, segments: Sequence[Span], period_s: float) -> tuple[IntArray, list[Span]]:
-        """Rows that are enough to smooth what is at the marked rows (n,), and the stretches that they form together.
-
-        Rows further away than eight times :attr:`settle_s` weigh less than 1e-9 where the marked ones weigh anything;
-        so do neighbouring stretches on each other when what is in between is left out.
-        """
-        margin = math.ceil(8.0 * self.settle_s / period_s)
-        rows, stretches, count = [], [], 0
-        for span in segments:
-            starts, stops = run_bounds(mask[span.slice])
-            if starts.size:
-                near = span.start + rows_within(np.maximum(starts - margin, 0), np.minimum(stops + margin, len(span)))
-                rows.append(near)
-                stretches.append(Span(count, count + near.size))
-                count += near.size
-        return np.concatenate(rows) if rows else np.empty(0, dtype=np.int64), stretches
-
-    def _coefficients(self, numerator: tuple[float, ...], period_s: float) -> tuple[FloatArray, FloatArray]:
-        """Exact for inputs that are straight between samples (first-order hold)."""
-        return _held(numerator, self.denominator, period_s)
-
-    def _run(
-        self,
-        coefficients: tuple[FloatArray, FloatArray],
-        x: FloatArray,
-        segments: Sequence[Span],
-        out: FloatArray | None = None,
-    ) -> tuple[FloatArray, BoolArray | None]:
-        return filtered(*coefficients, x, segments, both_ways=not self.causal, out=out)
 
 
 @lru_cache(maxsize=64)
 def _held(
     numerator: tuple[float, ...], denominator: tuple[float, ...], period_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Coefficients in z: a millisecond each time, and a log asks for the same ones a hundred times."""
+    """Coefficients in z, exact for inputs that are straight between samples (first-order hold); asked for often."""
     b, a = first_order_hold(np.array(numerator), np.array(denominator), period_s)
     b.flags.writeable = a.flags.writeable = False
     return b, a

@@ -61,6 +61,12 @@ def ordered_map(function: Callable[[T], R], items: Iterable[T], ahead: int | Non
         _give_up(asked)
 
 
+def each(function: Callable[[T], object], items: Iterable[T]) -> None:
+    """Apply ``function``, which gives nothing, to all items, as of :func:`ordered_map`."""
+    for _ in ordered_map(function, items):
+        pass
+
+
 def by_name(
     function: Callable[[str], R], names: Iterable[str], progress: Callable[[int, int], None] | None = None
 ) -> dict[str, R]:

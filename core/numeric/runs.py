@@ -51,14 +51,6 @@ def marked(starts: IntArray, stops: IntArray, size: int) -> BoolArray:
     return np.repeat(np.arange(edges.size - 1) % 2 == 1, np.diff(edges))
 
 
-def rows_within(starts: IntArray, stops: IntArray) -> IntArray:
-    """(k,) all numbers inside half-open ranges, which rise at both ends and may overlap; each number once."""
-    first, last = _apart(starts, stops)
-    count = last - first
-    before = np.cumsum(count) - count
-    return np.asarray(np.repeat(first - before, count) + np.arange(count.sum()), dtype=np.int64)
-
-
 def _apart(starts: IntArray, stops: IntArray) -> tuple[IntArray, IntArray]:
     """The ranges with those that meet or overlap made one."""
     if starts.size == 0:

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-#: So many tables of a log's size must fit in memory, or all are put into files: an audit keeps eight, and the columns
+#: So many tables of a log's size must fit in memory, or all are put into files: an audit keeps twelve, and the columns
 #: that are worked on at the same time take as much as six.
-_AT_ONCE = 14
+_AT_ONCE = 18
 _GROUPS = Path("/sys/fs/cgroup")
 
 _ON_DISK = Path("/var/tmp")

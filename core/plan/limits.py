@@ -10,9 +10,8 @@ import numpy as np
 from collaudit.core.config.schema import PlanConfig, RobotConfig
 from collaudit.core.errors import ConfigError
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.robot.robot_description import Description
+from collaudit.core.robot.robot_description import Description, unknown_name
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.robot.unknown_names import unknown_name
 
 #: Where no acceleration is stated, the highest speed takes a second; where no jerk is, the highest acceleration 0.2 s.
 TO_SPEED_S, TO_ACCELERATION_S = 1.0, 0.2

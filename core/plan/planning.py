@@ -23,10 +23,9 @@ from collaudit.core.plan.sweeps import PAUSE_S, JointSweeps, choose_sweeps, swee
 from collaudit.core.plan.timing import Motion, joined
 from collaudit.core.plan.unknowns import Unknowns, unknowns_of
 from collaudit.core.robot.arm_shapes import ArmShapes, Surroundings
-from collaudit.core.robot.robot_description import Description, describe_robot
+from collaudit.core.robot.robot_building import shared_robot
+from collaudit.core.robot.robot_description import Description, describe_robot, unknown_name
 from collaudit.core.robot.robot_model import RobotModel
-from collaudit.core.robot.shared_robots import shared_robot
-from collaudit.core.robot.unknown_names import unknown_name
 
 #: Of the time, for sweeps at most, where an exciting trajectory is to follow.
 _SWEEPS_SHARE = 0.7

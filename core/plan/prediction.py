@@ -10,7 +10,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.plan_result import Delivered, Outcome, PlanFile, Prediction
 from collaudit.core.errors import ConfigError
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.plan.excitation import Excitation
 from collaudit.core.plan.limits import ArmLimits
 from collaudit.core.plan.sweeps import JointSweeps

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from collaudit.core.conditioning.velocity_lag import SAMPLES
+from collaudit.core.conditioning.velocity_choice import SAMPLES
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.prepare.delay_estimate import Delay, Undetermined, best_shift, reach
 from collaudit.core.robot.robot_model import RobotModel
@@ -74,10 +74,9 @@ def position_velocity(series: UniformSeries) -> FloatArray:
 
     def fill_joint(j: int) -> None:
         raw = differentiate(q[:, j : j + 1], series.segments, series.period_s)
-        low_pass(raw, series.segments, series.period_s, series.bandwidth_hz, v[:, j : j + 1])
+        v[:, j] = low_pass(raw, series.segments, series.period_s, series.bandwidth_hz)[:, 0]
 
-    for _ in ordered_map(fill_joint, range(q.shape[1])):
-        pass
+    each(fill_joint, range(q.shape[1]))
     return v
 
 

@@ -17,7 +17,7 @@ from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.stats import median_of
 from collaudit.core.prepare.phases import PHASES, contact_mask
 from collaudit.core.prepare.usual_force import ExcessForce, excess_findings, meant_share
-from collaudit.core.robot.robot_model import RobotModel, SensorReading
+from collaudit.core.robot.robot_model import RobotModel
 
 _BIAS_S = 1.0
 #: Stated phases are no sharper than this: the force takes a moment to come and to go.
@@ -64,30 +64,6 @@ def contact_torque(
         torque = robot.contact_torque(*motion, force, frame, carried)
     size = np.sqrt(np.einsum("ij,ij->i", force[:, :3], force[:, :3]))
     return _meant_torque(torque, size, series, phases, config, findings)
-
-
-def model_torques(
-    series: UniformSeries, robot: RobotModel, phases: NDArray[np.int8], config: Config
-) -> tuple[FloatArray, CommandedTorque]:
-    """Rigid-body torque (n, j) of the motion, and :func:`contact_torque`; in one go where that gives the same.
-
-    Raises:
-        NotJudgedError: the robot has no inertials. ConfigError, RobotError: as :func:`contact_torque`.
-    """
-    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    carried, weighed = _carried(robot, None), _weighed(config)
-    frame, signals = config.log.wrench_frame, (series.wrench, series.velocity_rad_s)
-    whole = all(x is not None and all(np.isfinite(x[s.slice].sum()) for s in series.segments) for x in signals)
-    whole = whole and all(len(s) != 1 for s in series.segments)  # such a sample has no acceleration
-    if not whole or frame is None or weighed != (carried is not None):  # a row with anything unknown is unknown in both
-        return robot.inverse_dynamics(*motion), contact_torque(series, robot, phases, config)
-    if carried is not None and not robot.same_link(frame, carried[0]):
-        return robot.inverse_dynamics(*motion), contact_torque(series, robot, phases, config)
-    assert series.wrench is not None
-    bias, findings = _bias(series, robot, frame, phases, config)
-    reading = SensorReading(series.wrench, frame, float(config.log.wrench_sign), bias, carried)
-    rigid, torque, size = robot.torques(*motion, reading)
-    return rigid, _meant_torque(torque, size, series, phases, config, findings)
 
 
 def _meant_torque(

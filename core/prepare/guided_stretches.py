@@ -9,9 +9,8 @@ from functools import partial
 import numpy as np
 
 from collaudit.core.arm_states.arm_states import without_states
-from collaudit.core.arm_states.filtered_effort import filtered_effort
+from collaudit.core.arm_states.filtered_effort import Friction, Gravity, filtered_effort
 from collaudit.core.arm_states.hand_guiding import HandGuiding, hand_guiding
-from collaudit.core.arm_states.late_drives import Friction, Gravity
 from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding

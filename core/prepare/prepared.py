@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from collaudit.core.arm_states.arm_states import find_arm_states, without_states
 from collaudit.core.arm_states.payload_step import payload_findings
 from collaudit.core.arm_states.switched_effort import switched_efforts
+from collaudit.core.conditioning.channel_scale import undelayed
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.stated_delays import undelayed
 from collaudit.core.config.schema import Config
 from collaudit.core.data import shown
 from collaudit.core.data.joint_log import JointLog
@@ -26,7 +26,7 @@ from collaudit.core.prepare.calibration import (
     calibrated_series,
     missing_sensor_findings,
 )
-from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, model_torques, tool_force
+from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
 from collaudit.core.prepare.delay_estimate import Delay
 from collaudit.core.prepare.effort_delay import effort_findings
 from collaudit.core.prepare.effort_gain import (
@@ -269,11 +269,8 @@ def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, k
         if robot.has_inertials:
             same = robot is start.robot and known.robot is start.robot
             rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
-    elif robot.has_inertials and calibration.sensor is None and start.effort_kind.compensated != "stated":
-        rigid, commanded = model_torques(series, robot, start.phases, config)
-        rigid = _carried(rigid, start)
     else:
-        commanded = contact_torque(series, start.robot, start.phases, config, calibration.sensor)
+        commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
         rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None
     quiet: tuple[ModelBandwidth, ...] = ()
     if known is not None and rigid is known.rigid_nm:

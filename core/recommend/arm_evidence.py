@@ -13,8 +13,7 @@ from collaudit.core.data.detection_result import RestDisturbance
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.detection.rule import persistence_samples
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, declustered_peaks
 
 #: Start and end of stretches of time, s.
 Times = Sequence[tuple[float, float]]
@@ -99,7 +98,6 @@ class ArmEvidence:
 
     logs: tuple[LogEvidence, ...]
     joints: tuple[str, ...]
-    _hours: dict[str, float] = field(default_factory=dict)
     _peaks: dict[tuple[str, float], SustainedPeaks] = field(default_factory=dict)
 
     def of_joint(self, joint: str) -> list[CleanResidual]:
@@ -113,13 +111,6 @@ class ArmEvidence:
             counts = [persistence_samples(persistence_s, d.period_s) for d in data]
             self._peaks[joint, persistence_s] = declustered_peaks(data, counts)
         return self._peaks[joint, persistence_s]
-
-    def hours(self, joint: str) -> float:
-        """Hours of one joint that count."""
-        if joint not in self._hours:
-            parts = self.of_joint(joint)
-            self._hours[joint] = sum(float(np.count_nonzero(p.clean)) * p.period_s for p in parts) / 3600.0
-        return self._hours[joint]
 
     @property
     def left_out(self) -> tuple[LeftOutStretch, ...]:

@@ -27,12 +27,11 @@ from collaudit.core.recommend.joint_thresholds import (
     LEAST_S,
     REACH,
     arm_rate,
+    judge_set_rules,
     recommend_joints,
 )
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
-from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.recommend.set_rule import judge_set_rules
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, sustained_level
+from collaudit.core.recommend.sustained_levels import CleanResidual, SustainedPeaks, sustained_level
 
 if TYPE_CHECKING:
     from collaudit.core.data.rule_study_result import PersistenceChoice
@@ -238,3 +237,31 @@ def _set_rules(
     for persistence_s, gammas in latest.items():
         found |= judge_set_rules(evidence, gammas, persistence_s, per_hour, units)
     return {joint: found[joint] for joint in evidence.joints if joint in found}
+
+
+def recommend_rules(
+    audits: Sequence[Audit], persistence_s: float | None = None, contact: Sequence[Times | None] = ()
+) -> dict[str, RecommendedRule]:
+    """Recommended gamma and n per joint over all given audits; arguments as of :func:`recommend_arm`."""
+    return recommend_arm(audits, persistence_s, contact).joints
+
+
+def recommended_of_log(
+    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
+) -> dict[str, RecommendedRule]:
+    """A threshold for each watched joint from one log alone."""
+    return _of_log(log, persistence_s, per_hour, others=True)
+
+
+def thresholds_of_log(
+    log: LogEvidence, persistence_s: float, per_hour: float = DEFAULT_PER_HOUR
+) -> dict[str, float | None]:
+    """Gamma of each watched joint from one log alone: what :func:`recommend_arm` says of that log."""
+    rules = _of_log(log, persistence_s, per_hour, others=False)
+    return {joint: rule.gamma_nm for joint, rule in rules.items()}
+
+
+def _of_log(log: LogEvidence, persistence_s: float, per_hour: float, others: bool) -> dict[str, RecommendedRule]:
+    evidence = ArmEvidence((log,), log.watched)
+    evidence = without_outliers(evidence, outlying_stretches(evidence, persistence_s))
+    return recommend_joints(evidence, persistence_s, per_hour, others)[0]

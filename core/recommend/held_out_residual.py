@@ -9,16 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.config.schema import Config
-from collaudit.core.data.friction_correction import FrictionCorrection
+from collaudit.core.data.friction_result import FrictionCorrection
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.arm_fit import ArmFit, fit_arm
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.corrected_laws import corrected_laws
+from collaudit.core.friction.friction_model import FrictionModel, corrected_laws
+from collaudit.core.friction.friction_variation import laws_at_temperature
 from collaudit.core.friction.joint_fits import friction_models
-from collaudit.core.friction.temperature_laws import laws_at_temperature
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stage_progress import Progress

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
-from collaudit.core.detection.motion_scale import LEAST_SHARE, scale_over
+from collaudit.core.detection.threshold import LEAST_SHARE, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from collaudit.core.data.friction_correction import FrictionCorrection
-from collaudit.core.data.friction_result import FrictionFit
+from collaudit.core.data.friction_result import FrictionCorrection, FrictionFit
 from collaudit.core.data.identification_result import FrictionVariation
 from collaudit.core.detection.position_pattern import settled_pattern_findings
 from collaudit.core.findings import Finding

@@ -19,7 +19,7 @@ import numpy as np
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each
 from collaudit.core.numeric.tables import picked, table
 from collaudit.core.prepare.prepared import Prepared
 
@@ -128,10 +128,10 @@ def _offline(prepared: Prepared, torques: KnownTorques, kernel: Kernel) -> Float
         unexplained = torques.effort_nm[:, j] - torques.rigid_nm[:, j]
         if torques.contact_nm is not None:
             unexplained -= torques.contact_nm[:, j]
-        kernel.apply(unexplained[:, None], prepared.series.segments, prepared.series.period_s, total[:, j : j + 1])
+        smoothed = kernel.apply(unexplained[:, None], prepared.series.segments, prepared.series.period_s)
+        total[:, j] = smoothed[:, 0]
 
-    for _ in ordered_map(fill_joint, range(total.shape[1])):
-        pass
+    each(fill_joint, range(total.shape[1]))
     return total
 
 
@@ -156,9 +156,8 @@ def _causal_momentum(prepared: Prepared, torques: KnownTorques, kernel: Kernel) 
         known += torques.effort_nm[:, j]
         if torques.contact_nm is not None:
             known -= torques.contact_nm[:, j]
-        kernel.apply(known[:, None], segments, period, total[:, j : j + 1])
+        total[:, j] = kernel.apply(known[:, None], segments, period)[:, 0]
         total[:, j] -= kernel.slope(momentum[:, j : j + 1], segments, period)[:, 0]
 
-    for _ in ordered_map(fill_joint, range(torques.effort_nm.shape[1])):
-        pass
+    each(fill_joint, range(torques.effort_nm.shape[1]))
     return total

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.load_term import load_torque
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.friction.friction_model import FrictionModel, load_torque
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
 #: The interval has shrunk to e^-5 of itself where ``reversal_travel_rad`` ends it.
 _TRAVEL_CONSTANTS = 5.0
@@ -29,38 +28,15 @@ class FrictionBounds:
     Attributes:
         sliding_nm: (n,) steady friction at the velocity.
         steady: (n,) the joint has slid far enough since it rested, reversed or came into view.
-        loose: (k,) the samples that are not steady, in order.
-        loose_nm: (2, k) lower and upper bound there.
+        low_nm, high_nm: (n,) its bounds; ``sliding_nm`` where it is steady.
         level_sd: standard error that a trend with temperature leaves in the level, as a share.
     """
 
     sliding_nm: FloatArray
     steady: BoolArray
-    loose: IntArray
-    loose_nm: FloatArray
+    low_nm: FloatArray
+    high_nm: FloatArray
     level_sd: float = 0.0
-
-    @property
-    def low_nm(self) -> FloatArray:
-        """(n,) lower bound; ``sliding_nm`` where it is steady."""
-        return self.bounds()[0]
-
-    @property
-    def high_nm(self) -> FloatArray:
-        """(n,) upper bound."""
-        return self.bounds()[1]
-
-    def bounds(self, rows: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bound, everywhere or at the given samples, which rise."""
-        low = self.sliding_nm.copy() if rows is None else self.sliding_nm[rows]
-        high = low.copy()
-        if rows is None:
-            low[self.loose], high[self.loose] = self.loose_nm
-        else:
-            at = np.flatnonzero(~self.steady[rows])
-            every = at.size == self.loose.size
-            low[at], high[at] = self.loose_nm if every else self.loose_nm[:, np.searchsorted(self.loose, rows[at])]
-        return low, high
 
 
 def friction_bounds(
@@ -90,13 +66,14 @@ def friction_bounds(
         sliding = sliding + load_torque(law.load, load_nm, velocity)
     if not np.isfinite(sliding.sum()):
         steady &= np.isfinite(sliding)
+    low, high = sliding.copy(), sliding.copy()
     k = np.flatnonzero(~steady)
-    loose = loose_bounds(law, velocity[k], sliding[k], travel[k], slowest, travel_rad)
+    low[k], high[k] = loose_bounds(law, velocity[k], sliding[k], travel[k], slowest, travel_rad)
     heat = None if law.temperature_model is None or series.temperature_c is None else series.temperature_c[:, j]
     if law.temperature_model is None or heat is None:
-        return FrictionBounds(sliding, steady, k, loose)
+        return FrictionBounds(sliding, steady, low, high)
     share = law.temperature_model.share(heat)
-    return FrictionBounds(share * sliding, steady, k, share[k] * loose, law.temperature_model.doubt(heat))
+    return FrictionBounds(share * sliding, steady, share * low, share * high, law.temperature_model.doubt(heat))
 
 
 def rest_below(law: FrictionModel, slow: float | None) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.ripple_fit import ripple_torque
+from collaudit.core.friction.gear.correction_fit import ripple_torque
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
 from collaudit.core.numeric.stats import median_of, robust_sd

@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import DetectConfig
 from collaudit.core.data.signals import State
 from collaudit.core.data.uniform_series import UniformSeries
-from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.gear.load_term import load_doubt
-from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, Span
+from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, load_doubt, scatter_beyond
+from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.kernel import Kernel
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.tables import combined, table
 from collaudit.core.prepare.coupled_torque import coupled_doubt
 from collaudit.core.prepare.prepared import Prepared
@@ -186,11 +184,10 @@ def _fill_joint(
     velocity = np.ascontiguousarray(balance.velocity_rad_s[:, j])
     band = friction_bounds(series, j, velocity, law, config.slow_speed_rad_s, config.reversal_travel_rad, load_nm)
     total = balance.total_nm[:, j]  # ripple is taken off it, for whoever looks at it later
-    around = _Around.of(balance, series, ~band.steady)
-    undecided = around.reached(~band.steady)
+    undecided = balance.kernel.reach(~band.steady[:, None], series.segments, series.period_s)[:, 0]
     beyond = np.abs(velocity) > BEYOND_RANGE * law.speed_range[1]
     sliding, friction = band.sliding_nm[:, None], columns.torque_nm  # where the residual will be
-    balance.kernel.apply(sliding, series.segments, series.period_s, out=friction[:, None])
+    friction[:] = balance.kernel.apply(sliding, series.segments, series.period_s)[:, 0]
     usable = ~(undecided | beyond | series.edge | balance.unsettled | series.saturated[:, j])
     ripple: FloatArray | float = 0.0
     ripple_doubt_nm = 0.0
@@ -205,7 +202,7 @@ def _fill_joint(
     _take_off(total, level, columns)
     rows = np.flatnonzero(undecided)
     columns.uncertainty_nm[rows] = 0.0
-    least, most = _span(total, band, level, around, undecided)
+    least, most = (end[rows] for end in _span(total, band, level, balance.kernel, series))
     columns.least_nm[rows], columns.most_nm[rows], columns.hidden_nm[rows] = least, most, most - least
     # An external torque as large as the width can leave the distance zero: friction at one end, the torque against it.
     columns.torque_nm[rows] = np.maximum(least, 0.0) + np.minimum(most, 0.0)
@@ -236,52 +233,14 @@ def _take_off(total: FloatArray, level: FrictionLevel, columns: _Columns) -> Non
 
 
 def _span(
-    total: FloatArray, band: FrictionBounds, level: FrictionLevel, around: _Around, undecided: BoolArray
+    total: FloatArray, band: FrictionBounds, level: FrictionLevel, kernel: Kernel, series: UniformSeries
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest external torque (k,) that the friction interval, widened by its level's error, leaves open.
-
-    Only at the undecided samples.
-    """
-    rows = around.rows
-    scale = 1.0 + level.deviation[rows]
-    low, high = band.bounds(rows)
-    slack = SIGMAS * level.sd[rows] * np.maximum(np.abs(low), np.abs(high))
-    low, high = around.smoothed(scale * low - slack), around.smoothed(scale * high + slack)
-    picked = undecided[rows]
-    unexplained = total[rows[picked]]
-    return np.asarray(unexplained - high[picked]), np.asarray(unexplained - low[picked])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Around:
-    """The rows around a joint's reversals and rests, one after the other: smoothing them is enough there.
-
-    Attributes:
-        rows: (k,) sample numbers.
-        stretches: of rows that follow each other within a segment, or nearly: what lies between does not matter.
-        kernel: with which they are smoothed.
-        series: the whole.
-    """
-
-    rows: IntArray
-    stretches: list[Span]
-    kernel: Kernel
-    series: UniformSeries
-
-    @classmethod
-    def of(cls, balance: Balance, series: UniformSeries, mask: BoolArray) -> _Around:
-        """Around the marked samples (n,)."""
-        return cls(*balance.kernel.near(mask, series.segments, series.period_s), balance.kernel, series)
-
-    def smoothed(self, x: FloatArray) -> FloatArray:
-        """(k,) values at the rows through the kernel."""
-        return self.kernel.apply(x[:, None], self.stretches, self.series.period_s)[:, 0]
-
-    def reached(self, mask: BoolArray) -> BoolArray:
-        """(n,) recorded samples in whose kernel the marked samples weigh something."""
-        out = np.zeros_like(mask)
-        out[self.rows] = self.kernel.reach(mask[self.rows][:, None], self.stretches, self.series.period_s)[:, 0]
-        return out
+    """Least and greatest external torque (n,) that the friction interval, widened by its level's error, leaves open."""
+    scale = 1.0 + level.deviation
+    slack = SIGMAS * level.sd * np.maximum(np.abs(band.low_nm), np.abs(band.high_nm))
+    ends = np.stack([scale * band.high_nm + slack, scale * band.low_nm - slack], axis=1)
+    highest, lowest = kernel.apply(ends, series.segments, series.period_s).T
+    return total - highest, total - lowest
 
 
 def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSeries, balance: Balance) -> None:
@@ -309,5 +268,4 @@ def mark_reasons(state: NDArray[np.int8], torque: FloatArray, series: UniformSer
             raise_to(idle, State.NOT_DRIVEN)
         column[lost] = State.GAP
 
-    for _ in ordered_map(mark_joint, range(state.shape[1])):
-        pass
+    each(mark_joint, range(state.shape[1]))

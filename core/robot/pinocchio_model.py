@@ -17,7 +17,7 @@ import pinocchio as pin
 from collaudit.core.config.schema import DhRow
 from collaudit.core.errors import RobotError
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.link_constants import FramePlacement, Link
+from collaudit.core.robot.newton_euler import FramePlacement, Link
 
 
 def urdf_model(xml: str, where: str) -> PinocchioModel:
@@ -132,18 +132,6 @@ class PinocchioModel:
         body = pin.Inertia(mass_kg, np.array(com_m, dtype=float), np.zeros((3, 3)))
         self._model.appendBodyToJoint(at.parentJoint, body, at.placement)
 
-    def only_point_mass(
-        self, frame: str, mass_kg: float, com_m: FloatArray, gravity_m_s2: FloatArray
-    ) -> PinocchioModel:
-        """The arm without rotors and without any mass but a point at ``com_m`` (3,) of a frame, under this gravity."""
-        alone = self.copy()
-        alone.set_gravity(np.array(gravity_m_s2, dtype=np.float64))
-        alone.set_armature(np.zeros(self.joint_count))
-        for k in range(len(alone._model.inertias)):
-            alone._model.inertias[k] = pin.Inertia.Zero()
-        alone.add_point_mass(frame, mass_kg, com_m)
-        return alone
-
     def between(self, names: Sequence[str], kept: Sequence[str]) -> list[str]:
         """Those of ``names`` that have one of ``kept`` nearer to the base and one further out on their chain."""
         moved = {self._model.getJointId(name) for name in kept}
@@ -165,11 +153,20 @@ class PinocchioModel:
         """(10 j,) parameters in the order of :meth:`Workspace.torque_regressor`, tool included."""
         return np.concatenate([body.toDynamicParameters() for body in list(self._model.inertias)[1:]])
 
-    def set_inertial_parameters(self, parameters: FloatArray) -> None:
-        """Replace the inertial parameters (10 j,) of the bodies whose parameters differ."""
+    def with_parameters(self, parameters: FloatArray, armature: FloatArray) -> PinocchioModel:
+        """The arm with other inertial parameters (10 j,) and rotor inertias (j,)."""
+        out = self.copy()
+        out.set_armature(np.asarray(armature, dtype=float))
         for k, ten in enumerate(parameters.reshape(-1, 10), 1):
             if not np.array_equal(ten, self._model.inertias[k].toDynamicParameters()):
-                self._model.inertias[k] = pin.Inertia.FromDynamicParameters(ten)
+                out._model.inertias[k] = pin.Inertia.FromDynamicParameters(ten)
+        return out
+
+    def without_gravity(self) -> PinocchioModel:
+        """The arm under no gravity."""
+        out = self.copy()
+        out.set_gravity(np.zeros(3))
+        return out
 
     def frame_number(self, frame: str) -> int:
         """Number of a frame for :class:`Workspace`.
@@ -211,14 +208,35 @@ class PinocchioModel:
                 first += part.inertia.mass * (part.placement * part.inertia.lever)
         return mass, first
 
+    def frame_rotation(self, q: FloatArray, frame: str) -> FloatArray:
+        """(3, 3) axes of a frame in the base at one position (j,)."""
+        return self.workspace().frame_rotation(q, self.frame_number(frame))
+
+    def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
+        """(k, 3) origins of frames in the base at one position (j,), m."""
+        work = self.workspace()
+        work.update(q)
+        return np.array([work.pose(self.frame_number(frame))[1] for frame in frames]).reshape(-1, 3)
+
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """(n, j, 10 j) derivative of the joint torques by the inertial parameters; rotor inertia is not in it.
+
+        Parameters of each joint's moving body in turn: mass, mass times centre (x, y, z), inertia about the joint's
+        origin (xx, xy, yy, xz, yz, zz); all (n, j) inputs without NaN.
+        """
+        work, count = self.workspace(), self.joint_count
+        rows = [work.torque_regressor(*motion).copy() for motion in zip(q, v, a, strict=True)]
+        return np.array(rows).reshape(-1, count, 10 * count)
+
     def frame_placement(self, frame: str) -> FramePlacement:
         """Where a frame is, for the recursions."""
         at = self._frame(frame)
         pose = self._aligned[at.parentJoint].inverse() * at.placement
         return FramePlacement(int(at.parentJoint) - 1, pose.rotation.copy(), pose.translation.copy())
 
+    @cached_property
     def links(self) -> list[Link]:
-        """The recursions' constants, one joint and its body each."""
+        """The recursions' constants, one joint and its body each; asked for when the model is finished."""
         model, aligned, axes, out = self._model, self._aligned, self._axes, []
         for k in range(1, model.njoints):
             pose = aligned[model.parents[k]].inverse() * model.jointPlacements[k] * aligned[k]
@@ -232,6 +250,10 @@ class PinocchioModel:
     def workspace(self) -> Workspace:
         """Memory for the library's algorithms on this model; each thread needs its own."""
         return Workspace(self._model)
+
+    def forward(self) -> ForwardModel:
+        """Forward dynamics of this model, for simulation."""
+        return ForwardModel(self)
 
     def _frame(self, name: str) -> Any:
         return self._model.frames[self._model.getFrameId(name)]
@@ -266,24 +288,9 @@ class Workspace:
         """``model``: a ``pinocchio.Model``; changes to it count from the next call on."""
         self._model, self._data = model, model.createData()
 
-    def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """(j,) torque M(q) a + C(q, v) v + G(q), rotor inertia included (recursive Newton-Euler algorithm)."""
-        out: FloatArray = pin.rnea(self._model, self._data, q, v, a)
-        return out
-
     def forward_dynamics(self, q: FloatArray, v: FloatArray, torque: FloatArray) -> FloatArray:
         """(j,) acceleration (articulated-body algorithm)."""
         out: FloatArray = pin.aba(self._model, self._data, q, v, torque)
-        return out
-
-    def mass_matrix(self, q: FloatArray) -> FloatArray:
-        """(j, j) M(q), rotor inertia included (composite rigid-body algorithm)."""
-        upper = np.triu(pin.crba(self._model, self._data, q))
-        return np.asarray(upper + np.triu(upper, 1).T)
-
-    def coriolis_matrix(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """(j, j) C(q, v) with dM/dt = C + C^T."""
-        out: FloatArray = pin.computeCoriolisMatrix(self._model, self._data, q, v)
         return out
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
@@ -294,11 +301,6 @@ class Workspace:
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """(j, 10 j) derivative of the torque by the inertial parameters; rotor inertia is not in it."""
         out: FloatArray = pin.computeJointTorqueRegressor(self._model, self._data, q, v, a)
-        return out
-
-    def frame_jacobian(self, q: FloatArray, frame: int) -> FloatArray:
-        """(6, j) Jacobian of a frame in its own axes; linear rows first."""
-        out: FloatArray = pin.computeFrameJacobian(self._model, self._data, q, frame, pin.LOCAL)
         return out
 
     def frame_rotation(self, q: FloatArray, frame: int) -> FloatArray:
@@ -323,6 +325,31 @@ class Workspace:
             arm = self._data.oMf[frame].rotation @ point_m
             out[:3] -= pin.skew(arm) @ out[3:]
         return out
+
+
+class ForwardModel(Workspace):
+    """Forward dynamics and kinematics one sample at a time, for simulation; a copy of the model is worked on."""
+
+    def __init__(self, model: PinocchioModel) -> None:
+        """``model``: the arm."""
+        self._arm, self._copy, self._rotor = model, model.copy(), model.armature
+        super().__init__(self._copy._model)
+
+    def acceleration(self, q: FloatArray, v: FloatArray, torque: FloatArray, extra: FloatArray) -> FloatArray:
+        """(j,) acceleration.
+
+        Args:
+            q, v, torque: position, velocity, joint torque.
+            extra: (j,) added to the mass matrix's diagonal for this call, kg·m²: what a linearly implicit
+                integrator needs.
+        """
+        self._copy.set_armature(self._rotor + extra)
+        return self.forward_dynamics(q, v, torque)
+
+    @property
+    def arm(self) -> PinocchioModel:
+        """The arm as it is: its constants and frames."""
+        return self._arm
 
 
 def _pose(*, x: float = 0.0, z: float = 0.0, about_x: float = 0.0, about_z: float = 0.0) -> Any:

@@ -14,10 +14,9 @@ from pathlib import Path
 from collaudit.core.config.relative_paths import located
 from collaudit.core.config.schema import DhRow, RobotConfig
 from collaudit.core.data.joint_log import JointType
-from collaudit.core.errors import RobotError
-from collaudit.core.robot.urdf_file import read_urdf
+from collaudit.core.errors import RobotError, did_you_mean
+from collaudit.core.robot.urdf_file import expanded, read_urdf
 from collaudit.core.robot.urdf_numbers import check_rows
-from collaudit.core.robot.xacro_file import expanded
 from collaudit.core.small_files import read_small
 
 
@@ -141,3 +140,14 @@ def _describe_dh(rows: Sequence[DhRow], convention: str) -> Description:
     content = json.dumps([convention, [row.plain() for row in rows]], sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()
     return Description(joints, None, tuple(rows), convention, digest, "robot.dh")
+
+
+def unknown_name(message: str, where: str, found: str, known: Sequence[str]) -> RobotError:
+    """An error that lists the known names and suggests the closest."""
+    return RobotError(
+        message,
+        where=where,
+        found=repr(found),
+        expected="one of " + ", ".join(known) if known else None,
+        hint=did_you_mean(found, known),
+    )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,9 +12,10 @@ from collaudit.core.data.joint_log import JointType
 from collaudit.core.errors import NotJudgedError, RobotError
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.robot.rigid_bodies import RigidBodies
-from collaudit.core.robot.sample_batches import Batched, Part, Signal, evaluate
-from collaudit.core.robot.unknown_names import unknown_name
+from collaudit.core.robot import newton_euler
+from collaudit.core.robot.newton_euler import evaluate
+from collaudit.core.robot.pinocchio_model import PinocchioModel
+from collaudit.core.robot.robot_description import unknown_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,25 +25,6 @@ class Tool:
     frame: str
     mass_kg: float
     com_m: tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SensorReading:
-    """What a wrist sensor reads, and how that is turned into the force on the environment.
-
-    Attributes:
-        values: (n, 6) N and N·m in the frame's axes.
-        frame: the sensor's.
-        sign, bias: the reading counts as sign · (values - bias).
-        carried: frame, kg and (3,) m there of the point mass between the sensor and the environment, on the sensor's
-            link; None for none.
-    """
-
-    values: FloatArray
-    frame: str
-    sign: float
-    bias: FloatArray
-    carried: tuple[str, float, FloatArray] | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +57,7 @@ class RobotModel:
     gravity_m_s2: FloatArray
     gravity_base_m_s2: FloatArray
     tool: Tool | None
-    bodies: RigidBodies | None
+    bodies: PinocchioModel | None
     expansion: FloatArray
     offset: FloatArray
 
@@ -95,7 +78,8 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        return evaluate(self._with_inertials().inverse_dynamics(), self._signals(q, v, a), [self._torques()])[0]
+        bodies = self._with_inertials()
+        return self._torques(partial(newton_euler.inverse_dynamics, bodies.links, bodies.gravity_m_s2), (q, v, a))
 
     def momentum(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Momentum M(q) v, and C(q, v)^T v - G(q), with rotor inertia and tool.
@@ -109,45 +93,32 @@ class RobotModel:
         Raises:
             NotJudgedError: the model has no inertials.
         """
-        momentum, rest = evaluate(self._with_inertials().momentum(), self._signals(q, v), 2 * [self._torques()])
-        return momentum, rest
+        bodies, count = self._with_inertials(), len(self.joint_names)
+        recursion = partial(newton_euler.momentum, bodies.links, bodies.gravity_m_s2)
+        both = self._torques(recursion, (q, v), parts=2)
+        return both[:, :count], both[:, count:]
 
-    def torques(
-        self, q: FloatArray, v: FloatArray, a: FloatArray, reading: SensorReading
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """:meth:`inverse_dynamics` and :meth:`contact_torque` in one go, in two thirds of their time.
-
-        Args:
-            q, v, a: (n, j) motion.
-            reading: what the wrist sensor reads; the weight of what it carries is taken out too.
-
-        Returns:
-            two (n, j) N·m (N), and (n,) size of the force on the environment, N; NaN in rows with any NaN.
-
-        Raises:
-            RobotError: no such frame. NotJudgedError: the model has no inertials.
-        """
-        self._check(reading.values, 6, "reading")
-        program = self._with_inertials().torques(reading.frame, reading.carried)
-        sensor = Signal(reading.values, None, -reading.bias if reading.bias.any() else None, reading.sign)
-        parts = (self._torques(), self._torques(), Part(1))
-        rigid, contact, square = evaluate(program, [*self._signals(q, v, a), sensor], parts)
-        return rigid, contact, np.sqrt(square[:, 0])
-
-    def _torques(self) -> Part:
-        return Part(self.expansion.shape[0], self._back)
-
-    def _signals(self, *motion: FloatArray) -> list[Signal]:
-        """Position, velocity, acceleration (as many as there are) of every joint of the model."""
+    def _torques(
+        self,
+        recursion: Callable[..., FloatArray],
+        motion: Sequence[FloatArray],
+        wrench: FloatArray | None = None,
+        parts: int = 1,
+    ) -> FloatArray:
+        """(n, j · parts) of a recursion of :mod:`newton_euler`, from motion (n, j) and a wrench (n, 6)."""
         for name, array in zip("qva", motion, strict=False):
             self._check(array, len(self.joint_names), name)
-        offset = self.offset if self.offset.any() else None
-        return [Signal(x, self._back, None if k else offset) for k, x in enumerate(motion)]
+        count, signals = len(motion), list(motion)
+        if wrench is not None:
+            self._check(wrench, 6, "wrench")
+            signals.append(wrench)
 
-    @property
-    def _back(self) -> FloatArray | None:
-        """:attr:`expansion`, None where it changes nothing."""
-        return None if np.array_equal(self.expansion, np.eye(*self.expansion.shape)) else self.expansion
+        def of_rows(*rows: FloatArray) -> FloatArray:
+            moving = [self.expansion @ x + (0.0 if k else self.offset[:, None]) for k, x in enumerate(rows[:count])]
+            found = np.split(recursion(*moving, *rows[count:]), parts)
+            return np.concatenate([self.expansion.T @ x for x in found])
+
+        return evaluate(of_rows, signals, parts * len(self.joint_names))
 
     def gravity_torque(self, q: FloatArray) -> FloatArray:
         """Torque that holds the arm against gravity, (n, j) N·m; see :meth:`inverse_dynamics`."""
@@ -202,7 +173,8 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        return self._force(self._with_frame(frame).force(frame), wrench, q)
+        bodies = self._with_frame(frame)
+        return self._torques(partial(newton_euler.force, bodies.links, bodies.frame_placement(frame)), (q,), wrench)
 
     def contact_torque(
         self,
@@ -224,12 +196,9 @@ class RobotModel:
         """
         for name in (frame, carried[0]):
             bodies = self._with_frame(name)
-        return self._force(bodies.force(frame, carried), wrench, q, v, a)
-
-    def _force(self, program: Batched, wrench: FloatArray, *motion: FloatArray) -> FloatArray:
-        self._check(wrench, 6, "wrench")
-        signals = [*self._signals(*motion), Signal(wrench)]
-        return evaluate(program, signals, [self._torques()])[0]
+        place, where = (bodies.frame_placement(name) for name in (frame, carried[0]))
+        recursion = partial(newton_euler.force_less_body, bodies.links, place, (where, carried[1], carried[2]))
+        return self._torques(recursion, (q, v, a), wrench)
 
     def tool_wrench(self, q: FloatArray, frame: str) -> FloatArray:
         """Static wrench of the tool's weight on a sensor: the force the tool exerts on it.
@@ -259,16 +228,14 @@ class RobotModel:
 
     def weight_in(self, q: FloatArray, frame: str, mass_kg: float, com_m: FloatArray) -> FloatArray:
         """(n, 6) N and N·m: weight of a point mass at ``com_m`` (3,) of a frame, there, at positions (n, j)."""
-        program = self._with_frame(frame).weight(frame, mass_kg, com_m, self.gravity_base_m_s2)
-        return evaluate(program, self._signals(q))[0]
+        bodies = self._with_frame(frame)
+        place, gravity = bodies.frame_placement(frame), self.gravity_base_m_s2
 
-    def same_link(self, frame: str, other: str) -> bool:
-        """Whether two frames are fixed to each other.
+        def of_rows(rows: FloatArray) -> FloatArray:
+            moving = self.expansion @ rows + self.offset[:, None]
+            return newton_euler.weight(bodies.links, place, mass_kg, np.asarray(com_m), gravity, moving)
 
-        Raises:
-            RobotError: no such frame. NotJudgedError: there is no robot description.
-        """
-        return self._with_frame(frame).frame_joint(frame) == self._with_frame(other).frame_joint(other)
+        return evaluate(of_rows, [q], 6)
 
     def link_of(self, joint: str) -> str | None:
         """A frame of the link that a joint moves, or None without a description."""
@@ -287,7 +254,7 @@ class RobotModel:
         Raises:
             RobotError: no such frame. NotJudgedError: there is no robot description.
         """
-        return self._with_frame(frame).rotation(self._expand(q), frame)
+        return self._with_frame(frame).frame_rotation(self._expand(q), frame)
 
     def frame_positions(self, q: FloatArray, frames: Sequence[str]) -> FloatArray:
         """(k, 3) origins of frames in the base at one position (j,), m.
@@ -298,13 +265,13 @@ class RobotModel:
         bodies = self.bodies
         for frame in frames:
             bodies = self._with_frame(frame)
-        return np.zeros((0, 3)) if bodies is None or not frames else bodies.positions(self._expand(q), frames)
+        return np.zeros((0, 3)) if bodies is None or not frames else bodies.frame_positions(self._expand(q), frames)
 
     def gravity_in(self, q: FloatArray, frame: str) -> FloatArray:
         """(n, 3) gravity in a frame's axes, m/s², at positions (n, j)."""
         return np.ascontiguousarray(self.weight_in(q, frame, 1.0, np.zeros(3))[:, :3])
 
-    def _with_frame(self, frame: str) -> RigidBodies:
+    def _with_frame(self, frame: str) -> PinocchioModel:
         if self.bodies is None:
             raise NotJudgedError(
                 "forces at the tool cannot be turned into joint torques without a robot description",
@@ -314,7 +281,7 @@ class RobotModel:
             raise unknown_name("the robot has no such frame", "log.wrench_frame", frame, self.bodies.frame_names)
         return self.bodies
 
-    def _with_inertials(self) -> RigidBodies:
+    def _with_inertials(self) -> PinocchioModel:
         if self.bodies is None or not self.has_inertials:
             raise NotJudgedError(
                 "no model torque can be computed: the robot has no inertials",

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.sliding_extremes import lowest_in_row
 
 IndexArray = NDArray[np.int32]
 #: Steps of the grid.
@@ -84,14 +85,10 @@ def sustained_level(excess_nm: FloatArray, counts: IntArray) -> FloatArray:
     Returns:
         (…, c) the largest over all windows of n samples of the smallest excess inside, N·m.
     """
-    lowest, length = excess_nm, 1
     out = np.full((*excess_nm.shape[:-1], counts.size), -np.inf)
-    for c, n in enumerate(counts):
-        while length < n and lowest.shape[-1] > 1:
-            step = int(min(length, n - length, lowest.shape[-1] - 1))
-            lowest = np.minimum(lowest[..., :-step], lowest[..., step:])
-            length += step
-        if length < n or lowest.shape[-1] == 0:
+    for c, n in enumerate(counts.tolist()):
+        lowest = lowest_in_row(excess_nm, n)
+        if lowest.shape[-1] == 0:
             break
         out[..., c] = lowest.max(axis=-1)
     return out

@@ -15,16 +15,22 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import NORMAL_QUANTILE_975
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.rule_study.contact_shapes import ContactShape
 from collaudit.core.rule_study.injected_contacts import (
+    ContactShape,
     InjectedContact,
     open_moments,
     random_direction,
     spread_moments,
     unit_torques,
 )
-from collaudit.core.rule_study.noticed_force import alarm_delays, noticed_forces
-from collaudit.core.rule_study.shown_torque import Windows, margin_samples, through_filters, windows
+from collaudit.core.rule_study.shown_torque import (
+    Windows,
+    alarm_delays,
+    margin_samples,
+    noticed_forces,
+    through_filters,
+    windows,
+)
 from collaudit.core.verdict.arm_places import Place, arm_places
 
 #: Shares of contacts whose force is given, and forces at which misses are counted.

@@ -13,8 +13,7 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.rule_study.alarm_grid import excess, sustained_level
 from collaudit.core.rule_study.arm_contacts import AddedContacts, watched_columns, wilson_interval
-from collaudit.core.rule_study.noticed_force import first_alarms
-from collaudit.core.rule_study.shown_torque import shown
+from collaudit.core.rule_study.shown_torque import first_alarms, shown
 
 #: Start and end of contacts, s.
 Times = Sequence[tuple[float, float]]

@@ -9,7 +9,7 @@ import numpy as np
 
 from collaudit.core.data.rule_study_result import PersistenceChoice
 from collaudit.core.rule_study.arm_contacts import AddedContacts
-from collaudit.core.rule_study.noticed_force import alarm_delays, noticed_forces
+from collaudit.core.rule_study.shown_torque import alarm_delays, noticed_forces
 
 #: Persistences that are compared, s; the one that is set is among them.
 _PERSISTENCES_S = (0.004, 0.008, 0.012, 0.02, 0.03, 0.05, 0.1)

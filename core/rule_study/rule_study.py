@@ -32,14 +32,19 @@ from collaudit.core.rule_study.arm_contacts import (
     contact_sensitivities,
     watched_columns,
 )
-from collaudit.core.rule_study.contact_shapes import LASTING, REFERENCE_PUSH, SHAPES, ContactShape
 from collaudit.core.rule_study.dynamic_gain import dynamic_gain
 from collaudit.core.rule_study.force_map import force_map
-from collaudit.core.rule_study.injected_contacts import open_moments, spread_moments
-from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, joint_plane, plane_point
+from collaudit.core.rule_study.injected_contacts import (
+    LASTING,
+    REFERENCE_PUSH,
+    SHAPES,
+    ContactShape,
+    open_moments,
+    spread_moments,
+)
+from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, frontier, joint_plane, plane_point
 from collaudit.core.rule_study.labelled_contacts import Times, labelled_curve
 from collaudit.core.rule_study.persistence_choice import compared_persistences
-from collaudit.core.rule_study.plane_frontier import frontier
 from collaudit.core.rule_study.shown_torque import judges_joints, margin_samples, through_filters, windows
 from collaudit.core.rule_study.threshold_parts import PartInputs, threshold_parts
 from collaudit.core.verdict.noticed_torque import Push, noticed_torque

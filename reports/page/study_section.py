@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from collaudit.core.data.rule_study_result import JointPlane, RuleStudy
-from collaudit.core.rule_study.pooled_planes import pooled_planes
+from collaudit.core.rule_study.joint_plane import pooled_planes
 from collaudit.reports.plots.force_map_plot import force_map_plot
 from collaudit.reports.plots.plane_map import plane_map
 from collaudit.reports.sections.section import Section

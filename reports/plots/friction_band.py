@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.friction.extrapolation import half_width
-from collaudit.core.friction.friction_model import FrictionModel
+from collaudit.core.friction.friction_model import FrictionModel, half_width
 from collaudit.core.numeric.arrays import FloatArray
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.comparison import Bounds, Change, Comparison
 from collaudit.reports.values.numbers import duration, interval, significant

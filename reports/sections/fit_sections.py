@@ -6,8 +6,7 @@ from typing import assert_never
 
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.friction_result import FrictionFit
-from collaudit.core.data.identification_result import Identification
-from collaudit.core.data.left_out import LeftOut
+from collaudit.core.data.identification_result import Identification, LeftOut
 from collaudit.reports.sections.identified_sections import identified_sections, threshold_section
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.joint_lines import joint_lines

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.reports.sections.section import Section
 from collaudit.reports.values.numbers import interval, significant
 from collaudit.reports.values.words import NONE, effort_unit, parameter_meaning, parameter_unit, speed_unit

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from collaudit.core.data.audit_result import AuditResult, Verdict
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.signals import State
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import law_named
 
 #: What stands where there is no value.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from collaudit.core.arm_states.block_numbers import counted_in_time, without_gaps
+from collaudit.core.arm_states.hand_guiding import counted_in_time, without_gaps
 
 NUMBERS = np.array([0, 0, 1, 2, 22, 23, 10_000_000, 10_000_001, 10_000_003])
 

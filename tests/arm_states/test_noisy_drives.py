@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.arm_states.noisy_drives import noisy_zero
+from collaudit.core.arm_states.drives_off import noisy_zero
 from collaudit.core.numeric.runs import run_bounds
 
 PERIOD_S = 0.002

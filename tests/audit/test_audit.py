@@ -20,7 +20,7 @@ from collaudit.core.data.signals import State
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.prepare.prepared import prepare
-from collaudit.core.recommend.clean_evidence import recommend_rules
+from collaudit.core.recommend.arm_recommendation import recommend_rules
 from collaudit.core.robot import load_robot
 
 MASS, LENGTH, INERTIA, ROTOR = 6.0, 0.4, 0.05, 0.3

@@ -12,7 +12,7 @@ from collaudit.core.api import prepare
 from collaudit.core.audit import audit_log
 from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
-from collaudit.core.data.left_out import LeftOut, LeftOutSpan
+from collaudit.core.data.identification_result import LeftOut, LeftOutSpan
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Judge = Callable[..., AuditResult]

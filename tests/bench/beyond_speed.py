@@ -22,7 +22,7 @@ from tables import put
 from collaudit.core.data.audit_result import Collision, FrictionFile, NearMiss
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_fitting import fit_friction
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.scoring.detection_score import TrueEvent
 from collaudit.core.scoring.truth_events import read_truth, true_events
 

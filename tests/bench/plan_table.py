@@ -22,7 +22,7 @@ from plan_uninformed import uninformed_ratios
 from collaudit.core import api
 from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import FrictionFile, Provenance
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.plan import excitation as ex
 from collaudit.core.plan.checks import MoveCheck

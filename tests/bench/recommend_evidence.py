@@ -18,10 +18,9 @@ from collaudit.core.config.schema_detect import EvidenceConfig
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.signals import State
 from collaudit.core.recommend.arm_evidence import ArmEvidence, gather_evidence
-from collaudit.core.recommend.evidence_range import ranges_of_evidence
+from collaudit.core.recommend.evidence_range import range_findings, ranges_of_evidence
 from collaudit.core.recommend.joint_thresholds import JointEvidence, recommend_joints
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
-from collaudit.core.recommend.range_findings import range_findings
 from collaudit.reports.files.run_files import read_run
 
 PERSISTENCE_S, LOGS, PUSHES = 0.026, 3, 6

@@ -22,8 +22,13 @@ from residual_generator import Made, generated, generated_peaks
 
 from collaudit.core.data.signals import Signals, State
 from collaudit.core.recommend.joint_thresholds import LOOSE, REACH, looseness, tail_evidence, threshold
-from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.recommend.sustained_levels import LogPeaks, SustainedPeaks, peaks_of_log, pooled_peaks
+from collaudit.core.recommend.sustained_levels import (
+    CleanResidual,
+    LogPeaks,
+    SustainedPeaks,
+    peaks_of_log,
+    pooled_peaks,
+)
 from collaudit.reports.files.run_files import FRICTION_NAME, read_friction, read_run
 
 N, TARGET = 13, 1e-3

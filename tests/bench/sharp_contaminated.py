@@ -20,7 +20,7 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.errors import CollauditError
-from collaudit.core.friction.parameter_units import parameter_symbol
+from collaudit.core.friction.law_candidates import parameter_symbol
 from collaudit.core.friction_laws.law_registry import LAWS
 
 SHARES, KINDS = (0.05, 0.1, 0.2, 0.3, 0.4), ("short", "lasting", "holds")

@@ -12,7 +12,7 @@ from collaudit.cli.log_arguments import audit_files
 from collaudit.core.config import load_config
 from collaudit.core.logs.inputs import group_inputs
 from collaudit.core.numeric.parallel import threads, use_threads
-from collaudit.core.robot.shared_robots import shared_robot
+from collaudit.core.robot.robot_building import shared_robot
 
 
 def test_robot_and_friction_are_shared_and_the_result_is_the_same(arm) -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.conditioning import interpolation
-from collaudit.core.conditioning.interpolation import interpolated
+from collaudit.core.conditioning.lost_samples import interpolated
 
 COUNT = 40_000
 RNG = np.random.default_rng(3)
@@ -33,8 +32,7 @@ CLOCKS = {
 
 @pytest.mark.parametrize("clocks", CLOCKS)
 @pytest.mark.parametrize("lost", [False, True], ids=["known", "with holes"])
-def test_it_gives_the_digits_of_numpy(clocks: str, lost: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(interpolation, "_AT_ONCE", 36_000)  # several blocks
+def test_it_gives_the_digits_of_numpy(clocks: str, lost: bool) -> None:
     x, at = CLOCKS[clocks]
     values = RNG.standard_normal((at.size, 5))
     values[::3, 1] = -0.0

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.lib.stride_tricks import sliding_window_view
 
+from collaudit.core.detection.detector_run import RATIOS, shortest_pushes
 from collaudit.core.detection.knocks import _impulse_ratio, knock_width, knocks
 from collaudit.core.detection.rule import rule_events
-from collaudit.core.detection.shortest_push import RATIOS, shortest_pushes
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import identity
 from collaudit.core.residual.detectors.direct import direct_kernel

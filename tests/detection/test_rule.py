@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from collaudit.core.detection.rule import collisions, exceedances, persistence_samples, rule_events
-from collaudit.core.recommend.recommendation import CleanResidual
-from collaudit.core.recommend.sustained_levels import sustained_level
+from collaudit.core.recommend.sustained_levels import CleanResidual, sustained_level
 
 RESIDUALS = arrays(np.float64, st.integers(1, 200), elements=st.one_of(st.floats(-10, 10), st.just(np.nan)))
 MASKS = st.integers(0, 2**32 - 1)

@@ -14,7 +14,7 @@ from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_points import points_and_sums
 from collaudit.core.friction.gear.direction_difference import PairSum, direction_difference
 from collaudit.core.friction.joint_fits import friction_findings
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.sections import find_sections
 
 SPEEDS = np.geomspace(0.02, 1.2, 30)

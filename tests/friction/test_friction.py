@@ -13,7 +13,7 @@ from collaudit.core.friction.fit_quality import point_arrays
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.friction_points import friction_points
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.sections import find_sections
 from collaudit.core.friction_laws.law_registry import LAWS
 

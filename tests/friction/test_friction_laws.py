@@ -11,7 +11,7 @@ from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_findings
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction_laws.law_registry import LAWS
 
 UNITS = FrictionUnits.of("revolute", "Nm")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from collaudit.core.friction.friction_model import TemperatureModel
 from collaudit.core.friction.friction_variation import any_law, friction_slope, load_slope, ripple
-from collaudit.core.friction.temperature_model import TemperatureModel
 
 
 def motion(seconds: float = 300.0) -> tuple[np.ndarray, np.ndarray]:

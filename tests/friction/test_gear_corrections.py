@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from collaudit.core.data.friction_correction import LoadFriction, RippleWave
-from collaudit.core.friction.gear.correction_fit import correction_findings, joint_correction
-from collaudit.core.friction.gear.load_term import load_doubt, load_torque
-from collaudit.core.friction.gear.ripple_fit import ripple_torque
+from collaudit.core.data.friction_result import LoadFriction, RippleWave
+from collaudit.core.friction.friction_model import load_doubt, load_torque
+from collaudit.core.friction.gear.correction_fit import correction_findings, joint_correction, ripple_torque
 from collaudit.core.friction.motion_points import Settled
 
 T = 0.01

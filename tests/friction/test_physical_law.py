@@ -9,9 +9,9 @@ from collaudit.core.data.friction_result import FrictionFit, FrictionPoint, Mode
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.joint_fits import friction_findings
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction.law_comparison import choose
 from collaudit.core.friction.motion_points import any_motion_tells_more, covered, distinct_speeds
-from collaudit.core.friction.parameter_units import FrictionUnits
 from collaudit.core.friction.physical_law import dissipation
 from collaudit.core.prepare.effort_gain import EffortGain
 

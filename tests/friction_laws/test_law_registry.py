@@ -22,7 +22,7 @@ from collaudit.core.errors import CollauditError, ConfigError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, RateTerm, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
 from collaudit.core.prepare.prepared import prepare

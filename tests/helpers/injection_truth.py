@@ -19,10 +19,14 @@ from collaudit.core.findings import joints_not_judged
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
-from collaudit.core.rule_study.contact_shapes import ContactShape
-from collaudit.core.rule_study.injected_contacts import InjectedContact, open_moments, spread_moments, unit_torques
-from collaudit.core.rule_study.noticed_force import alarmed
-from collaudit.core.rule_study.shown_torque import margin_samples, through_filters, windows
+from collaudit.core.rule_study.injected_contacts import (
+    ContactShape,
+    InjectedContact,
+    open_moments,
+    spread_moments,
+    unit_torques,
+)
+from collaudit.core.rule_study.shown_torque import alarmed, margin_samples, through_filters, windows
 from collaudit.fixtures.pushes import Push
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import SimulatedFiles
@@ -98,7 +102,7 @@ def _contact(prepared: Prepared, robot: str, push: Push, sample: int) -> Injecte
     assert bodies is not None
     forward = bodies.forward()
     forward.update(prepared.series.position_rad[sample])
-    rotation, origin = forward.pose(forward.frame_id(frame))
+    rotation, origin = forward.pose(forward.arm.frame_number(frame))
     place = origin + rotation @ np.array(point)
     radius = np.array([place[0], place[1], 0.0]) / np.hypot(place[0], place[1])
     direction = {

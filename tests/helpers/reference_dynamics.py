@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pinocchio as pin
 
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.robot.pinocchio_model import PinocchioModel
@@ -15,49 +16,51 @@ Sample = Callable[[FloatArray], FloatArray]
 
 def inverse_dynamics(model: PinocchioModel) -> Sample:
     """From q, v, a to joint torques."""
-    work = model.workspace()
-    return lambda x: np.array(work.inverse_dynamics(*np.split(x, 3)))
+    own = model.library_model()
+    data = own.createData()
+    return lambda x: np.array(pin.rnea(own, data, *np.split(x, 3)))
 
 
 def momentum(model: PinocchioModel) -> Sample:
     """From q, v to M(q) v, then C(q, v)^T v - G(q)."""
-    work = model.workspace()
+    own = model.library_model()
+    data = own.createData()
 
     def sample(x: FloatArray) -> FloatArray:
         q, v = np.split(x, 2)
-        mass = work.mass_matrix(q)
-        rest = work.coriolis_matrix(q, v).T @ v - work.gravity_torque(q)
+        upper = np.triu(pin.crba(own, data, q))
+        mass = upper + np.triu(upper, 1).T
+        rest = pin.computeCoriolisMatrix(own, data, q, v).T @ v - pin.computeGeneralizedGravity(own, data, q)
         return np.concatenate([mass @ v, rest])
 
     return sample
 
 
+def only_point_mass(model: PinocchioModel, frame: str, mass_kg: float, com_m: FloatArray) -> PinocchioModel:
+    """The arm under no gravity, without rotors and without any mass but a point at ``com_m`` (3,) of a frame."""
+    alone = model.without_gravity()
+    alone.set_armature(np.zeros(model.joint_count))
+    for k in range(len(alone._model.inertias)):
+        alone._model.inertias[k] = pin.Inertia.Zero()
+    alone.add_point_mass(frame, mass_kg, com_m)
+    return alone
+
+
 def force(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
     """From q (with ``carried`` also v and a) and a wrench in a frame to J^T F, less what the body carried takes."""
-    count, number, work = model.joint_count, model.frame_number(frame), model.workspace()
+    count, number, own = model.joint_count, model.frame_number(frame), model.library_model()
+    data = own.createData()
+
+    def felt(q: FloatArray, wrench: FloatArray) -> FloatArray:
+        return np.array(pin.computeFrameJacobian(own, data, q, number, pin.LOCAL).T @ wrench)
+
     if carried is None:
-        return lambda x: np.array(work.frame_jacobian(x[:count], number).T @ x[count:])
-    alone = model.only_point_mass(*carried, gravity_m_s2=np.zeros(3)).workspace()
+        return lambda x: felt(x[:count], x[count:])
+    alone = inverse_dynamics(only_point_mass(model, *carried))
 
     def sample(x: FloatArray) -> FloatArray:
-        q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
-        return np.array(work.frame_jacobian(q, number).T @ wrench - alone.inverse_dynamics(q, v, a))
-
-    return sample
-
-
-def torques(model: PinocchioModel, frame: str, carried: tuple[str, float, FloatArray] | None) -> Sample:
-    """From q, v, a and a reading in a frame to inverse dynamics, the reading at the joints, and its force squared."""
-    count, number, work = model.joint_count, model.frame_number(frame), model.workspace()
-    body = carried or (frame, 0.0, np.zeros(3))
-    alone = model.only_point_mass(*body, gravity_m_s2=model.gravity_m_s2).workspace()
-    weight_n = body[1] * model.gravity_m_s2
-
-    def sample(x: FloatArray) -> FloatArray:
-        q, v, a, wrench = np.split(x, [count, 2 * count, 3 * count])
-        contact = work.frame_jacobian(q, number).T @ wrench - alone.inverse_dynamics(q, v, a)
-        force_n = wrench[:3] + work.frame_rotation(q, number).T @ weight_n
-        return np.concatenate([work.inverse_dynamics(q, v, a), contact, [force_n @ force_n]])
+        motion, wrench = np.split(x, [3 * count])
+        return felt(motion[:count], wrench) - alone(motion)
 
     return sample
 

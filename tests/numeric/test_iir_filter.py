@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt, lfilter, lfilter_zi
 
-from collaudit.core.numeric import iir_filter
+from collaudit.core.numeric import filters
 from collaudit.core.numeric.arrays import Span
-from collaudit.core.numeric.iir_filter import blank, filtered
+from collaudit.core.numeric.filters import blank, filtered
 
 B, A = butter(2, 0.08)
 
@@ -55,7 +55,7 @@ def test_holes_are_bridged_from_the_nearest_known_samples() -> None:
     x[:7, 0] = x[190:, 0] = x[50:80, 1] = x[82, 1] = np.nan
     x[np.random.default_rng(5).random(200) < 0.5, 2] = np.inf
     x[:, 3] = np.nan
-    filled, missing = iir_filter._bridged(x)
+    filled, missing = filters._bridged(x)
     assert missing is not None and np.array_equal(missing, ~np.isfinite(x))
     k = np.arange(200.0)
     for column in range(3):

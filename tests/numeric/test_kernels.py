@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -111,49 +110,6 @@ def test_the_share_of_a_short_push(samples: int) -> None:
     both = first_order(60.0, False).share_of_push(samples, T)
     assert 1.0 - np.exp(-30.0 * (seconds - T)) <= both <= 1.0 - np.exp(-30.0 * (seconds + T))
     assert identity(True).share_of_push(samples, T) == 1.0
-
-
-@pytest.mark.parametrize("causal", [True, False])
-@pytest.mark.parametrize("make", [first_order, butterworth, double_pole])
-def test_smoothing_near_some_samples_is_smoothing_there(make: Callable[[float, bool], Kernel], causal: bool) -> None:
-    """Rows near the marked ones, put side by side, give there what the whole signal gives, steps in between or not."""
-    kernel = make(60.0, causal)
-    rng = np.random.default_rng(7)
-    x = np.cumsum(rng.normal(size=8000))
-    segments = [Span(0, 2500), Span(2600, 8000)]
-    mask = np.zeros(8000, dtype=bool)
-    for start in (0, 700, 705, 1500, 2490, 2600, 3200, 7995):
-        mask[start : start + 9] = True
-    mask[2500:2600] = False
-    rows, stretches = kernel.near(mask, segments, T)
-    assert rows.size < 7000
-    assert mask[rows].sum() == mask.sum()
-    whole = kernel.apply(x[:, None], segments, T)[:, 0]
-    part = kernel.apply(x[rows][:, None], stretches, T)[:, 0]
-    here = mask[rows]
-    np.testing.assert_allclose(part[here], whole[rows][here], atol=1e-6)
-    reached = kernel.reach(mask[:, None], segments, T)[:, 0]
-    np.testing.assert_array_equal(kernel.reach(here[:, None], stretches, T)[:, 0], reached[rows])
-    assert reached[rows].sum() == reached.sum()
-
-
-def test_rows_near_some_samples_are_within_a_margin_of_them() -> None:
-    rng = np.random.default_rng(3)
-    kernel = first_order(60.0, False)
-    margin = math.ceil(8.0 * kernel.settle_s / T)
-    segments = [Span(0, 3000), Span(3100, 3200), Span(3200, 9000)]
-    for share in (0.0, 0.0003, 0.002, 0.05):
-        mask = rng.random(9000) < share
-        mask[[0, -1]] = share > 0.001
-        rows, stretches = kernel.near(mask, segments, T)
-        plain = [
-            k
-            for s in segments
-            for k in range(s.start, s.stop)
-            if mask[max(k - margin, s.start) : min(k + margin + 1, s.stop)].any()
-        ]
-        assert rows.tolist() == plain
-        assert sum(map(len, stretches)) == rows.size
 
 
 @pytest.mark.parametrize("causal", [True, False])

@@ -30,7 +30,7 @@ def is_in_a_file(x: np.ndarray) -> bool:
 
 
 def test_a_table_is_in_memory_where_all_tables_of_its_log_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tables, "memory_bytes", lambda: 14.0 * 1000 * 3 * 8)
+    monkeypatch.setattr(tables, "memory_bytes", lambda: 18.0 * 1000 * 3 * 8)
     assert not is_in_a_file(table(1000, 3))
     assert is_in_a_file(table(1001, 3))
     assert not is_in_a_file(table(1001, 3, np.int8))

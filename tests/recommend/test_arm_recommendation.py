@@ -11,7 +11,7 @@ from residual_audits import audit_of, coloured
 from collaudit.core.config.schema_detect import EvidenceConfig
 from collaudit.core.data.audit_result import Audit, Collision, PhaseSpan, ResidualStats
 from collaudit.core.recommend.arm_recommendation import recommend_arm
-from collaudit.core.recommend.range_findings import range_findings
+from collaudit.core.recommend.evidence_range import range_findings
 
 
 def pushed(height: float, seconds: float = 900.0, seed: int = 0) -> tuple[Audit, np.ndarray]:

@@ -22,10 +22,14 @@ from collaudit.core.recommend.joint_thresholds import (
     recommend_joints,
     threshold,
 )
-from collaudit.core.recommend.recommendation import CleanResidual, round_up
-from collaudit.core.recommend.sustained_levels import SustainedPeaks, declustered_peaks, sustained_level
-from collaudit.core.recommend.tail_fit import JointTail, _skewed, fit_tail
-from collaudit.core.recommend.tail_likelihood import tail_likelihood
+from collaudit.core.recommend.sustained_levels import (
+    CleanResidual,
+    SustainedPeaks,
+    declustered_peaks,
+    round_up,
+    sustained_level,
+)
+from collaudit.core.recommend.tail_fit import JointTail, _skewed, fit_tail, tail_likelihood
 
 
 def recommended(residual: np.ndarray, per_hour: float = 1e-3, name: str = "a.mcap") -> ArmRecommendation:

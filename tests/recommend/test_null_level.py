@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from collaudit.core.data.threshold_result import ThresholdLevel
-from collaudit.core.detection.motion_scale import motion_features, relative_scale, scale_over
+from collaudit.core.detection.threshold import motion_features, relative_scale, scale_over
 from collaudit.core.recommend.null_level import NullEvidence, rest_level, scale_of, threshold_levels
 
 PERIOD = 0.002

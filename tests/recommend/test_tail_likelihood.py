@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from collaudit.core.recommend.tail_likelihood import tail_likelihood
+from collaudit.core.recommend.tail_fit import tail_likelihood
 
 _ONE_SIDED_95 = 1.645
 

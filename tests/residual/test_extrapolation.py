@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.friction_result import FrictionPoint
-from collaudit.core.friction.extrapolation import extrapolation_doubt, scatter_beyond
 from collaudit.core.friction.friction_fitting import fit_friction
-from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.friction.parameter_units import FrictionUnits
+from collaudit.core.friction.friction_model import FrictionModel, extrapolation_doubt, scatter_beyond
+from collaudit.core.friction.law_candidates import FrictionUnits
 
 UNITS = FrictionUnits.of("revolute", "Nm")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from origins import log_source
 
-from collaudit.core.data.friction_correction import RippleWave
+from collaudit.core.data.friction_result import RippleWave
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.arrays import Span

@@ -67,7 +67,7 @@ def test_standard_rows_place_the_last_frame_as_the_formula_says() -> None:
     assert robot.bodies is not None
     forward = robot.bodies.forward()
     forward.update(q)
-    rotation, position = forward.pose(forward.frame_id("tool0"))
+    rotation, position = forward.pose(forward.arm.frame_number("tool0"))
     np.testing.assert_allclose(rotation, pose[:3, :3], atol=1e-12)
     np.testing.assert_allclose(position, pose[:3, 3], atol=1e-12)
 

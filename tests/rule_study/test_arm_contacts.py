@@ -9,8 +9,7 @@ import pytest
 
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.rule_study.arm_contacts import AddedContacts, miss_rate, noticed_share, wilson_interval
-from collaudit.core.rule_study.contact_shapes import ContactShape
-from collaudit.core.rule_study.injected_contacts import InjectedContact, random_direction
+from collaudit.core.rule_study.injected_contacts import ContactShape, InjectedContact, random_direction
 from collaudit.core.rule_study.persistence_choice import compared_persistences
 from collaudit.core.rule_study.shown_torque import Windows
 from collaudit.reports.sections.study_sections import chosen_flags

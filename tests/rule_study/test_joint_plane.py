@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from collaudit.core.data.rule_study_result import JointPlane
-from collaudit.core.rule_study.joint_plane import AddedTorque, JointSeries, alarm_rates, joint_plane, plane_point
-from collaudit.core.rule_study.plane_frontier import frontier, point_of
+from collaudit.core.rule_study.joint_plane import (
+    AddedTorque,
+    JointSeries,
+    alarm_rates,
+    frontier,
+    joint_plane,
+    plane_point,
+    point_of,
+)
 from collaudit.core.rule_study.shown_torque import Windows
 
 PERIOD, ONSET = 0.002, 100

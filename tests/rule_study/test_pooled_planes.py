@@ -8,8 +8,7 @@ from residual_audits import coloured
 
 from collaudit.core.data.rule_study_result import STUDY_SCHEMA, RuleStudy
 from collaudit.core.rule_study.alarm_grid import GAMMAS, alarm_grid, excess, grid_gammas
-from collaudit.core.rule_study.joint_plane import JointSeries, joint_plane
-from collaudit.core.rule_study.pooled_planes import pooled_planes
+from collaudit.core.rule_study.joint_plane import JointSeries, joint_plane, pooled_planes
 
 
 def series(residual: np.ndarray) -> JointSeries:

@@ -21,10 +21,23 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.applied_friction import applied_friction
 from collaudit.core.prepare.prepared import Prepared, prepare
 from collaudit.core.robot import load_robot
-from collaudit.core.rule_study.contact_shapes import SHAPES, ContactShape
-from collaudit.core.rule_study.injected_contacts import InjectedContact, open_moments, unit_torques
-from collaudit.core.rule_study.noticed_force import LARGEST_N, alarmed, noticed_forces
-from collaudit.core.rule_study.shown_torque import Windows, margin_samples, shown, through_filters, windows
+from collaudit.core.rule_study.injected_contacts import (
+    SHAPES,
+    ContactShape,
+    InjectedContact,
+    open_moments,
+    unit_torques,
+)
+from collaudit.core.rule_study.shown_torque import (
+    LARGEST_N,
+    Windows,
+    alarmed,
+    margin_samples,
+    noticed_forces,
+    shown,
+    through_filters,
+    windows,
+)
 
 NAMES = ("joint1", "joint2")
 ROBOT = dh_robot(

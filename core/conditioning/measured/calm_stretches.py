@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import exp, log, sqrt
+from math import ceil, exp, log, sqrt
 
 import numpy as np
 
+from collaudit.core.config.schema_detect import DEFAULT_PERSISTENCE_MS, DetectConfig
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
@@ -223,3 +224,20 @@ def _whole(mask: BoolArray) -> Callable[[IntArray, int], BoolArray]:
     """Whether all of so many rows from each of some places are in the mask."""
     count = np.concatenate(([0], np.cumsum(mask)))
     return lambda at, width: np.asarray(count[at + width] - count[at] == width)
+
+
+#: Rounding of a persistence in samples.
+_STRETCH_ROUNDING = 1e-3
+#: Two values are on a straight line always.
+_SHORTEST = 3
+
+
+def shortest_stretch(detect: DetectConfig, period_s: float) -> int:
+    """Samples of it: as many as an alarm needs.
+
+    Args:
+        detect: the rule.
+        period_s: usual step between stamps.
+    """
+    asked_s = (detect.persistence_ms or DEFAULT_PERSISTENCE_MS) / 1e3
+    return max(_SHORTEST, detect.n or ceil(asked_s / period_s - _STRETCH_ROUNDING))

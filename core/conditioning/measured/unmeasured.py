@@ -18,19 +18,19 @@ from collaudit.core.conditioning.measured.calm_stretches import (
     bend_of,
     noise_of,
     quiet_rows,
+    shortest_stretch,
     straight,
     straight_rows,
     straight_runs,
 )
-from collaudit.core.conditioning.measured.frozen_positions import frozen_spans
 from collaudit.core.conditioning.measured.repeated_stretches import repeated_rows, repeated_rows_of_all
-from collaudit.core.conditioning.measured.shortest_stretch import shortest_stretch
+from collaudit.core.conditioning.measured.stalled_logger import frozen_spans
 from collaudit.core.config.schema_detect import DetectConfig
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, frozen
-from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import marked, run_bounds
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import copied
@@ -179,8 +179,7 @@ def _moving(position: FloatArray, period: float) -> BoolArray:
             way = q[2 * half :] - q[: -2 * half]
             out[half:-half, j] = np.abs(way, out=way) > MOVING_RAD_S * (2 * half * period)
 
-    for _ in ordered_map(fill_joint, range(position.shape[1])):
-        pass
+    each(fill_joint, range(position.shape[1]))
     return out
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.conditioning.motion_clock import MotionClock, WeakClock, _off_comb, _steady, motion_clock
+from collaudit.core.conditioning.motion_clock import MotionClock, WeakClock, motion_clock
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.data.uniform_series import UniformSeries
@@ -145,10 +145,3 @@ def test_jitter_is_stated_by_a_spread_and_not_by_its_worst() -> None:
     q, v, _ = arm(t, 0)
     series = condition(log_of(np.sort(t), q, v, q), ConditioningConfig())
     assert any("scatter by 0.03" in f.text for f in series.findings)
-
-
-@pytest.mark.parametrize("spread", [0.0, 0.05, 0.099, 0.101, 0.2, 0.5])
-@pytest.mark.parametrize("size", [101, 40_000])
-def test_a_steady_clock_is_told_by_counting_as_by_the_median(spread: float, size: int) -> None:
-    steps = T * (1.0 + np.random.default_rng(size).normal(0.0, spread, size))
-    assert _steady(steps, T) == (_off_comb(steps / T) <= 0.1)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collaudit.cli.drafts.drafted_log import Known
 
 #: What chooses the signals of one arm: where it is stated, nothing is to be told apart.
-_CHOSEN = {"log": ("joint_states", "joint_names"), "robot": ("joints",)}
+_CHOSEN_LOG, _CHOSEN_ROBOT = {"joint_states", "joint_names"}, {"joints"}
 
 
 def arms_in(known: Known, flags: Mapping[str, object]) -> dict[str, tuple[Arm, Known]]:
@@ -27,7 +27,7 @@ def arms_in(known: Known, flags: Mapping[str, object]) -> dict[str, tuple[Arm, K
         flags: settings given as flags.
     """
     config = known.loaded.config
-    if known.robot is None or set(_CHOSEN["log"]) & config.log.given or set(_CHOSEN["robot"]) & config.robot.given:
+    if known.robot is None or _CHOSEN_LOG & config.log.given or _CHOSEN_ROBOT & config.robot.given:
         return {}
     if "position" in config.log.csv.given:
         return {}

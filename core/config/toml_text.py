@@ -17,20 +17,19 @@ def to_toml(value: object) -> str:
     Raises:
         ValueError: TOML has no such value.
     """
-    match value:
-        case str() | Path():
-            return f'"{_escaped(str(value))}"'
-        case bool():
-            return str(value).lower()
-        case int() | float():
-            return f"{value!s}"
-        case date() | time():
-            return value.isoformat()
-        case Mapping():
-            inner = ", ".join(f"{toml_key(str(name))} = {to_toml(item)}" for name, item in value.items())
-            return f"{{ {inner} }}" if inner else "{}"
-        case list() | tuple():
-            return f"[{', '.join(map(to_toml, value))}]"
+    if isinstance(value, str | Path):
+        return f'"{_escaped(str(value))}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return f"{value!s}"
+    if isinstance(value, date | time):
+        return value.isoformat()
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{toml_key(str(name))} = {to_toml(item)}" for name, item in value.items())
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(to_toml, value))}]"
     raise ValueError(f"TOML has no {type(value).__name__}")
 
 

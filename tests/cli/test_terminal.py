@@ -309,5 +309,5 @@ def test_detect_shows_near_misses(arm, collaudit) -> None:
 def test_fit_prints_a_table_and_what_to_do(arm, collaudit) -> None:
     short = collaudit("fit", arm.clean, "-c", arm.config)
     whole = collaudit("fit", arm.clean, "-c", arm.config, "-v")
-    assert "auto gamma" in short.out.splitlines()[0] and len(short.out.split()) < 150
+    assert "auto γ" in short.out.splitlines()[0] and len(short.out.split()) < 150
     assert "Ways to fit" in whole.out and "Ways to fit" not in short.out and len(whole.out) > 1.5 * len(short.out)

@@ -32,9 +32,6 @@ from collaudit.core.recommend.settled_motion import settled_motion
 from collaudit.core.scoring.known_events import known_contact_times
 from collaudit.core.scoring.truth_events import TruthFile
 
-#: Findings on the scale of efforts against the model.
-_SCALE = ("effort-gain", "effort-scale")
-
 
 def fit_logs(
     prepared: Sequence[Prepared],
@@ -79,8 +76,8 @@ def fit_logs(
     stage(progress, 0.95, 1.0)(1, 1)
     findings = [
         f
-        for log, made, (_, found) in zip(clean.logs, arm.logs, audited, strict=True)
-        for f in _of_log(log, (*_findings(log, made), *found), prepared)
+        for log, (_, found) in zip(clean.logs, audited, strict=True)
+        for f in _of_log(log, (*log.findings, *found), prepared)
     ]
     findings += clean.findings
     findings += arm.findings
@@ -110,11 +107,6 @@ def fit_logs(
         recorded=_recorded(prepared),
         choice=choice,
     )
-
-
-def _findings(log: Prepared, made: Prepared) -> list[Finding]:
-    """What is said of a log; of its efforts' scale what is left to say beside what the fit identified."""
-    return [f for f in log.findings if f.code not in _SCALE] + [f for f in made.findings if f.code in _SCALE]
 
 
 def _of_log(log: Prepared, findings: Sequence[Finding], logs: Sequence[Prepared]) -> list[Finding]:

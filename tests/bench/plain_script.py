@@ -12,6 +12,7 @@ import numpy as np
 from scipy.signal import butter, filtfilt
 
 from collaudit.core.data.signals import Signals
+from collaudit.core.errors import NotJudgedError
 from collaudit.core.robot.robot_model import RobotModel
 
 CUT_HZ, EVERY_S, MOVING_RAD_S, SHARE = 10.0, 0.008, 0.02, 0.6
@@ -43,6 +44,8 @@ def samples_of(signals: Signals, model: RobotModel) -> Samples:
     """Filter, differentiate twice, and set up the regression of every joint."""
     position, torque = np.asarray(signals.position_rad), np.asarray(signals.measured_nm)
     known = np.flatnonzero(np.isfinite(position).all(axis=1) & np.isfinite(torque).all(axis=1))
+    if known.size < 2 * _MARGIN:
+        raise NotJudgedError("no stretch of the log has the torque of every joint: the script cannot be fitted")
     period = float(np.median(np.diff(signals.time_s[known])))
     b, a = butter(2, min(CUT_HZ * 2 * period, 0.9))
 

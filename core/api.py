@@ -155,7 +155,7 @@ def prepare(
     """
     from collaudit.core.numeric.allocator import settle_within_memory_limit
     from collaudit.core.prepare.calibration import Calibration
-    from collaudit.core.prepare.prepared import conditioned, modelled
+    from collaudit.core.prepare.preparation import conditioned, modelled
 
     settle_within_memory_limit()
     step = stage(progress, 0.0, 1.0)

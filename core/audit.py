@@ -47,7 +47,7 @@ from collaudit.core.detection.fitted_rule import (
 from collaudit.core.detection.guided_log import judged_log
 from collaudit.core.detection.model_worth import model_worth_findings
 from collaudit.core.detection.position_pattern import pattern_findings
-from collaudit.core.detection.rest_blocks import RestStep, rest_steps
+from collaudit.core.detection.rest_steps import RestStep, rest_steps
 from collaudit.core.detection.rule_reach import check_persistence, coarse_findings, reach_findings
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.detection.threshold import learn_dynamic_thresholds
@@ -59,7 +59,8 @@ from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.phases import phase_spans
-from collaudit.core.prepare.prepared import Prepared, calibrated
+from collaudit.core.prepare.preparation import calibrated
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import evidence_of
 from collaudit.core.recommend.arm_recommendation import recommended_of_log
 from collaudit.core.recommend.evidence_range import range_findings, ranges_behind

@@ -25,7 +25,8 @@ from collaudit.core.identification.identification_findings import identified_fin
 from collaudit.core.identification.log_cleaning import cleaned, refuse_if_nothing_is_left
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.prepared import Prepared, calibrated
+from collaudit.core.prepare.preparation import calibrated
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.fitted_thresholds import corrections_that_help, fitted_thresholds, other_detectors
 from collaudit.core.recommend.held_out_residual import BesideFriction, held_out_residuals
 from collaudit.core.recommend.settled_motion import settled_motion
@@ -76,8 +77,8 @@ def fit_logs(
     stage(progress, 0.95, 1.0)(1, 1)
     findings = [
         f
-        for log, (_, found) in zip(clean.logs, audited, strict=True)
-        for f in _of_log(log, (*log.findings, *found), prepared)
+        for log, made, (_, found) in zip(clean.logs, arm.logs, audited, strict=True)
+        for f in _of_log(log, (*_findings(log, made), *found), prepared)
     ]
     findings += clean.findings
     findings += arm.findings
@@ -107,6 +108,11 @@ def fit_logs(
         recorded=_recorded(prepared),
         choice=choice,
     )
+
+
+def _findings(log: Prepared, made: Prepared) -> list[Finding]:
+    """What is said of a log; of its efforts' scale what is left to say beside what the fit identified."""
+    return [f for f in log.findings if f not in log.scale] + list(made.scale)
 
 
 def _of_log(log: Prepared, findings: Sequence[Finding], logs: Sequence[Prepared]) -> list[Finding]:

@@ -152,14 +152,7 @@ class SteadyProcess:
                     return self._connection.recv()
                 except (EOFError, OSError):
                     break  # it died, perhaps in the middle of a message
-                except (
-                    pickle.UnpicklingError,
-                    AttributeError,
-                    ImportError,
-                    MemoryError,
-                    TypeError,
-                    ValueError,
-                ) as error:
+                except _UNREADABLE as error:
                     lost = Lost("not sent", text=_said(error))
             elif spoke:
                 break

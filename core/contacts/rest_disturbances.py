@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from collaudit.core.data.detection_result import DisturbedJoint, RestDisturbance
-from collaudit.core.detection.rest_blocks import RestStep
+from collaudit.core.detection.rest_steps import RestStep
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 

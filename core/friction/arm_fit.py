@@ -19,7 +19,8 @@ from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.prepare.prepared import Prepared, calibrated, recalibrated
+from collaudit.core.prepare.preparation import calibrated, recalibrated
+from collaudit.core.prepare.prepared import Prepared
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,7 +21,7 @@ from collaudit.core.friction.sections import SectionSet, find_sections
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stage_progress import Progress, stage
-from collaudit.core.prepare.effort_gain import EffortGain
+from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.gear_torque import sensed
 from collaudit.core.prepare.prepared import Prepared
 

@@ -52,9 +52,10 @@ def held_out(data: ls.Points, law: FrictionLaw, folds: IntArray, ridge: float | 
         if predicted is None:
             return None
         errors[out] = data.friction[out] - predicted
-    square = (errors / data.sd) ** 2
-    means = np.array([square[folds == k].mean() for k in range(int(folds.max()) + 1)])
-    se = float(np.std(means, ddof=1) / np.sqrt(means.size))
+    with np.errstate(over="ignore"):  # a law that runs away beyond its points is as wrong as can be
+        square = (errors / data.sd) ** 2
+        means = np.array([square[folds == k].mean() for k in range(int(folds.max()) + 1)])
+        se = float(np.std(means, ddof=1) / np.sqrt(means.size))
     return HeldOut(float(square.mean()), se, float(np.sqrt(np.mean(errors**2))))
 
 

@@ -129,7 +129,8 @@ def solve(design: FloatArray, target: FloatArray | None = None) -> LinearFit:
     """Least squares through a column-scaled QR decomposition (of zeros, for the covariance alone)."""
     target = np.zeros(design.shape[0]) if target is None else target
     estimate, inverse, scale = _solved(design, target)
-    covariance = (inverse @ inverse.T) / np.outer(scale, scale)
+    with np.errstate(over="ignore"):  # of a column that is all but gone, the coefficient may be anything
+        covariance = (inverse @ inverse.T) / np.outer(scale, scale)
     rest = target - design @ estimate
     return LinearFit(estimate, covariance, float(rest @ rest))
 

@@ -8,7 +8,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.channel_delays import audit_delays, effort_delay, is_significant, wrench_delay
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import audit_force_sensor, calibrate_sensor, sensor_facts
-from collaudit.core.prepare.delay_estimate import Delay
+from collaudit.core.prepare.effort.delay_estimate import Delay
 from collaudit.core.prepare.prepared import Prepared
 
 _MATTERS_S = 0.02

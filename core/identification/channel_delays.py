@@ -11,14 +11,14 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
-from collaudit.core.prepare.channel_shift import (
+from collaudit.core.prepare.effort.channel_shift import (
     all_known,
     basis_of,
     effort_shift,
     left_over,
     thinned,
 )
-from collaudit.core.prepare.delay_estimate import Delay, Undetermined, best_shift
+from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift
 from collaudit.core.prepare.prepared import Prepared
 
 _UNSHARP_S = 0.03

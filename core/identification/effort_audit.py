@@ -10,9 +10,9 @@ from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.numeric.parallel import by_name
-from collaudit.core.prepare.delay_estimate import Delay
-from collaudit.core.prepare.effort_delay import gains_at
-from collaudit.core.prepare.effort_gain import EffortGain
+from collaudit.core.prepare.effort.delay_estimate import Delay
+from collaudit.core.prepare.effort.effort_delay import gains_at
+from collaudit.core.prepare.effort.effort_gain import EffortGain
 from collaudit.core.prepare.prepared import Prepared
 
 _AS_TORQUE = (0.6, 1.67)

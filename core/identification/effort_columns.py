@@ -20,7 +20,7 @@ from collaudit.core.numeric.robust_regression import RobustFit
 from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.numeric.stats import median_of, quantile_of, robust_sd
 from collaudit.core.numeric.tables import blocks
-from collaudit.core.prepare.channel_shift import steady
+from collaudit.core.prepare.effort.channel_shift import steady
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 

@@ -14,7 +14,8 @@ from collaudit.core.findings import Finding
 from collaudit.core.identification.contact_mask import find_contact, labelled_contact
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.guided_stretches import fitted_without_guiding
-from collaudit.core.prepare.prepared import Prepared, without_effort
+from collaudit.core.prepare.preparation import without_effort
+from collaudit.core.prepare.prepared import Prepared
 
 _SHOWN = 6  # stretches that a message lists
 Times = Sequence[tuple[float, float]]

@@ -18,7 +18,6 @@ from collaudit.core.plan.limits import ArmLimits
 
 #: Time is stretched by this: no limit is met exactly, so that rounding in a file cannot pass it.
 RESERVE = 1.01
-_PHASES = 7
 
 
 @dataclass(frozen=True, slots=True, eq=False)

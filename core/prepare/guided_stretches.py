@@ -18,7 +18,8 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.parallel import by_name
 from collaudit.core.numeric.stats import median_of, quantile_of
 from collaudit.core.numeric.tables import combined
-from collaudit.core.prepare.prepared import Prepared, without_effort
+from collaudit.core.prepare.preparation import without_effort
+from collaudit.core.prepare.prepared import Prepared
 
 #: Stretches of motion whose mean tells friction, s; fewest of them; quantile of friction over them.
 _STRETCH_S, _FEWEST, _QUANTILE = 0.25, 12, 0.7

@@ -9,7 +9,8 @@ import numpy as np
 from collaudit.core.config.schema import Config
 from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.numeric.arrays import FloatArray, frozen
-from collaudit.core.prepare.prepared import Prepared, with_known_load
+from collaudit.core.prepare.preparation import with_known_load
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.point_mass import point_mass_parameters
 from collaudit.core.robot.robot_model import RobotModel
 

@@ -2,47 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from collaudit.core.arm_states.arm_states import find_arm_states, without_states
-from collaudit.core.arm_states.payload_step import payload_findings
-from collaudit.core.arm_states.switched_effort import switched_efforts
-from collaudit.core.conditioning.channel_scale import undelayed
-from collaudit.core.conditioning.conditioning import condition
-from collaudit.core.config.schema import Config
 from collaudit.core.data import shown
-from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
-from collaudit.core.findings.joint_units import in_joint_units, torque_unit_of
-from collaudit.core.numeric.arrays import BoolArray, FloatArray
-from collaudit.core.numeric.tables import combined, copied
+from collaudit.core.findings.joint_units import torque_unit_of
+from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.calibration import (
     Calibration,
-    calibrated_robot,
-    calibrated_series,
-    missing_sensor_findings,
 )
-from collaudit.core.prepare.commanded_force import CommandedTorque, contact_torque, tool_force
-from collaudit.core.prepare.delay_estimate import Delay
-from collaudit.core.prepare.effort_delay import effort_findings
-from collaudit.core.prepare.effort_gain import (
-    EffortGain,
-    described_gains,
-    effort_gains,
-    identified_scale_findings,
-    raw_effort_findings,
-    scale_findings,
-)
-from collaudit.core.prepare.effort_kind import EffortKind, EffortSource, effort_kind
-from collaudit.core.prepare.friction_sign import friction_sign_findings, friction_signs
-from collaudit.core.prepare.joint_selection import in_model_order, judged_joints, of_joints
-from collaudit.core.prepare.model_bandwidth import ModelBandwidth, bandwidth_findings, quiet_model, within_bandwidth
-from collaudit.core.prepare.phases import configured, find_phases, label_phases, logged_phases, phase_findings
-from collaudit.core.prepare.position_check import position_findings
+from collaudit.core.prepare.commanded_force import CommandedTorque
+from collaudit.core.prepare.effort.delay_estimate import Delay
+from collaudit.core.prepare.effort.effort_gain import EffortGain
+from collaudit.core.prepare.effort.effort_kind import EffortKind, EffortSource
+from collaudit.core.prepare.joint_selection import of_joints
+from collaudit.core.prepare.model_bandwidth import ModelBandwidth
 from collaudit.core.robot.robot_model import RobotModel
 
 
@@ -86,6 +64,7 @@ class Prepared:
         calibration: what was known of the arm besides its description.
         start: the log before its model torque.
         quiet: joints whose model torque is used without the bands that are noise.
+        scale: those of the findings that are on the size of the effort against the model.
         effort_lag_s: time constant of a low-pass that efforts have passed; None where none shows.
         judged_series: the series with the judged joints only; :attr:`series` itself when those are all.
     """
@@ -102,6 +81,7 @@ class Prepared:
     calibration: Calibration
     start: ConditionedLog
     quiet: tuple[ModelBandwidth, ...] = ()
+    scale: tuple[Finding, ...] = ()
     effort_lag_s: float | None = None
     judged_series: UniformSeries = field(init=False)
 
@@ -149,205 +129,3 @@ class Prepared:
 
     __repr__ = shown.text
     _repr_html_ = shown.html
-
-
-def prepare(
-    log: JointLog,
-    robot: RobotModel,
-    config: Config,
-    calibration: Calibration | None = None,
-) -> Prepared:
-    """Condition a log, compute its model torque and check its effort against it.
-
-    Args:
-        log: as recorded.
-        robot: its model as described.
-        config: everything else.
-        calibration: what a friction file knows of the arm; None for nothing.
-
-    Raises:
-        NotJudgedError: the log has no stretch long enough.
-        LogError: a configured joint is not in the log.
-        ConfigError: a wrench lacks its frame, or the calibration is another arm's.
-    """
-    return modelled(conditioned(log, robot, config), config, calibration)
-
-
-def conditioned(log: JointLog, robot: RobotModel, config: Config) -> ConditionedLog:
-    """The first half of :func:`prepare`: nothing after it reads the log as recorded.
-
-    Raises:
-        NotJudgedError, LogError: as :func:`prepare`.
-    """
-    linear = [name for name, kind in zip(robot.joint_names, robot.joint_types, strict=True) if kind == "prismatic"]
-    series = undelayed(condition(in_model_order(log, robot), config.conditioning, linear, config.detect), config.log)
-    judged = judged_joints(config, series.joint_names, log.source.name)
-    labels, more = _phases(series, robot, config)
-    findings = [*series.findings, *robot.findings, *more]
-    units = config.log.units
-    findings += position_findings(series, robot, units.position, "position" in units.given)
-    findings += phase_findings(series.time_s, labels, config.phases, bool(series.phases))
-    kind, about_effort = effort_kind(config.log, series, robot)
-    if kind.compensated == "stated":
-        robot = robot.without_gravity()
-    return ConditionedLog(series, robot, judged, labels, (*findings, *about_effort), kind)
-
-
-def modelled(start: ConditionedLog, config: Config, calibration: Calibration | None = None) -> Prepared:
-    """The second half of :func:`prepare`: model torque and the effort's checks.
-
-    Raises:
-        ConfigError: as :func:`prepare`.
-    """
-    return _modelled(start, calibration or Calibration(), config, None)
-
-
-def calibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
-    """The same log with what another calibration knows; unchanged when that is what it was prepared with.
-
-    Fitting needs this, for it prepares its logs before it knows what is to be found in them.
-
-    Raises:
-        ConfigError: the calibration is another arm's.
-    """
-    if calibration == prepared.calibration:
-        return prepared
-    return _modelled(prepared.start, calibration, config, prepared)
-
-
-def recalibrated(prepared: Prepared, calibration: Calibration, config: Config) -> Prepared:
-    """The same log with other values of what it was calibrated with: effort and model torque, without their checks.
-
-    States, findings, gains and the bandwidth stay those of ``prepared``: a held-out fit needs its torques only.
-
-    Args:
-        prepared: the log, calibrated with the same sensor.
-        calibration: the other values.
-        config: as it was prepared with.
-    """
-    start = prepared.start
-    robot, _ = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
-    series = without_states(calibrated_series(start.series, calibration), prepared.series.not_driven)
-    rigid = prepared.rigid_nm
-    if rigid is not None and not (robot is start.robot and prepared.robot is start.robot):
-        motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-        rigid = within_bandwidth(series, _carried(robot.inverse_dynamics(*motion), start), prepared.quiet)
-    return replace(prepared, series=series, robot=robot, rigid_nm=rigid, calibration=calibration)
-
-
-def without_effort(prepared: Prepared, left_out: BoolArray, config: Config) -> Prepared:
-    """The same log with the effort unknown where it is to be left out: no stage uses it there.
-
-    Args:
-        prepared: the log.
-        left_out: (n,) samples.
-        config: as it was prepared with.
-    """
-    effort = prepared.start.series.effort
-    if effort is None or not left_out.any():
-        return prepared
-    known = copied(effort)
-    known[left_out] = np.nan
-    start = replace(prepared.start, series=replace(prepared.start.series, effort=known))
-    return _modelled(start, prepared.calibration, config, prepared)
-
-
-def with_known_load(prepared: Prepared, load_nm: FloatArray, config: Config) -> Prepared:
-    """The same log of an arm that carries more than its model, with the torque of that (n, j)."""
-    start = replace(prepared.start, load_nm=load_nm)
-    return _modelled(start, prepared.calibration, config, None)
-
-
-def _modelled(start: ConditionedLog, calibration: Calibration, config: Config, known: Prepared | None) -> Prepared:
-    """Model torque, commanded force and the effort's checks; of ``known`` what the calibration leaves as it was."""
-    robot, about = calibrated_robot(start.robot, calibration, config, start.series.wrench is not None)
-    series = calibrated_series(start.series, calibration)
-    motion = (series.position_rad, series.velocity_rad_s, series.acceleration_rad_s2)
-    rigid = None
-    if known is not None and known.calibration.sensor == calibration.sensor:
-        commanded = known.commanded
-        if robot.has_inertials:
-            same = robot is start.robot and known.robot is start.robot
-            rigid = known.rigid_nm if same else _carried(robot.inverse_dynamics(*motion), start)
-    else:
-        commanded = contact_torque(series, robot, start.phases, config, calibration.sensor)
-        rigid = _carried(robot.inverse_dynamics(*motion), start) if robot.has_inertials else None
-    quiet: tuple[ModelBandwidth, ...] = ()
-    if known is not None and rigid is known.rigid_nm:
-        quiet = known.quiet
-    elif rigid is not None and config.conditioning.bandwidth_hz is None:
-        rigid, quiet = quiet_model(series, rigid, commanded.torque_nm)
-    findings = [*start.findings, *commanded.findings, *bandwidth_findings(quiet, series.bandwidth_hz)]
-    if series.wrench is not None:
-        findings += missing_sensor_findings(calibration, config)
-    contact = commanded.torque_nm
-    explained = rigid if rigid is None or contact is None else combined(np.add, rigid, contact)
-    switched = switched_efforts(series, explained, start.judged)
-    states = find_arm_states(series, None if switched else rigid, config.detect.true_events)
-    series = without_states(series, states.not_driven)
-    findings += [*switched, *states.findings, *raw_effort_findings(series)]
-    findings += identified_scale_findings(calibration.identified, start.judged, start.series.effort_unit)
-    gains: tuple[EffortGain, ...] = ()
-    delay = None
-    if rigid is not None and series.effort is not None:
-        gains = tuple(g for g in effort_gains(series, rigid, contact) if g.joint in start.judged)
-        if not switched:
-            inverted = {g.joint for g in gains if g.inverted}  # beside these stands twice the model's torque
-            findings += payload_findings(series, robot, explained, [j for j in start.judged if j not in inverted])
-        late = config.log.effort_delay_ms if "effort_delay_ms" in config.log.given else None
-        signed = _signed(config)
-        found, delay = effort_findings(series, robot, rigid, contact, gains, start.judged, late, signed)
-        findings += found
-        if delay is None:  # of a late effort no scale is known
-            described = gains
-            if robot is not start.robot:
-                lacking = () if calibration.identified is None else calibration.identified.estimate
-                frame = config.robot.tool.frame
-                described = described_gains(series, start.robot, contact, start.load_nm, lacking, frame)
-            findings += scale_findings([g for g in described if g.joint in start.judged], series.effort_unit)
-        if delay is None and start.effort_kind.source != "joint":  # a sensor behind the gear sees no friction
-            findings += friction_sign_findings(
-                friction_signs(series, rigid, contact), gains, start.judged, signed, series.effort_unit
-            )
-    findings += about
-    names = robot.joint_names
-    return Prepared(
-        series,
-        robot,
-        rigid,
-        commanded,
-        start.judged,
-        start.phases,
-        gains,
-        delay,
-        in_joint_units(findings, [n for n, kind in zip(names, robot.joint_types, strict=True) if kind == "prismatic"]),
-        calibration,
-        start,
-        quiet,
-    )
-
-
-def _carried(rigid_nm: FloatArray, start: ConditionedLog) -> FloatArray:
-    """Rigid-body torque with that of the log's known load."""
-    return rigid_nm if start.load_nm is None else np.asfortranarray(rigid_nm + start.load_nm)
-
-
-def _signed(config: Config) -> frozenset[str]:
-    """Joints, by the model's names and the log's, whose effort's sign the configuration states."""
-    renamed = config.log.joint_names
-    return frozenset(name for key in config.log.units.effort_sign for name in (key, renamed.get(key, key)))
-
-
-def _phases(series: UniformSeries, robot: RobotModel, config: Config) -> tuple[NDArray[np.int8], list[Finding]]:
-    """Phases as configured, else as the log states them, else found from the wrench when that is asked for."""
-    labels = label_phases(series.time_s, config.phases)
-    if configured(config.phases):
-        return labels, []
-    if series.phases:
-        return logged_phases(series.time_s, series.phases, config.phases)
-    if config.phases.find == "off":
-        return labels, []
-    force, _ = tool_force(series, robot, labels, config)
-    if force is None:
-        return labels, []
-    return find_phases(np.linalg.norm(force[:, :3], axis=1), series.period_s, config.phases), []

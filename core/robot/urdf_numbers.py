@@ -11,7 +11,6 @@ from collaudit.core.errors import RobotError
 
 #: No link of an arm is longer, m; heavier, kg; or has a larger moment of inertia, kg·m².
 LONGEST_M, HEAVIEST_KG, LARGEST_KG_M2 = 50.0, 1e5, 1e7
-_LIMITS = ("lower", "upper", "effort", "velocity")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 

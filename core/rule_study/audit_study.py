@@ -14,8 +14,8 @@ from collaudit.core.numeric.stage_progress import Progress
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.recommend.arm_evidence import ArmEvidence, Times, evidence_of
 from collaudit.core.recommend.arm_recommendation import thresholds_of_log
-from collaudit.core.recommend.joint_thresholds import judge_set_rules
 from collaudit.core.recommend.outlying_peaks import outlying_stretches, without_outliers
+from collaudit.core.recommend.set_rules import judge_set_rules
 from collaudit.core.rule_study.rule_study import StudiedLog, study_rule
 from collaudit.core.scoring.known_events import contact_times, label_times
 from collaudit.core.scoring.truth_events import TruthFile

@@ -15,7 +15,6 @@ from collaudit.reports.values.visible_text import visible
 
 #: A runner shows ten annotations of a kind and step.
 _MOST_CONTACTS = 5
-_CONTACT = "{joints}, for {lasted}, highest residual {highest residual} (γ {γ}) on {joint}, {kind}"
 _LEVEL = {"fail": "error", "not_judged": "warning", "pass": "notice"}
 
 

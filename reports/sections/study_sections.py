@@ -18,7 +18,6 @@ from collaudit.reports.values.numbers import percent, significant
 from collaudit.reports.values.words import NONE, with_unit
 
 NEVER = "none"
-_ANYWHERE = "anywhere"
 #: Factors on the thresholds at which known contacts are shown.
 _FACTORS = (0.5, 1.0, 2.0, 4.0, 8.0)
 _CAUSES = {

@@ -22,7 +22,7 @@ from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import Annotation, JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.fitting import fit_logs
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 
 FRICTION = (6.0, 2.0, 8.0, 4.0)

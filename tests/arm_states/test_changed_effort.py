@@ -14,7 +14,8 @@ from collaudit.core.arm_states.switched_effort import _turns_at_once
 from collaudit.core.config import load_config
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.prepared import Prepared, with_known_load
+from collaudit.core.prepare.preparation import with_known_load
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.compare import read_truth
 from collaudit.fixtures.simulation import SimulatedFiles
 

@@ -19,7 +19,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.errors import NotJudgedError
 from collaudit.core.fitting import fit_logs
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.recommend.arm_recommendation import recommend_rules
 from collaudit.core.robot import load_robot
 

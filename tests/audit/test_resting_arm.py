@@ -17,7 +17,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import Audit
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.prepare.quiet_level import quiet_levels
 from collaudit.core.robot import load_robot
 

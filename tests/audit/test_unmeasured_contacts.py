@@ -14,7 +14,7 @@ from collaudit.core.config import load_config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.provenance import make_provenance
 from collaudit.fixtures.simulation import SimulatedFiles
 

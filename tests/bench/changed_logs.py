@@ -14,7 +14,8 @@ from collaudit.core.config import LoadedConfig
 from collaudit.core.data.audit_result import Audit, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.provenance import make_provenance
 
 Change = Callable[[JointLog], JointLog]

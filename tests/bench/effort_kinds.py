@@ -16,7 +16,7 @@ from tables import put
 
 from collaudit.core.config.schema import Config
 from collaudit.core.identification.channel_audit import audit_channels
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import plan
 

@@ -22,7 +22,7 @@ from collaudit.core.data.audit_result import FrictionFile, Provenance
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.friction_model import FrictionModel
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace
 from collaudit.fixtures.robots.robot_registry import robot_named

@@ -25,7 +25,7 @@ from collaudit.core.data.joint_log import WrenchSeries
 from collaudit.core.identification.base_parameters import base_map
 from collaudit.core.identification.force_sensor import calibrate_sensor, sensor_facts
 from collaudit.core.identification.identification import identify
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.plant import Trace

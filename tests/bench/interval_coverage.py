@@ -27,7 +27,8 @@ from collaudit.core.data.friction_result import FrictionFit, FrictionPoint
 from collaudit.core.friction.friction_fitting import fit_friction
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.law_candidates import FrictionUnits, parameter_symbol
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
 from collaudit.fixtures.imperfections.arm_imperfections import loads_nm

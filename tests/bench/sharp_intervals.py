@@ -20,7 +20,7 @@ from collaudit.core import api
 from collaudit.core.config import LoadedConfig, parse_config
 from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.friction.law_candidates import parameter_symbol
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.fixtures.experiments import FRICTION_SPEEDS
 from collaudit.fixtures.experiments import friction as friction_run
 from collaudit.fixtures.robots.robot_registry import robot_named

@@ -23,11 +23,11 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.detection_result import Contact, RestDisturbance
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.detection.detector_run import DetectionInputs, run_detector
-from collaudit.core.detection.rest_blocks import rest_steps
+from collaudit.core.detection.rest_steps import rest_steps
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot.robot_model import RobotModel
 from collaudit.fixtures.experiments import Experiment
 from collaudit.fixtures.motion import Path

@@ -29,7 +29,8 @@ from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.joint_fits import friction_models
 from collaudit.core.logs import read_log
 from collaudit.core.numeric.allocator import keep_freed_memory
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot import load_robot
 from collaudit.reports.files.run_files import read_friction
 

@@ -16,7 +16,7 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.fitting import fit_logs
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.formats.junit import junit_text
 from collaudit.reports.terminal.screen_text import screen_text

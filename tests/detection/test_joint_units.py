@@ -14,7 +14,7 @@ from collaudit.core.audit import audit_log
 from collaudit.core.config.schema import Config
 from collaudit.core.findings import Finding, fact
 from collaudit.core.findings.joint_units import in_joint_units
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.terminal.rule_text import rule_text
 

@@ -17,7 +17,7 @@ from collaudit.core.data.audit_result import FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.findings import Finding
 from collaudit.core.fitting import fit_logs
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 
 NAMES = ("joint1", "joint2")

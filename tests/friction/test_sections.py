@@ -15,7 +15,7 @@ from collaudit.core.config.schema import ConditioningConfig, Config, SectionsCon
 from collaudit.core.friction import sections
 from collaudit.core.friction.joint_fits import fit_joints
 from collaudit.core.friction.sections import find_sections
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 
 SPEEDS = (0.05, 0.1, 0.3, 0.8)
 

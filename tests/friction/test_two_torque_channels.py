@@ -13,7 +13,7 @@ from collaudit.core.config.schema import Config
 from collaudit.core.data.friction_result import FrictionFit
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.friction.joint_fits import fit_joints, friction_findings
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 
 NAMES = ("joint1", "joint2")

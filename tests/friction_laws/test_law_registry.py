@@ -25,7 +25,7 @@ from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.friction.law_candidates import FrictionUnits
 from collaudit.core.friction_laws.friction_law import FrictionLaw, Parameter, RateTerm, SeparableLaw
 from collaudit.core.friction_laws.law_registry import LAWS, LINE, REFERENCE, law_named
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.reports.files.json_reader import parse_result
 from collaudit.reports.files.run_files import friction_json

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from collaudit.core.prepare.channel_shift import basis_of, left_over
-from collaudit.core.prepare.delay_estimate import best_shift, reach
+from collaudit.core.prepare.effort.channel_shift import basis_of, left_over
+from collaudit.core.prepare.effort.delay_estimate import best_shift, reach
 
 T, LENGTH_S = 0.004, 40.0
 

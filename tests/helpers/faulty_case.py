@@ -16,7 +16,7 @@ from collaudit.core.data.joint_log import JointLog, LogSource
 from collaudit.core.errors import CollauditError
 from collaudit.core.logs.signals.impossible_values import without_impossible
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.provenance import make_provenance
 from collaudit.core.robot import load_robot
 

@@ -21,8 +21,8 @@ from collaudit.core.identification.channel_delays import audit_delays, effort_de
 from collaudit.core.identification.effort_audit import audit_effort
 from collaudit.core.identification.force_sensor import calibrate_sensor
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.channel_shift import effort_shift
-from collaudit.core.prepare.prepared import calibrated, prepare
+from collaudit.core.prepare.effort.channel_shift import effort_shift
+from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.robot import load_robot
 
 NAMES = ("joint1", "joint2", "joint3")

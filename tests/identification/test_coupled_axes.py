@@ -18,7 +18,8 @@ from collaudit.core.fitting import fit_logs
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.prepare.calibration import Calibration
 from collaudit.core.prepare.coupled_torque import coupled_doubt
-from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
+from collaudit.core.prepare.preparation import calibrated, prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.residual.detectors.direct import DETECTOR
 from collaudit.core.residual.residual import ResidualInputs
 from collaudit.core.robot import load_robot

@@ -19,7 +19,8 @@ from collaudit.core.identification.problem.identification_problem import residua
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
 from collaudit.core.identification.solved_problem import with_gains
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.simulation import SimulatedFiles
 
 Made = Callable[..., SimulatedFiles]

@@ -16,7 +16,8 @@ from collaudit.core.identification.base_parameters import base_map
 from collaudit.core.identification.identification import identify
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
+from collaudit.core.prepare.preparation import calibrated, prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
 

@@ -14,7 +14,8 @@ from collaudit.core.data.joint_log import JointLog, WrenchSeries
 from collaudit.core.friction.least_squares import solve
 from collaudit.core.identification.channel_audit import audit_channels
 from collaudit.core.prepare.calibration import Calibration, with_tool
-from collaudit.core.prepare.prepared import Prepared, calibrated, prepare
+from collaudit.core.prepare.preparation import calibrated, prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot import load_robot
 from collaudit.fixtures.motion import Path as Motion
 from collaudit.fixtures.plant import Trace

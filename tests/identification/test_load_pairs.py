@@ -14,7 +14,8 @@ from collaudit.core.config import LoadedConfig, load_config
 from collaudit.core.identification.identification import identify
 from collaudit.core.identification.identification_findings import identified_findings
 from collaudit.core.prepare.known_load import KnownLoad, loaded
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.robots.robot_registry import robot_named
 from collaudit.fixtures.simulation import SimulatedFiles
 

@@ -19,7 +19,8 @@ from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.contact_mask import FAR, _reaching, find_contact, labelled_contact
 from collaudit.core.identification.log_cleaning import cleaned
 from collaudit.core.numeric.arrays import BoolArray
-from collaudit.core.prepare.prepared import Prepared, _modelled
+from collaudit.core.prepare.preparation import _modelled
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.scoring.truth_events import TruthFile
 from collaudit.fixtures.simulation import Reduction, SimulatedFiles
 

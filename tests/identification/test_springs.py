@@ -12,7 +12,8 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.identification.estimate_choice import choose
 from collaudit.core.identification.identification import identify
 from collaudit.core.prepare.calibration import Calibration, calibrated_series
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 
 CONFIG = settings()
 ASKED = CONFIG.changed({"fit": CONFIG.fit.changed({"estimate": ["friction", "rotor", "spring"]})})

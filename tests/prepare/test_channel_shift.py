@@ -11,8 +11,8 @@ import pytest
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import differentiate, low_pass
-from collaudit.core.prepare import channel_shift
-from collaudit.core.prepare.channel_shift import all_known, position_velocity
+from collaudit.core.prepare.effort import channel_shift
+from collaudit.core.prepare.effort.channel_shift import all_known, position_velocity
 
 SEGMENTS = (Span(0, 300), Span(310, 900))
 PERIOD_S = 0.004

@@ -11,7 +11,8 @@ from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
 from collaudit.core.data.uniform_series import MOVING_RAD_S
 from collaudit.core.findings import Finding
-from collaudit.core.prepare.effort_gain import EffortGain, _beside, _gain, effort_gains, scale_findings, sign_findings
+from collaudit.core.prepare.effort.effort_gain import EffortGain, _beside, _gain, effort_gains
+from collaudit.core.prepare.effort.gain_findings import scale_findings, sign_findings
 
 
 def effort_gain_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...], unit: str) -> list[Finding]:

@@ -16,7 +16,7 @@ from collaudit.core.data.audit_result import AuditResult, FrictionFile
 from collaudit.core.data.joint_log import JointLog
 from collaudit.core.numeric.arrays import frozen
 from collaudit.core.prepare.calibration import Calibration
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 
 KINDS = ("motor-torque", "gravity-compensated")
 

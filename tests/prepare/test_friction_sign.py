@@ -8,8 +8,8 @@ from synthetic import PERIOD, make_log
 
 from collaudit.core.conditioning.conditioning import condition
 from collaudit.core.config.schema import ConditioningConfig
-from collaudit.core.prepare.effort_gain import EffortGain
-from collaudit.core.prepare.friction_sign import FrictionSign, friction_sign_findings, friction_signs
+from collaudit.core.prepare.effort.effort_gain import EffortGain
+from collaudit.core.prepare.effort.friction_sign import FrictionSign, friction_sign_findings, friction_signs
 
 
 def run(sign: float, load: float = 0.0, friction: float = 3.0, late_s: float = 0.0, led: float = 0.0) -> FrictionSign:

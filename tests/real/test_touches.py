@@ -15,7 +15,7 @@ from collaudit.core.contacts.rest_disturbances import rest_disturbances
 from collaudit.core.data.detection_result import Score
 from collaudit.core.detection.detector_run import DetectionInputs, run_detector
 from collaudit.core.detection.fitted_rule import with_rest_thresholds
-from collaudit.core.detection.rest_blocks import rest_steps
+from collaudit.core.detection.rest_steps import rest_steps
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.friction.applied_friction import applied_friction
 

@@ -16,7 +16,7 @@ from collaudit.core.data.joint_log import JointLog
 from collaudit.core.data.signals import State
 from collaudit.core.friction.friction_model import FrictionModel
 from collaudit.core.numeric.kernel import butterworth, double_pole, first_order
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.residual.balance import Balance
 from collaudit.core.residual.detector import detector_named
 from collaudit.core.residual.detectors.energy import SLOW_RAD_S, energy_residual

@@ -19,7 +19,8 @@ from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun, 
 from collaudit.core.detection.rule_settings import make_rule
 from collaudit.core.fitting import fit_logs
 from collaudit.core.friction.applied_friction import applied_friction
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot import load_robot
 from collaudit.core.rule_study.injected_contacts import (
     SHAPES,

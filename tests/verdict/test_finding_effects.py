@@ -19,7 +19,8 @@ from collaudit.core.data.signals import State
 from collaudit.core.findings import Finding, joints_not_judged, without_errors_of
 from collaudit.core.findings.finding_kinds import KINDS
 from collaudit.core.fitting import fit_logs
-from collaudit.core.prepare.prepared import Prepared, prepare
+from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.exclusions import exclusions
 from collaudit.core.verdict.verdict import Evidence, decide

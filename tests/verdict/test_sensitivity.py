@@ -22,7 +22,7 @@ from collaudit.core.errors import ConfigError
 from collaudit.core.fitting import fit_logs
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.kernel import butterworth, first_order, identity
-from collaudit.core.prepare.prepared import prepare
+from collaudit.core.prepare.preparation import prepare
 from collaudit.core.robot import load_robot
 from collaudit.core.verdict.noticed_torque import Push, _height
 

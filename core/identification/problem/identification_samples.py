@@ -12,7 +12,7 @@ from collaudit.core.errors import ConfigError, NotJudgedError
 from collaudit.core.identification.problem.nuisance import drift_columns
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import low_pass
-from collaudit.core.prepare.channel_shift import prompt_motion, steady
+from collaudit.core.prepare.effort.channel_shift import prompt_motion, steady
 from collaudit.core.prepare.prepared import Prepared
 
 _CLUSTER_S = 1.0

@@ -14,8 +14,6 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray, froze
 #: are: a recording with a long break has many on both sides.
 _FAR_S, _FAR_TIMES, _FEW = 1e6, 1e3, 0.1
 _SURELY_NEAR_NS = int(0.9 * _FAR_S * 1e9)
-#: Rows that a thread looks at in one go.
-_ROWS = 1 << 18
 #: No arm's values are larger, whatever their unit: rad or m (encoder counts too), rad/s, effort, N or N·m.
 _LARGEST = {"position_rad": 1e9, "velocity_rad_s": 1e9, "effort": 1e9}
 _LARGEST_FORCE = 1e9

@@ -16,7 +16,7 @@ from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate
 from collaudit.core.numeric.parallel import ordered_map
-from collaudit.core.prepare.effort_gain import EffortGain
+from collaudit.core.prepare.effort.effort_gain import EffortGain
 
 _CLUSTER_S = 1.0
 _MIN_CLUSTERS = 8

@@ -12,9 +12,10 @@ from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.findings import Finding
 from collaudit.core.findings.finding_kinds import Severity
 from collaudit.core.numeric.arrays import FloatArray
-from collaudit.core.prepare.channel_shift import effort_shift
-from collaudit.core.prepare.delay_estimate import Delay
-from collaudit.core.prepare.effort_gain import EffortGain, effort_gains, sign_findings, unknown_sign_findings
+from collaudit.core.prepare.effort.channel_shift import effort_shift
+from collaudit.core.prepare.effort.delay_estimate import Delay
+from collaudit.core.prepare.effort.effort_gain import EffortGain, effort_gains
+from collaudit.core.prepare.effort.gain_findings import sign_findings, unknown_sign_findings
 from collaudit.core.robot.robot_model import RobotModel
 
 _LATE_S = 0.02

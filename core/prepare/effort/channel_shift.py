@@ -12,12 +12,11 @@ from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.filters import differentiate, low_pass
 from collaudit.core.numeric.parallel import each, ordered_map
 from collaudit.core.numeric.runs import run_bounds
-from collaudit.core.prepare.delay_estimate import Delay, Undetermined, best_shift, reach
+from collaudit.core.prepare.effort.delay_estimate import Delay, Undetermined, best_shift, reach
 from collaudit.core.robot.robot_model import RobotModel
 
 _STEADY_S = 0.1
 _MAX_ROWS = 12_000
-_PART = 1 << 17  # samples that a thread looks at
 
 
 def effort_shift(

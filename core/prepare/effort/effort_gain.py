@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collaudit.core.data.identification_result import Bounds, Identified
 from collaudit.core.data.uniform_series import MOVING_RAD_S, UniformSeries
-from collaudit.core.findings import Finding
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.parallel import ordered_map
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -22,11 +20,10 @@ _MIN_EXPLAINED = 0.2
 #: A joint that keeps to less is an arm that gives under a touch; its effort against the model tells of the touch.
 _LEAST_TRAVEL_RAD = 0.05
 #: Torque by a motor's current is good to about a tenth (its constant, warm magnets), by a sensor behind it to less.
-_ACCURATE_GAIN = (0.9, 1.1)
+ACCURATE_GAIN = (0.9, 1.1)
 _PLAUSIBLE_GAIN = (0.5, 2.0)
 #: The columns of a tool are looked at on so many samples: its regressor is one of all bodies.
 _MOST_WITH_TOOL = 8000
-_SEVERAL = 2  # joints out of scale speak of the log's unit, one of its inertials
 #: Share of the seconds that a sign must not rest on, and in how many rounds they are left out.
 _LEFT_OUT, _ROUNDS = 0.33, 4
 #: Columns that hold less of their own than this share of the largest are alike.
@@ -62,12 +59,12 @@ class EffortGain:
     @property
     def off(self) -> bool:
         """Whether it has the right sign, and clearly another size than the accuracy of a measured torque explains."""
-        return self.known and self.ci95[0] > 0 and not _overlaps(self.ci95, _ACCURATE_GAIN)
+        return self.known and self.ci95[0] > 0 and not overlaps(self.ci95, ACCURATE_GAIN)
 
     @property
     def out_of_scale(self) -> bool:
         """Whether it has the right sign, and clearly another size than a torque in N·m."""
-        return self.known and self.ci95[0] > 0 and not _overlaps(self.ci95, _PLAUSIBLE_GAIN)
+        return self.known and self.ci95[0] > 0 and not overlaps(self.ci95, _PLAUSIBLE_GAIN)
 
 
 def effort_gains(
@@ -182,39 +179,6 @@ def _unless_few_say_so(
     return found
 
 
-def sign_findings(
-    gains: tuple[EffortGain, ...], joints: tuple[str, ...], stated: Collection[str] = ()
-) -> list[Finding]:
-    """What the gains say of signs: inverted, or not to be told. Nothing is ever changed by it.
-
-    Args:
-        gains: by joint.
-        joints: those to speak of where nothing is known.
-        stated: joints whose sign the configuration states: that holds, and what speaks against it is a warning.
-    """
-    findings = []
-    for gain in gains:
-        numbers = _numbers(gain)
-        if gain.inverted and gain.joint in stated:
-            text = (
-                f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: {numbers}. "
-                "Its sign was taken as [log.units] effort_sign states it; look at model, mounting and joint names."
-            )
-            findings.append(Finding("effort-sign-inverted", "warning", text, joint=gain.joint))
-        elif gain.inverted:
-            findings.append(
-                Finding(
-                    "effort-sign-inverted",
-                    "error",
-                    f"The effort of joint '{gain.joint}' runs against the model's gravity and inertia torque: "
-                    f"{numbers}. If it is inverted, state [log.units] "
-                    f'effort_sign = {{ "{gain.joint}" = -1 }}. Nothing was changed.',
-                    joint=gain.joint,
-                )
-            )
-    return findings + unknown_sign_findings(gains, joints)
-
-
 def described_gains(
     series: UniformSeries,
     robot: RobotModel,
@@ -261,97 +225,6 @@ def described_gains(
     return effort_gains(part, rigid, None if contact_nm is None else contact_nm[rows], beside)
 
 
-def scale_findings(gains: Sequence[EffortGain], unit: str) -> list[Finding]:
-    """Joints whose effort is not in the scale of the described model, and a log that is not. Nothing is changed by it.
-
-    Args:
-        gains: against the arm as described, by joint.
-        unit: of the effort.
-    """
-    if unit != "Nm":
-        return []
-    scale = _other_scale(gains)
-    findings = [] if scale is None else [scale]
-    for gain in gains:
-        if gain.off:
-            text = (
-                f"The effort of joint '{gain.joint}' is {_numbers(gain)}: contact torques appear {gain.gain:.2g} times "
-                "as large there, or the masses on file are wrong (a payload that they lack?)."
-            )
-            findings.append(Finding("effort-gain", "warning", text, joint=gain.joint))
-    return findings
-
-
-def identified_scale_findings(identified: Identified | None, joints: Collection[str], unit: str) -> list[Finding]:
-    """Joints whose identified gain is none of a torque in N·m although the log's unit, or its constant, says so.
-
-    Args:
-        identified: of the friction file.
-        joints: to speak of.
-        unit: of the effort as logged, its constants applied.
-    """
-    if identified is None or "gain" not in identified.estimate or unit != "Nm":
-        return []
-    findings = []
-    for joint, found in identified.joints.items():
-        interval = None if found.gain_ci95 is None else _closed(found.gain_ci95)
-        if joint not in joints or found.gain is None or interval is None or _overlaps(interval, _ACCURATE_GAIN):
-            continue
-        text = (
-            f"The effort of joint '{joint}' was found to be {found.gain:.3g} per N·m (95 %: {interval[0]:.3g} to "
-            f"{interval[1]:.3g}), against its stated unit or constant. Its torque was taken with what was found."
-        )
-        findings.append(Finding("effort-gain", "warning", text, joint=joint))
-    return findings
-
-
-def _numbers(gain: EffortGain) -> str:
-    return f"{gain.gain:.3g} per N·m of model torque (95 %: {gain.ci95[0]:.3g} to {gain.ci95[1]:.3g})"
-
-
-def _other_scale(gains: Sequence[EffortGain]) -> Finding | None:
-    """That the log is in another unit than N·m: several joints out of scale, and most of those that tell at all."""
-    known = [gain for gain in gains if gain.known]
-    far = [gain for gain in known if gain.out_of_scale and gain.ci95[1] - gain.ci95[0] < gain.gain]
-    if len(far) < _SEVERAL or 2 * len(far) <= len(known):
-        return None
-    each = ", ".join(f"{g.joint} {g.gain:.3g} [{g.ci95[0]:.3g} to {g.ci95[1]:.3g}]" for g in far)
-    text = (
-        f"The efforts of {len(far)} of the {len(known)} joints that the model's torque loads are not in its scale, per "
-        f"N·m of it (95 %): {each}. They may be currents, or the model that of another arm or load: thresholds in N·m "
-        "mean nothing."
-    )
-    return Finding("effort-scale", "warning", text)
-
-
-def unknown_sign_findings(gains: tuple[EffortGain, ...], joints: tuple[str, ...]) -> list[Finding]:
-    """Joints whose motion does not show the sign of their effort."""
-    by_joint = {g.joint: g for g in gains}
-    unknown = [j for j in joints if j not in by_joint or not by_joint[j].known]
-    if not unknown:
-        return []
-    text = (
-        f"The motion does not show the sign of the effort of {', '.join(unknown)}: "
-        "the model's torque varies too little against friction and noise."
-    )
-    return [Finding("effort-sign-unknown", "info", text)]
-
-
-def raw_effort_findings(series: UniformSeries) -> list[Finding]:
-    """That nothing can be judged in N·m while the scale of the effort is neither stated nor identified."""
-    if series.effort is None or series.effort_unit != "raw":
-        return []
-    text = (
-        "The effort is stated not to be in N·m. A fit identifies its gain where gravity and inertia of the robot's "
-        "description tell it; a joint without one is not judged."
-    )
-    return [Finding("effort-unit-raw", "warning", text)]
-
-
-def _closed(bounds: Bounds) -> tuple[float, float]:
-    low, high = bounds
-    return -np.inf if low is None else low, np.inf if high is None else high
-
-
-def _overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:
+def overlaps(a: tuple[float, float], b: tuple[float, float]) -> bool:
+    """Whether two intervals have a value in common."""
     return a[0] <= b[1] and b[0] <= a[1]

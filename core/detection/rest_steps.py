@@ -1,0 +1,209 @@
+"""Joints at rest that gave way: steps of torque against steps of position that no commanded motion explains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collaudit.core.data.detection_result import DisturbedJoint
+from collaudit.core.detection.detector_run import DetectionInputs, DetectorRun
+from collaudit.core.detection.rest_blocks import SCALES, STAYS_S, STILL, RestBlocks, RunningSums, Window, travel
+from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
+from collaudit.core.numeric.parallel import ordered_map
+from collaudit.core.numeric.runs import closed, run_bounds
+from collaudit.core.numeric.stats import quantile_of
+from collaudit.core.prepare.prepared import Prepared
+
+#: Before a step a joint has stood if it moved by no more than this share of the step.
+_STOOD_SHARE = 0.25
+#: Steps count from so many robust standard deviations of what rest does by itself.
+_TORQUE_SDS, _POSITION_SDS = 5.0, 6.0
+#: Share of the steps by which rest is told, and that quantile of |x| for a standard normal x.
+_QUIET_SHARE, _QUIET_QUANTILE = 0.2, 0.2533
+#: ... from this share of the threshold, and from so many steps of the encoder. A change of the model's torque comes on
+#: top: friction may take up all of it, so that the drive's stays out.
+_GAMMA_SHARE, _COUNTS = 0.1, 2.5
+#: Steps of a joint closer than this are one; a motion that began this long ago explains a step, s.
+_TOGETHER_S, _MOTION_S = 0.7, 1.0
+#: A joint whose drive bears less than this share of its load is held by its brake.
+_BRAKED_SHARE, _BRAKED_S = 0.25, 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class RestStep:
+    """One standing joint that was disturbed, s on the log's clock; several joints of one push are told apart here."""
+
+    onset_s: float
+    end_s: float
+    joint: DisturbedJoint
+
+
+def rest_steps(prepared: Prepared, run: DetectorRun, inputs: DetectionInputs) -> tuple[RestStep, ...]:
+    """Steps of standing joints that no commanded motion explains, joint by joint.
+
+    Args:
+        prepared: the log.
+        run: states of its samples.
+        inputs: the rule, watched joints; joints judged for changes alarm by themselves.
+    """
+    blocks = RestBlocks.of(prepared, run)
+    if blocks is None:
+        return ()
+    names, gamma = prepared.judged_series.joint_names, inputs.rule.gamma_nm
+    judged = [j for j, name in enumerate(names) if inputs.watch[name].watched and name in gamma]
+    judged = [j for j in judged if names[j] not in inputs.quiet]
+    steps = list(ordered_map(lambda j: _steps_of(blocks, j, gamma[names[j]]), judged))
+    asked, pushed = (np.zeros(blocks.time_s.size) for _ in range(2))
+    for one in (one for its in steps for one in its):
+        size = np.abs(one.position_rad)
+        asked[one.rows] = np.maximum(asked[one.rows], np.where(one.along[one.rows], size, 0.0))
+        pushed[one.rows] = np.maximum(pushed[one.rows], np.where(one.against[one.rows], size, 0.0))
+    found = [_of_joint(blocks, its, names[j], asked, pushed) for j, its in zip(judged, steps, strict=True)]
+    return tuple(RestStep(a, b, one) for its in found for a, b, one in its)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Steps:
+    """Steps of one joint at one scale, of which there are few.
+
+    Attributes:
+        against: (m,) against the drive, as a push makes them.
+        along: (m,) along it, as motion does.
+        rows: (k,) the blocks of both, in order.
+        torque_nm, position_rad: (k,) size of the steps there.
+    """
+
+    against: BoolArray
+    along: BoolArray
+    rows: IntArray
+    torque_nm: FloatArray
+    position_rad: FloatArray
+
+    def pushes_nm(self, a: int, b: int) -> FloatArray:
+        """(b - a,) torque of the steps against the drive between two blocks; 0 elsewhere."""
+        out = np.zeros(b - a)
+        first, last = np.searchsorted(self.rows, (a, b))
+        out[self.rows[first:last] - a] = self.torque_nm[first:last]
+        out[~self.against[a:b]] = 0.0
+        return out
+
+
+def _of_joint(
+    blocks: RestBlocks, scales: Sequence[_Steps], joint: str, asked: FloatArray, pushed: FloatArray
+) -> list[tuple[float, float, DisturbedJoint]]:
+    """Disturbances of one joint: start, end, size.
+
+    None where its own motion, or more motion of another joint than any deflection, was asked for just before: (m,) the
+    largest step of position of all joints, along the drive and against it.
+    """
+    against = np.logical_or.reduce([s.against for s in scales])
+    along = np.logical_or.reduce([s.along for s in scales])
+    if not against.any():
+        return []
+    out: list[tuple[float, float, DisturbedJoint]] = []
+    starts, stops = run_bounds(closed(against, round(_TOGETHER_S / blocks.period_s)))
+    before, behind = (round(t / blocks.period_s) for t in (_MOTION_S, STAYS_S))
+    for a, b in zip(starts, stops, strict=True):
+        near = slice(max(0, a - before), a + behind)
+        own = along[max(0, a - before) : a + 1].any()
+        if own or asked[near].max() > pushed[a : max(b, a + behind)].max() or _brakes(blocks, a, b):
+            continue
+        scale = max(scales, key=lambda s: float(np.abs(s.pushes_nm(a, b)).max()))
+        at = a + int(np.argmax(np.abs(scale.pushes_nm(a, b))))
+        here = int(np.searchsorted(scale.rows, at))
+        one = DisturbedJoint(joint, float(scale.torque_nm[here]), float(scale.position_rad[here]))
+        edges = [edge for s in scales if (edge := _edges(s, a, b)) is not None]
+        first, last = min(edge[0] for edge in edges), max(edge[1] for edge in edges)
+        out.append((float(blocks.time_s[first]), float(blocks.time_s[last]), one))
+    return out
+
+
+def _edges(steps: _Steps, a: int, b: int) -> tuple[int, int] | None:
+    """Blocks of the first and the last step of one scale between two blocks: the middle of where each is largest."""
+    starts, stops = run_bounds(steps.against[a:b])
+    if starts.size == 0:
+        return None
+    size, out = np.abs(steps.pushes_nm(a, b)), []
+    for start, stop in ((starts[0], stops[0]), (starts[-1], stops[-1])):
+        part = size[start:stop]
+        out.append(a + int(start) + int(np.median(np.flatnonzero(part >= 0.9 * part.max()))))
+    return out[0], out[1]
+
+
+def _steps_of(blocks: RestBlocks, j: int, gamma_nm: float) -> list[_Steps]:
+    """Steps of one joint at every scale."""
+    position, torque, model = (
+        RunningSums.of(np.ascontiguousarray(x[:, j])) for x in (blocks.position_rad, blocks.torque_nm, blocks.model_nm)
+    )
+    known = np.where(np.isfinite(blocks.position_rad[:, j]), blocks.position_rad[:, j], 0.0)
+    out = []
+    for number, scale in enumerate(SCALES):
+        window, rows = Window.of(scale, blocks.period_s), np.flatnonzero(blocks.stands[number])
+        rest = travel(known, window.before, -(window.rise // 2))[rows]
+        limits = (gamma_nm, float(blocks.count_rad[j]))
+        step_q, step_x, changed = (sums.step(window.width, window.rise, rows) for sums in (position, torque, model))
+        against, along = _steps(step_q, step_x, np.abs(changed), rest, limits)
+        there = against | along
+        out.append(
+            _Steps(
+                np.isin(np.arange(known.size), rows[against]),
+                np.isin(np.arange(known.size), rows[along]),
+                rows[there],
+                step_x[there],
+                step_q[there],
+            )
+        )
+    return out
+
+
+def _steps(
+    step_q: FloatArray, step_x: FloatArray, changed: FloatArray, rest: FloatArray, limits: tuple[float, float]
+) -> tuple[BoolArray, BoolArray]:
+    """Which steps at one scale, means after less means before, run against the drive, and which along it.
+
+    Args:
+        step_q, step_x: (k,) of position and torque at the blocks at which the arm stands.
+        changed: (k,) size of the step of the model's torque.
+        rest: (k,) by how much the joint moved before.
+        limits: its threshold, N·m, and the step of its encoder, rad.
+    """
+    with np.errstate(invalid="ignore"):
+        still = np.isfinite(step_x)
+        calm = still & (rest <= STILL * _STOOD_SHARE)
+        large_x = np.abs(step_x) > _torque_limit(step_x, calm, limits[0]) + changed
+        limit_q = _position_limit(step_q, calm, limits[1])
+        large_q = np.abs(step_q) > limit_q
+        both = still & large_x & large_q
+        opposed = step_x * step_q < 0.0
+        stood = rest <= np.maximum(limit_q, _STOOD_SHARE * np.abs(step_q))
+    return both & opposed & stood, both & ~opposed
+
+
+def _torque_limit(step: FloatArray, calm: BoolArray, gamma_nm: float) -> float:
+    return max(_TORQUE_SDS * _spread(step[calm]), _GAMMA_SHARE * gamma_nm)
+
+
+def _position_limit(step: FloatArray, calm: BoolArray, count_rad: float) -> float:
+    return max(_POSITION_SDS * _spread(step[calm]), _COUNTS * count_rad, 1e-9)
+
+
+def _spread(x: FloatArray) -> float:
+    """Standard deviation of steps at rest, from their most even fifth: an arm may be touched most of the time."""
+    x = x[np.isfinite(x)]
+    return quantile_of(np.abs(x), _QUIET_SHARE) / _QUIET_QUANTILE if x.size else np.inf
+
+
+def _brakes(blocks: RestBlocks, a: int, b: int) -> bool:
+    """Whether no loaded joint's drive bears its load before, or none after: brakes took it, or gave it back."""
+    reach = max(1, round(_BRAKED_S / blocks.period_s))
+    for part in (slice(max(0, a - reach - 1), max(a - 1, 1)), slice(b + 1, b + 1 + reach)):
+        load, drive = blocks.model_nm[part], blocks.model_nm[part] + blocks.torque_nm[part]
+        if load.shape[0] == 0 or not np.isfinite(drive).all():
+            continue
+        size = np.abs(load).mean(axis=0)
+        loaded = size > 0.3 * max(float(size.max()), 1e-9)
+        if (np.abs(drive.mean(axis=0)) < _BRAKED_SHARE * size)[loaded].all() and size.max() > 1.0:
+            return True
+    return False

@@ -19,7 +19,7 @@ from collaudit.core.identification.problem.identification_problem import residua
 from collaudit.core.identification.problem.identification_samples import collect
 from collaudit.core.identification.problem.left_out_parts import held_out
 from collaudit.core.identification.solved_problem import with_gains
-from collaudit.core.prepare.preparation import prepare
+from collaudit.core.prepare.preparation import calibrated, prepare
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.fixtures.simulation import SimulatedFiles
 
@@ -80,6 +80,12 @@ def test_what_was_left_out_of_a_fit_changes_nothing_of_it(made: Made) -> None:
     assert {j: f.parameters for j, f in one.fits.items()} == {j: f.parameters for j, f in two.fits.items()}
     assert one.identified is not None and whole.identified is not None
     assert one.identified.joints != whole.identified.joints, "the samples left out count in the whole fit"
+    (made,) = one.logs
+    anew = calibrated(prepared, made.calibration, config)
+    assert made.rigid_nm is not None and anew.rigid_nm is not None and whole.logs[0].rigid_nm is not None
+    np.testing.assert_allclose(made.rigid_nm, anew.rigid_nm, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(made.series.effort, anew.series.effort, rtol=1e-12, atol=1e-12)
+    assert np.abs(made.rigid_nm - whole.logs[0].rigid_nm).max() > 1e-3, "its torque is not that of the whole fit"
 
 
 def test_held_out_errors_are_those_of_fits_without_each_part(made: Made) -> None:

@@ -99,8 +99,9 @@ def test_what_a_description_lacks_is_no_scale_and_a_scale_shows_beside_it(
     scaled = [replace(log, effort=None if log.effort is None else scale * log.effort) for log in logs]
     friction = fit_logs([prepare(scaled[0], arm, config)], config, NOBODY)
     judged = audit_log(prepare(scaled[1], arm, config, Calibration.of(friction, config)), config, friction, NOBODY)
-    doubts = [f for f in judged.result.findings if f.code in ("effort-gain", "effort-scale")]
-    assert bool(doubts) == (verdict == "doubted"), doubts
+    for found in (friction.findings, judged.result.findings):
+        doubts = [f for f in found if f.code in ("effort-gain", "effort-scale")]
+        assert bool(doubts) == (verdict == "doubted"), doubts
     if verdict == "clean":
         assert judged.result.verdict == "pass", judged.result.reasons
 

@@ -13,15 +13,7 @@ from small_arm import arm_module
 from collaudit.core.logs import LogSummary
 from collaudit.core.logs.arms_in_log import arms_of
 
-ROBOT = """
-[robot]
-dh_convention = "standard"
-dh = [
-  { a = 0.4, alpha = 1.5707963267948966, mass_kg = 4.0, com_m = [-0.2, 0.0, 0.0], inertia_kg_m2 = [0.01, 0.06, 0.06, 0, 0, 0] },
-  { a = 0.3, mass_kg = 2.0, com_m = [-0.15, 0.0, 0.0], inertia_kg_m2 = [0.01, 0.02, 0.02, 0, 0, 0] },
-]
-base_rpy_deg = [90, 0, 0]
-"""  # noqa: E501
+ROBOT = arm_module().CONFIG.partition("[log.csv]")[0]
 #: How much later the second arm's messages come than the first's, ns.
 LATE = 700_000
 SIDES = ("left", "right")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from arms import dh_robot, dh_row
 from origins import log_source
+from three_joints import sines
 
 from collaudit.core.api import fit, load_config
 from collaudit.core.config.schema import Config
@@ -33,13 +34,7 @@ def config_of(scale: float) -> Config:
 def motion(seed: int, seconds: float = 60.0) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
     t = np.arange(0, seconds, 0.004)
-    q, v, a = (np.zeros((t.size, 2)) for _ in range(3))
-    for j in range(2):
-        for w, size in ((0.5 + 0.13 * j, 0.7), (1.3 + 0.2 * j, 0.35), (2.9 + 0.3 * j, 0.1)):
-            p = rng.uniform(0, 2 * np.pi)
-            q[:, j] += size * np.sin(w * t + p)
-            v[:, j] += size * w * np.cos(w * t + p)
-            a[:, j] -= size * w**2 * np.sin(w * t + p)
+    q, v, a = sines(rng, t, 2)
     config = config_of(1.0)
     whole = load_robot(config.robot, Path(), NAMES).inverse_dynamics(q, v, a)
     link = whole - ROTOR * a + 0.4  # the sensor has an offset

@@ -37,17 +37,23 @@ def arm(config: Config) -> RobotModel:
     return load_robot(config.robot, Path(), NAMES)
 
 
-def log_of(truth: RobotModel, gain: np.ndarray, seed: int = 0, seconds: float = 60.0, unit: str = "Nm") -> JointLog:
-    """Smooth motion of all joints; the torque in closed form, friction, offset, coloured and white noise."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(0, seconds, 0.008)
-    q, v, a = (np.zeros((t.size, 3)) for _ in range(3))
-    for j in range(3):
+def sines(rng: np.random.Generator, t: np.ndarray, joints: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration (n, j) of smooth motion: three sines a joint, of phases at random."""
+    q, v, a = (np.zeros((t.size, joints)) for _ in range(3))
+    for j in range(joints):
         for w, size in ((0.5 + 0.13 * j, 0.7), (1.3 + 0.2 * j, 0.35), (2.9 + 0.3 * j, 0.1)):
             p = rng.uniform(0, 2 * np.pi)
             q[:, j] += size * np.sin(w * t + p)
             v[:, j] += size * w * np.cos(w * t + p)
             a[:, j] -= size * w**2 * np.sin(w * t + p)
+    return q, v, a
+
+
+def log_of(truth: RobotModel, gain: np.ndarray, seed: int = 0, seconds: float = 60.0, unit: str = "Nm") -> JointLog:
+    """Smooth motion of all joints; the torque in closed form, friction, offset, coloured and white noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0, seconds, 0.008)
+    q, v, a = sines(rng, t, 3)
     torque = truth.inverse_dynamics(q, v, a) + COULOMB * np.sign(v) + VISCOUS * v + np.array([0.5, -0.3, 0.2])
     slow = np.cumsum(rng.standard_normal(torque.shape), axis=0)
     slow = np.apply_along_axis(lambda x: x - np.convolve(x, np.ones(125) / 125, "same"), 0, slow)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from arms import dh_robot, dh_row
 from origins import log_source
+from three_joints import sines
 
 from collaudit.core.conditioning.motor_side import at_joints
 from collaudit.core.config.schema import Config
@@ -48,13 +49,7 @@ def joint_log(truth: RobotModel, seed: int) -> JointLog:
     """Smooth motion of all joints; torque in closed form, friction of each joint, noise alike over 0.1 s."""
     rng = np.random.default_rng(seed)
     t = np.arange(0, 60.0, 0.008)
-    q, v, a = (np.zeros((t.size, 3)) for _ in range(3))
-    for j in range(3):
-        for w, size in ((0.5 + 0.13 * j, 0.7), (1.3 + 0.2 * j, 0.35), (2.9 + 0.3 * j, 0.1)):
-            p = rng.uniform(0, 2 * np.pi)
-            q[:, j] += size * np.sin(w * t + p)
-            v[:, j] += size * w * np.cos(w * t + p)
-            a[:, j] -= size * w**2 * np.sin(w * t + p)
+    q, v, a = sines(rng, t, 3)
     torque = truth.inverse_dynamics(q, v, a) + np.array([6.0, 5.0, 3.0]) * np.sign(v) + np.array([8.0, 6.0, 4.0]) * v
     noise = rng.standard_normal(torque.shape)
     torque += 0.3 * noise + np.apply_along_axis(lambda x: np.convolve(x, np.ones(12) / 12, "same"), 0, noise)

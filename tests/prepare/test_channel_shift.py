@@ -6,12 +6,10 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
-import pytest
 
 from collaudit.core.data.uniform_series import UniformSeries
 from collaudit.core.numeric.arrays import Span
 from collaudit.core.numeric.filters import differentiate, low_pass
-from collaudit.core.prepare.effort import channel_shift
 from collaudit.core.prepare.effort.channel_shift import all_known, position_velocity
 
 SEGMENTS = (Span(0, 300), Span(310, 900))
@@ -25,8 +23,7 @@ def test_velocity_of_positions_is_that_of_the_whole_table() -> None:
     np.testing.assert_array_equal(position_velocity(cast(UniformSeries, series)), plain)
 
 
-def test_known_samples_are_finite_in_every_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(channel_shift, "_PART", 64)
+def test_known_samples_are_finite_in_every_table() -> None:
     rng = np.random.default_rng(1)
     first, second = rng.normal(size=(900, 3)), rng.normal(size=(900, 2))
     first[rng.random(900) < 0.05, 1], second[rng.random(900) < 0.05, 0] = np.nan, np.inf

@@ -12,7 +12,6 @@ from collaudit.reports.plots.joint_trace import JointTrace
 from collaudit.reports.plots.svg import Panel, drawing
 
 _WIDTH, _HEIGHT = 170, 56
-_BLOCK = 65_536
 _BINS = 41
 _PIECES = 40
 _LAG_S = 0.5
@@ -29,18 +28,10 @@ def draw_histogram(trace: JointTrace, name: str, label: str) -> Markup | None:
     reach = 1.2 * trace.gamma_nm
     if not np.isfinite(reach):
         reach = float(np.abs(trace.residual_nm[known]).max()) or 1.0
-    edges = np.linspace(-reach, reach, _BINS + 1)
-    counts = np.zeros(_BINS, dtype=np.int64)
-    for start in range(0, known.size, _BLOCK):  # a block stays in the processor's cache
-        values = trace.residual_nm[start : start + _BLOCK][known[start : start + _BLOCK]]
-        bins = np.clip((values + reach) * (0.5 * _BINS / reach), 0, _BINS - 1).astype(np.intp)
-        counts += np.bincount(bins, minlength=_BINS)
+    counts, edges = np.histogram(np.clip(trace.residual_nm[known], -reach, reach), _BINS, (-reach, reach))
     panel = Panel((0, 2, _WIDTH, _HEIGHT - 4), (-reach, reach), (0.0, float(counts.max())))
-    half = 0.45 * (edges[1] - edges[0])
-    centre = (edges[:-1] + edges[1:]) / 2
-    for a, b, count in zip(centre - half, centre + half, counts, strict=True):
-        if count:
-            panel.area(np.array([a, b]), np.zeros(2), np.full(2, count), "bar-fill")
+    across, up = np.repeat(edges, 2)[1:-1], np.repeat(counts, 2).astype(np.float64)
+    panel.area(across, np.zeros(up.size), up, "bar-fill")
     if np.isfinite(trace.gamma_nm):
         for sign in (-1, 1):
             panel.moments([sign * trace.gamma_nm], "gamma")

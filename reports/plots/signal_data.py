@@ -18,7 +18,7 @@ from collaudit.reports.plots.plot_contact import model_range
 UNKNOWN = 65535
 _MOST_STEP = 60_000
 #: Steps over the range of the residual and of the torques: finer than a plot shows, and small when deflated.
-_FINE, _COARSE = 16_383, 8_191
+_FINE, _COARSE = 4_095, 1_023
 #: Samples that a window has at least, where it has so many.
 _LEAST_OF_WINDOW = 40
 

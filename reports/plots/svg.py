@@ -83,13 +83,11 @@ class Panel:
 
     def dots(self, x: Series, y: Series, kind: str) -> None:
         """Round marks: strokes without length, whose width the style gives."""
-        at = zip(self.px(x).tolist(), self.py(y).tolist(), strict=True)
-        self._path([f"M{u:.1f} {v:.1f}h0" for u, v in at], kind)
+        self._path([strokes(self.px(x), self.py(y), self.py(y))], kind)
 
     def bars(self, x: Series, low: Series, high: Series, kind: str) -> None:
         """Error bars."""
-        at = zip(self.px(x).tolist(), self.py(low).tolist(), self.py(high).tolist(), strict=True)
-        self._path([f"M{u:.1f} {v:.1f}V{w:.1f}" for u, v, w in at], kind)
+        self._path([strokes(self.px(x), self.py(low), self.py(high))], kind)
 
     def y_axis(self, label: str, count: int = 4) -> None:
         """Ticks and grid at the left, and what the axis shows above the panel."""
@@ -114,8 +112,8 @@ class Panel:
         self.frame.append(str(end.format(round(left + width), round(base + 30), label)))
 
     def _path(self, pieces: Sequence[str], kind: str) -> None:
-        if pieces:
-            self.marks.append(f'<path class="{kind}" d="{"".join(pieces)}"/>')
+        if path := "".join(pieces):
+            self.marks.append(f'<path class="{kind}" d="{path}"/>')
 
 
 def drawing(

@@ -8,6 +8,9 @@ from collaudit.reports.sections.section import Section
 from collaudit.reports.values.numbers import interval, significant
 from collaudit.reports.values.words import NONE, effort_unit, parameter_meaning, parameter_unit, speed_unit
 
+#: Points of a joint that the page lists one by one.
+_MOST_POINTS = 40
+
 
 def friction_sections(fit: FrictionFit) -> tuple[Section, ...]:
     """Every table behind a joint's curve; long ones are folded."""
@@ -59,11 +62,14 @@ def _number(value: float | None, digits: int = 3) -> str:
 
 
 def _points(fit: FrictionFit) -> Section:
+    """A line a point; of more than one reads, the plot shows them and friction.json lists them."""
     all_disturbed = all(point.others_moving for point in fit.points)
     rows = tuple(_point(point, all_disturbed) for point in fit.points)
+    if len(rows) > _MOST_POINTS:
+        rows = ((f"{len(rows)} points: in the plot and in friction.json", "", "", "", ""),)
     torque, speed = effort_unit(fit), speed_unit(fit)
     head = (f"speed, {speed}", f"friction, {torque}", "standard error", "spread (sd)", "way")
-    return Section(f"{len(rows)} friction points", head, rows, _points_notes(fit, all_disturbed), folded=True)
+    return Section(f"{len(fit.points)} friction points", head, rows, _points_notes(fit, all_disturbed), folded=True)
 
 
 def _point(point: FrictionPoint, all_disturbed: bool) -> tuple[str, ...]:

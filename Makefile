@@ -13,7 +13,7 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 
 # Nothing of the caller's environment may leak into ours.
-unexport PYTHONPATH PYTHONHOME PIP_TARGET PIP_PREFIX PIP_USER VIRTUAL_ENV
+unexport PYTHONDONTWRITEBYTECODE PYTHONPATH PYTHONHOME PIP_TARGET PIP_PREFIX PIP_USER VIRTUAL_ENV
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_NO_INPUT := 1
 
@@ -147,6 +147,6 @@ $(TEST)/.wheel: $(TEST)/.made $(SETUP) $(SOURCES) README.md LICENSE
 	$(TEST)/bin/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
 	@if [ -n "$(LOCK)" ]; then $(TEST)/bin/python -m pip install --quiet --require-hashes -r $(LOCK); fi
 	wheel=$$(ls build/wheel/collaudit-*.whl); \
-		$(TEST)/bin/python -m pip install --quiet "$$wheel[test]"; \
+		$(TEST)/bin/python -m pip install --quiet --no-compile "$$wheel[test]"; \
 		$(TEST)/bin/python -m pip install --quiet --no-deps --force-reinstall "$$wheel"
 	touch $@

@@ -655,7 +655,7 @@ KINDS: dict[str, Kind] = {
         setting="policy.max_disturbed_at_rest",
     ),
     "phases-unknown": Kind(
-        "No phases were given; the whole log is one free phase.",
+        "When contact is intended is not known, or not of every stretch of the log.",
         'State phases in [phases] or [log] phase_topic, or set [phases] find = "wrench".',
         _EXCLUDES,
     ),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from collaudit.core.config.schema import PhasesConfig
 from collaudit.core.data.audit_result import Phase, PhaseSpan
 from collaudit.core.data.joint_log import Annotation
-from collaudit.core.findings import Finding
+from collaudit.core.findings import Finding, fact
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 
@@ -150,8 +150,7 @@ def phase_findings(
     findings = _outside(time_s, config)
     if not configured(config) and not stated:
         if not labels.any():
-            text = "No phases are configured ([phases]); the whole log is judged as free motion."
-            findings.append(Finding("phases-unknown", "info", text))
+            findings.append(fact("No phases are configured ([phases]); the whole log is judged as free motion."))
         else:
             count = run_bounds(contact_mask(labels))[0].size
             text = (

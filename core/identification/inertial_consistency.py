@@ -7,10 +7,9 @@ definite (Wensing, Kim and Slotine, IEEE Robot. Autom. Lett. 3, 2018), a convex 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
-from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 
@@ -43,9 +42,6 @@ def is_consistent(ten: FloatArray) -> bool:
 def make_consistent(best: FloatArray, hessian: FloatArray, free: BoolArray, bodies: int) -> Consistent:
     """The possible parameters closest to the best ones, in the metric of what the data and the prior know.
 
-    A semidefinite programme, with the extra ``collaudit[identify]``. Without it impossible bodies stay as the data
-    put them, which is said: any cheaper repair would move masses away from the data and out of their intervals.
-
     Args:
         best: (m,) the unconstrained solution: inertials (10 a body), then others that need no check.
         hessian: (f, f) precision of the free unknowns.
@@ -57,37 +53,44 @@ def make_consistent(best: FloatArray, hessian: FloatArray, free: BoolArray, bodi
     if not wrong:
         return Consistent(best[free], True, "the solution is physically consistent by itself")
     count = f"{len(wrong)} {'body' if len(wrong) == 1 else 'bodies'}"
-    try:
-        found = _programme(best, hessian, free, checked)
-    except ModuleNotFoundError:
-        how = f'{count} of the solution cannot exist; pip install "collaudit[identify]" for the closest that can'
-        return Consistent(best[free], False, how)
+    found = _programme(best, hessian, free, checked)
     if found is None:
         return Consistent(best[free], False, f"{count} of the solution cannot exist; the convex solver found no other")
     return Consistent(found, True, f"{count} held to what is possible by a semidefinite programme")
 
 
 def _programme(best: FloatArray, hessian: FloatArray, free: BoolArray, checked: list[int]) -> FloatArray | None:
-    """Closest possible parameters; None when the solver gives up."""
-    solver: Any = import_module("cvxpy")
+    """Closest possible parameters; None when the solver gives up.
 
-    index = np.flatnonzero(free)
+    With x = best + W z and W Wᵀ = H⁻¹, minimise |z|² such that each body's pseudo-inertia less a margin is positive
+    semidefinite, in Clarabel's form: A z + s = b, s a stack of triangles of positive semidefinite matrices.
+    """
+    import clarabel
+
     values, vectors = np.linalg.eigh(hessian)
-    root = np.sqrt(np.maximum(values, 1e-12))[:, None] * vectors.T
-    scale = float(np.linalg.norm(root, 2))
-    unknown = solver.Variable(index.size)
-    place = {int(i): n for n, i in enumerate(index)}
-    constraints = []
+    root = vectors / np.sqrt(np.maximum(values, 1e-12))
+    to_pseudo = np.stack([_triangle(pseudo_inertia(unit)) for unit in np.eye(10)], axis=1)
+    moved = np.zeros((best.size, root.shape[1]))
+    moved[free] = root
+    parts, bounds = [], []
     for k in checked:
-        ten = [unknown[place[i]] if i in place else float(best[i]) for i in range(10 * k, 10 * k + 10)]
-        mass, x, y, z, xx, xy, yy, xz, yz, zz = ten
-        half = 0.5 * (xx + yy + zz)
-        rows = [[half - xx, -xy, -xz, x], [-xy, half - yy, -yz, y], [-xz, -yz, half - zz, z], [x, y, z, mass]]
-        size = max(float(np.trace(pseudo_inertia(best[10 * k : 10 * k + 10]))), 1e-3)
-        constraints.append(solver.bmat(rows) >> _MARGIN * size * np.eye(4))
-    objective = solver.Minimize(solver.sum_squares((root / scale) @ (unknown - best[free])))
-    problem = solver.Problem(objective, constraints)
-    problem.solve(solver="CLARABEL")
-    if problem.status not in ("optimal", "optimal_inaccurate") or unknown.value is None:
+        own = slice(10 * k, 10 * k + 10)
+        pseudo = pseudo_inertia(best[own])
+        size = max(float(np.trace(pseudo)), 1e-3)
+        parts.append(-to_pseudo @ moved[own] / size)
+        bounds.append(_triangle(pseudo / size - _MARGIN * np.eye(4)))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    unknowns, cones = root.shape[1], [clarabel.PSDTriangleConeT(4)] * len(checked)
+    matrix, bound = csc_matrix(np.vstack(parts)), np.concatenate(bounds)
+    solver = clarabel.DefaultSolver(csc_matrix(np.eye(unknowns)), np.zeros(unknowns), matrix, bound, cones, settings)
+    solution = solver.solve()
+    if solution.status not in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
         return None
-    return np.asarray(unknown.value)
+    return np.asarray(best[free] + root @ np.array(solution.x))
+
+
+def _triangle(matrix: FloatArray) -> FloatArray:
+    """(10,) upper triangle of a symmetric (4, 4) matrix, column by column, off its diagonal times √2: an isometry."""
+    column, row = np.tril_indices(4)
+    return np.asarray(matrix[row, column] * np.where(row == column, 1.0, np.sqrt(2.0)))

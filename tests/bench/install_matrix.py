@@ -18,7 +18,7 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[2]
 PYTHONS = ("3.11", "3.12", "3.13")
-EXTRAS = ("identify", "mat73")
+EXTRAS = ("mat73",)
 
 
 def requirements() -> list[str]:

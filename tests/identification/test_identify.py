@@ -229,19 +229,6 @@ def test_impossible_bodies_are_replaced_by_the_closest_possible() -> None:
             assert cost(near.free) <= cost(near.free + 0.01 * (other - near.free)) * (1 + 1e-6)
 
 
-def test_without_the_solver_impossible_bodies_are_kept_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    _, best, hessian, free = impossible()
-
-    def absent(_: str) -> None:
-        raise ModuleNotFoundError
-
-    monkeypatch.setattr(inertial_consistency, "import_module", absent)
-    kept = inertial_consistency.make_consistent(best, hessian, free, 1)
-    assert not kept.consistent
-    assert kept.free == pytest.approx(best)
-    assert "collaudit[identify]" in kept.how
-
-
 def test_friction_is_read_off_any_motion() -> None:
     config = settings()
     log = prepared_log(config, arm(config))

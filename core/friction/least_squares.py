@@ -18,7 +18,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _COARSE = 161
 _DENSE = 121
-_ZOOMS = 3  # grids of a search, each over two steps of the one before
+_FINE, _ZOOMS = 33, 3  # of a search after the coarse grid: grids over two steps of the one before
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
 _FLAT = 1e-13  # diagonal element of a triangle of columns of length one: the column is gone in rounding
 _REACH = 5.0  # standard errors of C to either side of the best
@@ -188,13 +188,12 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
 
 
 def best_rate(points: Points, law: SeparableLaw) -> float:
-    """The C of least squares, to 5e-6 of itself: by a grid, and finer ones about its minimum."""
-    low, high = np.log(search_range(points))
+    """The C of least squares, to 1e-5 of itself: by a grid, and finer ones about its minimum."""
+    grid = _coarse_rates(*search_range(points))
     for _ in range(_ZOOMS):
-        grid = np.linspace(low, high, _COARSE)
-        k = int(np.argmin(sums_along(points, law, np.exp(grid))))
-        low, high = grid[max(k - 1, 0)], grid[min(k + 1, _COARSE - 1)]
-    return float(np.exp(grid[k]))
+        k = int(np.argmin(sums_along(points, law, grid)))
+        grid = np.geomspace(grid[max(k - 1, 0)], grid[min(k + 1, grid.size - 1)], _FINE)
+    return float(grid[int(np.argmin(sums_along(points, law, grid)))])
 
 
 def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from collaudit.core.friction.sections import SectionSet
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
-from collaudit.core.identification.solved_problem import Samples
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated
@@ -35,7 +35,8 @@ class ArmFit:
         fits: friction by joint.
         findings: on the coupled axes.
         sections: of each log, its constant speeds.
-        samples: what drives, inertials and tool were identified from; None where only friction was fitted.
+        samples: some of what drives, inertials and tool were identified from, for fits without a part of them; None
+            where only friction was fitted.
     """
 
     logs: tuple[Prepared, ...]
@@ -76,6 +77,7 @@ def fit_arm(
     if known is None:
         samples = Samples.of(seen(whole), config) if taken.estimate else None
         identified = None if samples is None else identify(seen(whole), config, taken, samples)
+        samples = None if samples is None else samples.at_most(MOST_HELD_OUT)
     else:
         samples = known.samples
         identified = None if samples is None else identify_values(seen(whole), config, taken, samples)

@@ -155,13 +155,16 @@ def _free(data: ls.Points, law: SeparableLaw) -> int:
 
 
 def _excess(data: ls.Points, law: SeparableLaw) -> Callable[[float], float]:
-    """Chi-square of a law less its degrees of freedom, as a function of the common variance: it falls."""
+    """By what share of itself chi-square of a law exceeds its degrees of freedom, by the common variance.
+
+    It falls, and along a straight line where all points have one standard deviation.
+    """
     c = ls.best_rate(data, law) if law.rate is not None else 0.0
     columns, freedom = data.raw(law, c), max(1, data.n - _free(data, law))
 
     def excess(variance: float) -> float:
         weighed = data.with_sd(np.sqrt(data.sd**2 + variance))
-        return ls.sum_squares_of(weighed.weighted(columns), weighed.target) - freedom
+        return 1.0 - freedom / max(ls.sum_squares_of(weighed.weighted(columns), weighed.target), 1e-300)
 
     return excess
 

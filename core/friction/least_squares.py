@@ -18,7 +18,7 @@ from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _COARSE = 161
 _DENSE = 121
-_FINE, _ZOOMS = 33, 3  # of a search after the coarse grid: grids over two steps of the one before
+_FINE = 33  # of a search: over two steps of the coarse grid
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
 _FLAT = 1e-13  # diagonal element of a triangle of columns of length one: the column is gone in rounding
 _REACH = 5.0  # standard errors of C to either side of the best
@@ -188,12 +188,17 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
 
 
 def best_rate(points: Points, law: SeparableLaw) -> float:
-    """The C of least squares, to 1e-5 of itself: by a grid, and finer ones about its minimum."""
-    grid = _coarse_rates(*search_range(points))
-    for _ in range(_ZOOMS):
-        k = int(np.argmin(sums_along(points, law, grid)))
-        grid = np.geomspace(grid[max(k - 1, 0)], grid[min(k + 1, grid.size - 1)], _FINE)
-    return float(grid[int(np.argmin(sums_along(points, law, grid)))])
+    """The C of least squares, to 1e-5 of itself: a grid, a finer one about its minimum, and there a parabola."""
+    coarse = _coarse_rates(*search_range(points))
+    k = int(np.argmin(sums_along(points, law, coarse)))
+    fine = np.geomspace(coarse[max(k - 1, 0)], coarse[min(k + 1, _COARSE - 1)], _FINE)
+    sums = sums_along(points, law, fine)
+    k = int(np.argmin(sums))
+    if not 0 < k < _FINE - 1:
+        return float(fine[k])
+    before, least, after = sums[k - 1 : k + 2] - sums[k]
+    bend = before - 2.0 * least + after
+    return float(fine[k] * (fine[1] / fine[0]) ** (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
 
 
 def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArray:

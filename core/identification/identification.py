@@ -30,8 +30,6 @@ from collaudit.core.prepare.prepared import Prepared
 
 #: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.
 _WORSE = 1.05
-#: Samples of a held-out fit: errors within a tenth of a second are alike, so more would not make its values better.
-_MOST_HELD_OUT = 5000
 
 
 def identify(
@@ -109,7 +107,7 @@ def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candida
         taken: what is identified.
         samples: of the whole logs.
     """
-    found = solved(prepared, samples.seen_in(prepared, _MOST_HELD_OUT), config, taken)
+    found = solved(prepared, samples.seen_in(prepared), config, taken)
     motion = found.terms.motion
     return Identified(
         estimate=("friction", *taken.estimate),

@@ -24,14 +24,12 @@ from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS,
 from collaudit.core.identification.problem.nuisance import OFFSET
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.identification.problem.standard_errors import StandardErrors, standard_errors
-from collaudit.core.identification.solved_problem import Solved
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, Solved
 from collaudit.core.identification.tool_estimate import identified_tool
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
 from collaudit.core.robot.robot_model import RobotModel
 
-#: Samples that tell held-out errors: those within a fifth of a second are alike.
-_MOST_HELD_OUT = 5000
 _CONTRADICT = 2.0  # half widths of a 95 % interval, of the difference
 
 
@@ -56,9 +54,8 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
     bare = terms_of(motion, job.terms.regressor, file_only)
     moving = motion.moving
     rms = [rms_of(rest, moving) for rest in (residual(bare, solve(bare, file_only)), residual(job.terms, job.solution))]
-    step = max(1, motion.count // _MOST_HELD_OUT)
-    some = motion.thinned(step), job.terms.regressor[::step]
-    out = [_held_out(terms_of(*some, unknowns), unknowns) for unknowns in (file_only, job.unknowns)]
+    some = Samples(motion, job.terms.regressor).at_most(MOST_HELD_OUT)
+    out = [_held_out(terms_of(some.motion, some.regressor, each), each) for each in (file_only, job.unknowns)]
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
         drive = drive_of(job, j)

@@ -18,6 +18,9 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
+#: Samples of held-out fits: errors within a tenth of a second are alike, so more would not make their values better.
+MOST_HELD_OUT = 5000
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solved:
@@ -48,10 +51,14 @@ class Samples:
         regressor = prepared[0].robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
         return cls(motion, regressor)
 
-    def seen_in(self, prepared: Sequence[Prepared], most: int) -> Samples:
-        """So many of them at most, with the effort of the same logs, of which some may be unknown now."""
+    def at_most(self, most: int) -> Samples:
+        """So many of them, evenly."""
         step = max(1, -(-self.motion.count // most))
-        return Samples(self.motion.thinned(step).with_effort_of(prepared), self.regressor[::step])
+        return Samples(self.motion.thinned(step), self.regressor[::step].copy())
+
+    def seen_in(self, prepared: Sequence[Prepared]) -> Samples:
+        """The same with the effort of the same logs, of which some may be unknown now."""
+        return replace(self, motion=self.motion.with_effort_of(prepared))
 
 
 def solved(prepared: Sequence[Prepared], samples: Samples, config: Config, taken: Candidate) -> Solved:

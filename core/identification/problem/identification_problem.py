@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.nuisance import projector
+from collaudit.core.identification.problem.nuisance import generalised_inverse
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
@@ -189,7 +189,8 @@ def _fit_nuisance(terms: Terms, state: State) -> None:
     for j in range(rest.shape[1]):
         weight, columns = state.weight[:, j], terms.nuisance[j]
         if np.count_nonzero(weight) >= 4:
-            state.nuisance[j] += projector(columns, weight) @ (columns.T @ (weight * rest[:, j]))
+            weighed = columns * weight[:, None]
+            state.nuisance[j] += generalised_inverse(weighed.T @ columns) @ (weighed.T @ rest[:, j])
 
 
 def reweigh(terms: Terms, state: State) -> None:
@@ -247,12 +248,12 @@ def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, Fl
     for j in weighted_joints(state):
         root = np.sqrt(state.weight[:, j]) / state.sigma[j]
         place, columns = jacobian(terms, state, j, free, rest[:, j], root)
-        others, target = terms.nuisance[j] * root[:, None], rest[:, j] * root
-        shared = others.T @ columns
-        inverse, own = projector(terms.nuisance[j], state.weight[:, j] / state.sigma[j] ** 2), others.T @ target
-        friction.append(_Projected(j, place, inverse @ own, inverse @ shared))
-        gradient[place] += columns.T @ target - shared.T @ friction[-1].alone
-        data[np.ix_(place, place)] += columns.T @ columns - shared.T @ friction[-1].onto
+        every = np.column_stack([columns, terms.nuisance[j] * root[:, None], rest[:, j] * root])
+        products, count = every.T @ every, place.size
+        shared, inverse = products[count:-1, :count], generalised_inverse(products[count:-1, count:-1])
+        friction.append(_Projected(j, place, inverse @ products[count:-1, -1], inverse @ shared))
+        gradient[place] += products[:count, -1] - shared.T @ friction[-1].alone
+        data[np.ix_(place, place)] += products[:count, :count] - shared.T @ friction[-1].onto
     return gradient, data, friction
 
 

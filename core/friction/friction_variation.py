@@ -129,7 +129,7 @@ def _normal_equations(
 def _without_each(squares: FloatArray, products: FloatArray) -> FloatArray:
     """(c,) coefficient of the first column without each cluster: its share is taken off the sums of all."""
     inverse = _inverse(squares.sum(axis=0) - squares)
-    return np.einsum("ck,ck->c", inverse[:, 0], products.sum(axis=0) - products)
+    return np.asarray(np.einsum("ck,ck->c", inverse[:, 0], products.sum(axis=0) - products))
 
 
 def _inverse(square: FloatArray) -> FloatArray:

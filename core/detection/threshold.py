@@ -137,12 +137,17 @@ def learn_dynamic(
 
 def dynamic_shape(size_nm: FloatArray, columns: FloatArray) -> FloatArray:
     """(3,) non-negative least-squares fit of |residual| (n,) on columns (n, 3) of 1, |v| and |a|."""
-    gram = columns.T @ columns
-    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(3))  # the same minimum from three rows
-    right: FloatArray = np.asarray(np.linalg.solve(root, columns.T @ size_nm), dtype=np.float64)
-    shape = scipy.optimize.nnls(root.T, right)[0]
+    shape = non_negative_fit(columns, size_nm)
     shape[0] = max(shape[0], _LEAST_BASE * float(np.mean(size_nm)))
     return np.asarray(shape)
+
+
+def non_negative_fit(columns: FloatArray, target: FloatArray) -> FloatArray:
+    """(k,) non-negative least-squares fit of columns (n, k) to (n,), of very many rows: by their normal equations."""
+    gram = columns.T @ columns
+    root = np.linalg.cholesky(gram + _RIDGE * np.trace(gram) * np.eye(len(gram)))  # the same minimum from k rows
+    right: FloatArray = np.asarray(np.linalg.solve(root, columns.T @ target), dtype=np.float64)
+    return np.asarray(scipy.optimize.nnls(root.T, right)[0])
 
 
 def pooled_dynamic(laws: Sequence[DynamicThreshold | None]) -> DynamicThreshold | None:

@@ -17,6 +17,7 @@ from collaudit.core.friction.sections import SectionSet
 from collaudit.core.identification.candidates import Candidate
 from collaudit.core.identification.coupled_axes import fit_coupled
 from collaudit.core.identification.identification import identify, identify_values
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples
 from collaudit.core.numeric.arrays import BoolArray
 from collaudit.core.numeric.stage_progress import Progress, stage
 from collaudit.core.prepare.preparation import calibrated, recalibrated
@@ -34,6 +35,8 @@ class ArmFit:
         fits: friction by joint.
         findings: on the coupled axes.
         sections: of each log, its constant speeds.
+        samples: some of what drives, inertials and tool were identified from, for fits without a part of them; None
+            where only friction was fitted.
     """
 
     logs: tuple[Prepared, ...]
@@ -42,6 +45,7 @@ class ArmFit:
     fits: Mapping[str, FrictionFit]
     findings: tuple[Finding, ...]
     sections: tuple[SectionSet, ...]
+    samples: Samples | None
 
 
 def fit_arm(
@@ -70,7 +74,13 @@ def fit_arm(
 
     whole = list(logs)
     again = calibrated if known is None else recalibrated
-    identified = (identify if known is None else identify_values)(seen(whole), config, taken)
+    if known is None:
+        samples = Samples.of(seen(whole), config) if taken.estimate else None
+        identified = None if samples is None else identify(seen(whole), config, taken, samples)
+        samples = None if samples is None else samples.at_most(MOST_HELD_OUT)
+    else:
+        samples = known.samples
+        identified = None if samples is None else identify_values(seen(whole), config, taken, samples)
     if identified is not None:
         starts = whole if known is None else known.logs
         drives = [replace(log.calibration, identified=identified, tool=None, coupled={}) for log in starts]
@@ -87,7 +97,7 @@ def fit_arm(
     else:
         sections = list(known.sections)
         fits = refit_joints(seen(whole), known.fits, sections, config)
-    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings), tuple(sections))
+    return ArmFit(tuple(whole), identified, coupled, fits, tuple(findings), tuple(sections), samples)
 
 
 def _has_no_gain(joint: str, logs: Sequence[Prepared], identified: Identified | None) -> bool:

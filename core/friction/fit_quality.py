@@ -98,8 +98,20 @@ def with_scatter(points: ls.Points, weight: FloatArray) -> ls.Points:
 
 def _common_variance(data: ls.Points) -> tuple[float, SeparableLaw]:
     """The variance that the points need about the law that needs least, and that law."""
-    needed = [(_variance_needed(data, law), law) for law in _flexible(data) or [LINE]]
-    return min(needed, key=lambda found: found[0])
+    laws = _flexible(data) or [LINE]
+    least, found = _variance_needed(_excess(data, laws[0]), _top(data)), laws[0]
+    for law in laws[1:]:
+        if least == 0.0:
+            break
+        excess = _excess(data, law)
+        if excess(least) < 0.0:  # as it falls, it is zero at less
+            least, found = _variance_needed(excess, _top(data)), law
+    return least, found
+
+
+def _top(data: ls.Points) -> float:
+    """More variance than points can need."""
+    return float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
 
 
 def _variance_beside(pairs: ls.Points, rest: ls.Points, law: SeparableLaw) -> float:
@@ -142,27 +154,28 @@ def _free(data: ls.Points, law: SeparableLaw) -> int:
     return len(law.symbols) + (data.offset is not None and not law.directional)
 
 
-def _excess(data: ls.Points, law: SeparableLaw, c: float) -> Callable[[float], float]:
-    """Chi-square of a law at a rate less its degrees of freedom, as a function of the common variance: it falls."""
+def _excess(data: ls.Points, law: SeparableLaw) -> Callable[[float], float]:
+    """By what share of itself chi-square of a law exceeds its degrees of freedom, by the common variance.
+
+    It falls, and along a straight line where all points have one standard deviation.
+    """
+    c = ls.best_rate(data, law) if law.rate is not None else 0.0
     columns, freedom = data.raw(law, c), max(1, data.n - _free(data, law))
 
     def excess(variance: float) -> float:
         weighed = data.with_sd(np.sqrt(data.sd**2 + variance))
-        return ls.sum_squares_of(weighed.weighted(columns), weighed.target) - freedom
+        return 1.0 - freedom / max(ls.sum_squares_of(weighed.weighted(columns), weighed.target), 1e-300)
 
     return excess
 
 
-def _variance_needed(data: ls.Points, law: SeparableLaw) -> float:
-    """Common variance that brings a law's chi-square down to its degrees of freedom; 0 where it is there already."""
-    c = ls.best_rate(data, law) if law.rate is not None else 0.0
-    excess = _excess(data, law, c)
-    top = float(np.var(data.friction)) + float(np.max(data.sd)) ** 2
+def _variance_needed(excess: Callable[[float], float], top: float) -> float:
+    """Common variance that brings chi-square down to its degrees of freedom; 0 where it is there already."""
     if excess(0.0) <= 0:
         return 0.0
     if excess(top) >= 0:
         return top
-    return float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top))
+    return float(scipy.optimize.brentq(excess, 0.0, top, xtol=1e-12 * top, rtol=1e-6))
 
 
 def robust_weights(data: ls.Points, method: str) -> FloatArray:

@@ -186,6 +186,8 @@ def corrected_laws(
 
 
 _STEP = 1e-4
+#: Speeds at which the doubt above the fastest fitted one is computed; between them it is a straight line.
+_SPEEDS_BEYOND = 1000
 #: Time, s, and strokes that tell how friction goes on above the fastest fitted speed.
 _TOLD_S, _TOLD_STROKES = 2.0, 4
 
@@ -200,16 +202,16 @@ def extrapolation_doubt(law: FrictionModel, velocity: FloatArray) -> FloatArray:
         law: the fitted law.
         velocity: (n,) of the joint.
     """
-    out = np.zeros(velocity.shape)
-    fastest = law.speed_range[1]
-    with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero(np.abs(velocity) > fastest)
-    if rows.size == 0:
-        return out
-    v = velocity[rows]
-    edge = fastest * np.sign(v)
-    growth = np.abs(law.torque(v) - law.torque(edge))
-    out[rows] = growth + np.maximum(half_width(law, v) - half_width(law, edge), 0.0)
+    out, fastest = np.zeros(velocity.shape), law.speed_range[1]
+    for way in (1.0, -1.0):
+        with np.errstate(invalid="ignore"):
+            rows = np.flatnonzero(way * velocity > fastest)
+        if rows.size == 0:
+            continue
+        speed = np.abs(velocity[rows])
+        seen = np.linspace(fastest, float(speed.max()), _SPEEDS_BEYOND)
+        friction, half = law.torque(way * seen), half_width(law, way * seen)
+        out[rows] = np.interp(speed, seen, np.abs(friction - friction[0]) + np.maximum(half - half[0], 0.0))
     return out
 
 

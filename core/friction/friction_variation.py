@@ -93,26 +93,43 @@ def jackknifed(
     power = float(column @ column)
     if not power > 0:
         return None
+    squares, products = _normal_equations(column, target, others, cluster)
+    inverse, total = _inverse(squares.sum(axis=0)), products.sum(axis=0)
+    own = 1.0 / inverse[0, 0] if inverse[0, 0] > 0 else 0.0  # what the others leave of the column
+    if own < _SHARE_LEFT:
+        return None
+    without = _without_each(squares, products)
+    share = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
+    freedom = max(1.0, float(share.sum() ** 2 / (share @ share)) - 1.0)
+    scatter = (len(squares) - 1) / len(squares) * float(np.sum((without - without.mean()) ** 2))
+    slope = float(inverse[0] @ total)
+    half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(scatter))
+    size = float(np.sqrt(power))
+    return slope / size, ((slope - half) / size, (slope + half) / size)
+
+
+def held_out_slopes(column: FloatArray, target: FloatArray, others: FloatArray, fold: IntArray) -> FloatArray:
+    """(f,) coefficient of one column beside others by the samples that are not of each fold; as :func:`jackknifed`."""
+    squares, products = _normal_equations(column, target, others, fold)
+    return _without_each(squares, products) / max(float(np.linalg.norm(column)), 1e-300)
+
+
+def _normal_equations(
+    column: FloatArray, target: FloatArray, others: FloatArray, cluster: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """(c, k, k) and (c, k) of each cluster, of columns of length one; the column that is asked for is the first."""
     columns = np.column_stack([column, others])
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     order = np.argsort(cluster, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
     squares = np.array([columns[rows].T @ columns[rows] for rows in parts])
-    products = np.array([columns[rows].T @ target[rows] for rows in parts])
-    inverse, total = _inverse(squares.sum(axis=0)), products.sum(axis=0)
-    own = 1.0 / inverse[0, 0] if inverse[0, 0] > 0 else 0.0  # what the others leave of the column
-    if own < _SHARE_LEFT:
-        return None
-    without = np.array(
-        [(i @ (total - p))[0] for i, p in zip(_inverse(squares.sum(axis=0) - squares), products, strict=True)]
-    )
-    share = np.einsum("i,cij,j->c", inverse[0] * own, squares, inverse[0] * own)
-    freedom = max(1.0, float(share.sum() ** 2 / (share @ share)) - 1.0)
-    scatter = (len(parts) - 1) / len(parts) * float(np.sum((without - without.mean()) ** 2))
-    slope = float(inverse[0] @ total)
-    half = float(student_quantile(freedom, 0.975)) * float(np.sqrt(scatter))
-    size = float(np.sqrt(power))
-    return slope / size, ((slope - half) / size, (slope + half) / size)
+    return squares, np.array([columns[rows].T @ target[rows] for rows in parts])
+
+
+def _without_each(squares: FloatArray, products: FloatArray) -> FloatArray:
+    """(c,) coefficient of the first column without each cluster: its share is taken off the sums of all."""
+    inverse = _inverse(squares.sum(axis=0) - squares)
+    return np.asarray(np.einsum("ck,ck->c", inverse[:, 0], products.sum(axis=0) - products))
 
 
 def _inverse(square: FloatArray) -> FloatArray:

@@ -129,14 +129,16 @@ def _fit_joint(
     robot = next(p.robot for p in prepared if joint in p.judged)
     column = robot.joint_names.index(joint)
     units = FrictionUnits.of(robot.joint_types[column], prepared[0].series.effort_unit)
-    fit = _fitted(points, units, config)
-    if config.fit.motion != "sections":
-        torque = _in_torque_units(prepared, joint)
-        wanted = config.fit.motion == "any" or fit.model is None
-        direct = bool(torque) and all(sensed(p, joint) for p in torque)
-        if direct or wanted or any_motion_tells_more(points, loose, moving_speeds(prepared, joint)):
-            other = _fitted([*loose, *beyond(loose, points)], units, config)
-            fit = fit if other.model is None else replace(other, motion="sensors" if direct else "any")
+    torque = _in_torque_units(prepared, joint)
+    direct = bool(torque) and all(sensed(p, joint) for p in torque)
+    any_first = config.fit.motion != "sections" and (
+        config.fit.motion == "any" or direct or any_motion_tells_more(points, loose, moving_speeds(prepared, joint))
+    )
+    fit = None if any_first else _fitted(points, units, config)
+    if any_first or (config.fit.motion != "sections" and fit is not None and fit.model is None):
+        other = _fitted([*loose, *beyond(loose, points)], units, config)
+        fit = fit if other.model is None else replace(other, motion="sensors" if direct else "any")
+    fit = _fitted(points, units, config) if fit is None else fit
     rated = float(robot.effort_limit_nm[column])
     share = fit.rmse_nm / rated if fit.rmse_nm is not None and rated > 0 and units.effort != "raw" else None
     lost = dict(rejected[joint].most_common())

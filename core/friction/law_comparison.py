@@ -84,9 +84,11 @@ def _predict_separable(train: ls.Points, test: ls.Points, law: SeparableLaw) -> 
         return None
     c = ls.best_rate(train, law) if law.rate is not None else 0.0
     design = train.design(law, c)
-    if np.linalg.matrix_rank(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300)) < design.shape[1]:
+    scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
+    scaled, _, rank, _ = np.linalg.lstsq(design / scale, train.target, rcond=None)
+    if rank < design.shape[1]:
         return None
-    estimate = ls.estimate_of(design, train.target)
+    estimate = scaled / scale
     held = [k for k in law.viscous_columns if estimate[k] < 0]
     if held:
         free = np.delete(np.arange(design.shape[1]), held)

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import scipy
 
 from collaudit.core.friction_laws.friction_law import SeparableLaw
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 
 _COARSE = 161
 _DENSE = 121
+_FINE = 33  # of a search: over two steps of the coarse grid
 _UNBOUNDED = 1e300  # a variance without bound, still finite: a weight of 0 takes it out, where 0 times infinity is none
 _FLAT = 1e-13  # diagonal element of a triangle of columns of length one: the column is gone in rounding
 _REACH = 5.0  # standard errors of C to either side of the best
@@ -188,17 +188,39 @@ def profile(points: Points, law: SeparableLaw) -> Profile:
 
 
 def best_rate(points: Points, law: SeparableLaw) -> float:
-    """The C of least squares, by a grid and a bounded search about its minimum."""
-    grid = _coarse_rates(*search_range(points))
-    k = int(np.argmin(_decomposed(points, law, grid)[3]))
-    low, high = np.log(grid[max(k - 1, 0)]), np.log(grid[min(k + 1, _COARSE - 1)])
-    target = points.target
+    """The C of least squares, to 1e-5 of itself: a grid, a finer one about its minimum, and there a parabola."""
+    coarse = _coarse_rates(*search_range(points))
+    k = int(np.argmin(sums_along(points, law, coarse)))
+    fine = np.geomspace(coarse[max(k - 1, 0)], coarse[min(k + 1, _COARSE - 1)], _FINE)
+    sums = sums_along(points, law, fine)
+    k = int(np.argmin(sums))
+    if not 0 < k < _FINE - 1:
+        return float(fine[k])
+    before, least, after = sums[k - 1 : k + 2] - sums[k]
+    bend = before - 2.0 * least + after
+    return float(fine[k] * (fine[1] / fine[0]) ** (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
 
-    def sum_squares(x: float) -> float:
-        return sum_squares_of(points.design(law, float(np.exp(x))), target)
 
-    found = scipy.optimize.minimize_scalar(sum_squares, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
-    return float(np.exp(found.x))
+def sums_along(points: Points, law: SeparableLaw, rates: FloatArray) -> FloatArray:
+    """(m,) sums of squares at (m,) rates: columns that no rate changes are taken out of all else first.
+
+    (Frisch and Waugh, Econometrica 1, 1933.) Where two columns have the rate, one is taken out of the other alike.
+    """
+    shape = law.shape(points.speed, points.direction, rates[:, None])
+    offset = [] if points.offset is None or law.directional else [points.offset]
+    still = [column for column in (*shape, *offset) if column.ndim == 1]
+    basis = np.linalg.qr(points.weighted(np.reshape(still, (len(still), points.n)).T))[0]
+    fading = points.weighted(np.stack([column for column in shape if column.ndim == 2], axis=-1))
+    rest, taken = points.target - basis @ (basis.T @ points.target), list[FloatArray]()
+    rest = np.broadcast_to(rest, (rates.size, points.n))
+    for k in range(fading.shape[2]):
+        column = fading[:, :, k] - (fading[:, :, k] @ basis) @ basis.T
+        for other in taken:
+            column = column - other * np.sum(column * other, axis=1, keepdims=True)
+        size = np.linalg.norm(column, axis=1, keepdims=True)
+        taken.append(np.divide(column, size, out=np.zeros_like(column), where=size > _FLAT))
+        rest = rest - taken[-1] * np.sum(taken[-1] * rest, axis=1, keepdims=True)
+    return np.asarray(np.sum(rest**2, axis=1))
 
 
 def _solve_all(points: Points, law: SeparableLaw, grid: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -22,7 +22,7 @@ from collaudit.core.identification.priors import Gains, tool_body
 from collaudit.core.identification.problem.identification_problem import Unknowns, terms_of
 from collaudit.core.identification.problem.identification_samples import Motion, collect
 from collaudit.core.identification.problem.left_out_parts import held_out
-from collaudit.core.identification.solved_problem import solved, with_gains
+from collaudit.core.identification.solved_problem import Samples, solved, with_gains
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.prepare.prepared import Prepared
 
@@ -140,7 +140,7 @@ def _joints_better(with_more: FloatArray, without: FloatArray, cluster: IntArray
 
 def _weighs_less(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> bool:
     """Whether the arm would carry a tool of negative mass: something else of the description is wrong then."""
-    found = solved(prepared, config, taken)
+    found = solved(prepared, Samples.of(prepared, config), config, taken)
     body = 10 * tool_body(found.robot, config)
     known = config.robot.tool.mass_kg
     change = float(found.solution.inertials[body] - found.robot.inertial_parameters[body])

@@ -24,23 +24,24 @@ from collaudit.core.identification.identified_values import (
 from collaudit.core.identification.inertial_consistency import Consistent, is_consistent, make_consistent
 from collaudit.core.identification.problem.identification_problem import Solution, refit_nuisance, residual
 from collaudit.core.identification.problem.standard_errors import standard_errors
-from collaudit.core.identification.solved_problem import Solved, solved
+from collaudit.core.identification.solved_problem import Samples, Solved, solved
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 
 #: Possible inertias are kept where they leave no joint more than so many times the residual of the unconstrained ones.
 _WORSE = 1.05
-#: Samples of a held-out fit: errors within a tenth of a second are alike, so more would not make its values better.
-_MOST_HELD_OUT = 5000
 
 
-def identify(prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None) -> Identified | None:
+def identify(
+    prepared: Sequence[Prepared], config: Config, taken: Candidate | None = None, samples: Samples | None = None
+) -> Identified | None:
     """Identify what a candidate says beyond friction; None when that is nothing.
 
     Args:
         prepared: the logs.
         config: how.
         taken: of :func:`choose`; None to choose here.
+        samples: of the logs; None to gather them here.
 
     Raises:
         ConfigError, NotJudgedError: as of :func:`choose`.
@@ -49,7 +50,7 @@ def identify(prepared: Sequence[Prepared], config: Config, taken: Candidate | No
     estimate = taken.estimate
     if not estimate:
         return None
-    found = solved(prepared, config, taken)
+    found = solved(prepared, samples or Samples.of(prepared, config), config, taken)
     unknowns, solution, terms = found.unknowns, found.solution, found.terms
     free = np.concatenate([solution.inertials, solution.armature, solution.gain])
     made = make_consistent(free, solution.hessian, solution.free, unknowns.inertials.size // 10)
@@ -97,15 +98,16 @@ def _with_free(solution: Solution, free: FloatArray) -> Solution:
     return replace(solution, inertials=every[:p], armature=every[p : p + j], gain=every[p + j :])
 
 
-def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate) -> Identified | None:
+def identify_values(prepared: Sequence[Prepared], config: Config, taken: Candidate, samples: Samples) -> Identified:
     """The values that :func:`identify` finds, without intervals and checks: what a held-out fit needs.
 
-    Raises:
-        NotJudgedError: too little motion.
+    Args:
+        prepared: the logs, with some of their effort unknown.
+        config: how.
+        taken: what is identified.
+        samples: of the whole logs.
     """
-    if not taken.estimate:
-        return None
-    found = solved(prepared, config, taken, _MOST_HELD_OUT)
+    found = solved(prepared, samples.seen_in(prepared), config, taken)
     motion = found.terms.motion
     return Identified(
         estimate=("friction", *taken.estimate),

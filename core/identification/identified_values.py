@@ -24,7 +24,7 @@ from collaudit.core.identification.problem.left_out_parts import HELD_OUT_STEPS,
 from collaudit.core.identification.problem.nuisance import OFFSET
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.identification.problem.standard_errors import StandardErrors, standard_errors
-from collaudit.core.identification.solved_problem import Solved
+from collaudit.core.identification.solved_problem import MOST_HELD_OUT, Samples, Solved
 from collaudit.core.identification.tool_estimate import identified_tool
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -54,7 +54,8 @@ def joints_of(job: Report) -> dict[str, IdentifiedJoint]:
     bare = terms_of(motion, job.terms.regressor, file_only)
     moving = motion.moving
     rms = [rms_of(rest, moving) for rest in (residual(bare, solve(bare, file_only)), residual(job.terms, job.solution))]
-    out = [_held_out(bare, file_only), _held_out(job.terms, job.unknowns)]
+    some = Samples(motion, job.terms.regressor).at_most(MOST_HELD_OUT)
+    out = [_held_out(terms_of(some.motion, some.regressor, each), each) for each in (file_only, job.unknowns)]
     joints = {}
     for j, name in enumerate(job.robot.joint_names):
         drive = drive_of(job, j)

@@ -22,6 +22,8 @@ _TOOL_MASS_SD, _TOOL_MOMENT_SD = 5.0, 0.5  # kg, kg·m: next to no prior
 _SHOWN = 0.2  # a gain is shown by the motion when its standard error is below this share of it
 #: Of a joint's inertia: robot files seldom state rotor inertia at all.
 ARMATURE_SHARE = 0.5
+#: Samples that tell the middle of a motion.
+_FOR_THE_MIDDLE = 10_000
 #: Standard errors of a gain by plain regression that make it no chance, and how far the gain may be from it.
 _SEEN, _ALIKE = 3.0, (0.5, 2.0)
 #: A gain keeps its stated value unless the motion lowers its standard deviation below this share of the prior's.
@@ -180,7 +182,8 @@ def inertials_prior_sd(inertials: FloatArray, share: float) -> FloatArray:
 def _joint_inertia(robot: RobotModel, prepared: Prepared) -> FloatArray:
     """(j,) diagonal of the mass matrix at the middle of the motion, rotor inertia left out."""
     count = len(robot.joint_names)
-    middle = np.nanmedian(prepared.series.position_rad, axis=0)
+    position = prepared.series.position_rad
+    middle = np.nanmedian(position[:: max(1, len(position) // _FOR_THE_MIDDLE)], axis=0)
     pose = np.broadcast_to(middle, (count, count)).copy()
     torque = robot.inverse_dynamics(pose, np.zeros((count, count)), np.eye(count)) - robot.gravity_torque(pose)
     leader = [robot.bodies.joint_names.index(n) for n in robot.joint_names] if robot.bodies else []

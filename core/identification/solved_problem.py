@@ -18,6 +18,9 @@ from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.prepare.prepared import Prepared
 from collaudit.core.robot.robot_model import RobotModel
 
+#: Samples of held-out fits: errors within a tenth of a second are alike, so more would not make their values better.
+MOST_HELD_OUT = 5000
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solved:
@@ -30,11 +33,37 @@ class Solved:
     gains: Gains | None
 
 
-def solved(prepared: Sequence[Prepared], config: Config, taken: Candidate, most_samples: int | None = None) -> Solved:
-    """The solution before what no body can have is mended; from ``most_samples``, or as many as are configured."""
-    robot = prepared[0].robot
-    motion = collect(prepared, min(config.fit.max_samples, most_samples or config.fit.max_samples), config.fit.blocks)
-    regressor = robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Samples of any motion of an arm, and (n, j, p) derivatives of its torques by its inertial parameters there."""
+
+    motion: Motion
+    regressor: FloatArray
+
+    @classmethod
+    def of(cls, prepared: Sequence[Prepared], config: Config) -> Samples:
+        """As many as are configured.
+
+        Raises:
+            ConfigError, NotJudgedError: as of :func:`collect`.
+        """
+        motion = collect(prepared, config.fit.max_samples, config.fit.blocks)
+        regressor = prepared[0].robot.torque_regressor(motion.position, motion.velocity, motion.acceleration)
+        return cls(motion, regressor)
+
+    def at_most(self, most: int) -> Samples:
+        """So many of them, evenly."""
+        step = max(1, -(-self.motion.count // most))
+        return Samples(self.motion.thinned(step), self.regressor[::step].copy())
+
+    def seen_in(self, prepared: Sequence[Prepared]) -> Samples:
+        """The same with the effort of the same logs, of which some may be unknown now."""
+        return replace(self, motion=self.motion.with_effort_of(prepared))
+
+
+def solved(prepared: Sequence[Prepared], samples: Samples, config: Config, taken: Candidate) -> Solved:
+    """The solution before what no body can have is mended, from samples of the logs."""
+    robot, motion, regressor = prepared[0].robot, samples.motion, samples.regressor
     unknowns, gains = with_gains(prepared, config, taken, motion, regressor)
     if gains is not None:
         motion = replace(motion, moving=np.asarray(motion.moving & np.isfinite(gains.gain)))

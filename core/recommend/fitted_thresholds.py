@@ -196,7 +196,13 @@ def other_detectors(whole: ArmFit, thresholds: FittedThresholds, config: Config)
     if not known:
         return {}
     log = _most_motion(whole.logs)
-    own = _levels(log, whole, thresholds, config.detect)
+    series = log.judged_series
+    motion = {
+        joint: motion_features(series.velocity_rad_s, series.column(joint), series.period_s)
+        for joint in known
+        if joint in series.joint_names
+    }
+    own = _levels(log, whole, thresholds, motion, config.detect)
     out: dict[str, dict[str, float]] = {}
     for name in DETECTOR_NAMES:
         for causal in (False, True):
@@ -204,7 +210,7 @@ def other_detectors(whole: ArmFit, thresholds: FittedThresholds, config: Config)
                 continue
             asked = config.detect.changed({"detector": name, "causal": causal})
             try:
-                found = _levels(log, whole, thresholds, asked)
+                found = _levels(log, whole, thresholds, motion, asked)
             except ConfigError:  # a detector that has no causal form
                 continue
             factors = {joint: level / own[joint] for joint, level in found.items() if own.get(joint)}
@@ -228,23 +234,34 @@ def _most_motion(logs: tuple[Prepared, ...]) -> Prepared:
     return part_of(best[1], best[2])
 
 
-def _levels(log: Prepared, whole: ArmFit, thresholds: FittedThresholds, detect: DetectConfig) -> dict[str, float]:
-    """By joint the level, in units of the scale, that the residual of a detector reaches as seldom as is accepted."""
+def _levels(
+    log: Prepared,
+    whole: ArmFit,
+    thresholds: FittedThresholds,
+    motion: Mapping[str, FloatArray],
+    detect: DetectConfig,
+) -> dict[str, float]:
+    """By joint the level, in units of the scale, that the residual of a detector reaches as seldom as is accepted.
+
+    Args:
+        log: some of the motion.
+        whole, thresholds: as of :func:`other_detectors`.
+        motion: by joint (n, 5) what its scale follows.
+        detect: the detector.
+    """
     series = log.judged_series
     laws, _ = friction_models(whole.fits, series)
     inputs = ResidualInputs(laws, joints_not_judged(log.findings, log.judged))
     residual = detector_named(detect.detector).residual(log, inputs, detect)
     n = persistence_samples(DEFAULT_PERSISTENCE_MS / 1e3, series.period_s)
     out = {}
-    for joint, one in thresholds.joints.items():
-        if joint not in series.joint_names or one.scale is None:
-            continue
-        j = series.column(joint)
+    for joint, features in motion.items():
+        j, scale = series.column(joint), thresholds.joints[joint].scale
+        assert scale is not None
         judged = np.isfinite(residual.torque_nm[:, j])
         judged &= residual.state[:, j] <= (State.JUDGED if residual.isolation.isolates else State.FRICTION_INTERVAL)
-        features = motion_features(series.velocity_rad_s, j, series.period_s)
         data = NullEvidence(residual.torque_nm[:, j], judged, features, series.period_s)
-        tail = null_tail(sustained_ratios(data, one.scale, n))
+        tail = null_tail(sustained_ratios(data, scale, n))
         if tail is not None:
             out[joint] = tail.level(ARM_PER_HOUR / len(thresholds.joints))
     return out

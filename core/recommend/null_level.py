@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-import scipy
 
 from collaudit.core.data.threshold_result import MotionScale, ThresholdLevel
-from collaudit.core.detection.threshold import LEAST_SHARE, scale_over
+from collaudit.core.detection.threshold import LEAST_SHARE, non_negative_fit, scale_over
 from collaudit.core.numeric.arrays import BoolArray, FloatArray
 from collaudit.core.numeric.runs import run_bounds
 from collaudit.core.numeric.sliding_extremes import whole_window_minima
@@ -63,7 +62,7 @@ def motion_scale(size_nm: FloatArray, features: FloatArray) -> MotionScale:
     limit, level = np.full(size_nm.size, _CLIP * max(usual, 1e-9)), np.full(size_nm.size, usual)
     weights = np.zeros(features.shape[1])
     for _ in range(_ROUNDS):
-        weights = scipy.optimize.nnls(features, np.minimum(size_nm, limit))[0]
+        weights = non_negative_fit(features, np.minimum(size_nm, limit))
         level = features @ weights
         level = np.maximum(level, LEAST_SHARE * max(median_of(level), 1e-9))
         limit = _CLIP * level

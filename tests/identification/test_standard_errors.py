@@ -45,6 +45,8 @@ def test_they_are_cluster_robust_with_the_stated_factors() -> None:
         coupled=np.zeros((0, 1)),
         load=zeros,
         log=np.zeros(count, dtype=np.intp),
+        row=np.arange(count),
+        bandwidth_hz=20.0,
         cluster=cluster,
         block=cluster % 5,
         rate_hz=60.0,

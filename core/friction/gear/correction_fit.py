@@ -15,7 +15,7 @@ import numpy as np
 from collaudit.core.data.friction_result import FrictionCorrection, LoadFriction, RippleWave
 from collaudit.core.findings import Finding, fact
 from collaudit.core.friction.friction_model import load_torque
-from collaudit.core.friction.friction_variation import any_law, jackknifed, wave_sums
+from collaudit.core.friction.friction_variation import any_law, held_out_slopes, jackknifed, wave_sums
 from collaudit.core.friction.motion_points import Settled
 from collaudit.core.numeric.arrays import FloatArray, IntArray
 from collaudit.core.numeric.stats import STANDARD_ERRORS_95
@@ -73,13 +73,10 @@ def _load_friction(data: Settled, cluster: IntArray, fold: IntArray) -> LoadFric
         return None
     speeds, usual = _usual_loads(data.speed, held)
     change = sign * (held - np.interp(data.speed, speeds, usual))
-    after = np.empty_like(data.residual)
-    for k in range(_FOLDS):
-        rest = fold != k
-        again = jackknifed(column[rest], data.residual[rest], beside[rest], cluster[rest])
-        if again is None or not again[0] > 0:
-            return None
-        after[~rest] = (data.residual - again[0] * change)[~rest]
+    without = held_out_slopes(column, data.residual, beside, fold)
+    if not np.all(without > 0):
+        return None
+    after = data.residual - without[fold] * change
     gained = [_rms(after[fold == k]) < _rms(data.residual[fold == k]) for k in range(_FOLDS)]
     if sum(gained) < _FOLDS - 1 or _rms(after) > (1.0 - _WORTH) * _rms(data.residual):
         return None

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from collaudit.core.identification.problem.identification_samples import Motion
-from collaudit.core.identification.problem.nuisance import projector
+from collaudit.core.identification.problem.nuisance import generalised_inverse
 from collaudit.core.identification.problem.problem_terms import Terms
 from collaudit.core.numeric.arrays import BoolArray, FloatArray, IntArray
 from collaudit.core.numeric.stats import HUBER_BOUND, robust_sd
@@ -120,11 +120,12 @@ def solve(terms: Terms, unknowns: Unknowns, iterations: int = _ITERATIONS) -> So
         if not free.any():
             _fit_nuisance(terms, state)
             continue
-        gradient, data = _normal(terms, state, free)
+        gradient, data, friction = _normal(terms, state, free)
         gradient -= precision[free] * (before - origin)[free]
         step = np.linalg.solve(data + np.diag(precision[free]) + 1e-12 * np.eye(int(free.sum())), gradient)
         _move(state, before, np.asarray(step), free)
-        _fit_nuisance(terms, state)
+        for part in friction:
+            state.nuisance[part.joint] += part.alone - part.onto @ step[part.place]
         if np.max(np.abs(step) / (np.abs(before[free]) + 1e-2)) < _CHANGE:
             break
     reweigh(terms, state)
@@ -188,7 +189,8 @@ def _fit_nuisance(terms: Terms, state: State) -> None:
     for j in range(rest.shape[1]):
         weight, columns = state.weight[:, j], terms.nuisance[j]
         if np.count_nonzero(weight) >= 4:
-            state.nuisance[j] += projector(columns, weight) @ (columns.T @ (weight * rest[:, j]))
+            weighed = columns * weight[:, None]
+            state.nuisance[j] += generalised_inverse(weighed.T @ columns) @ (weighed.T @ rest[:, j])
 
 
 def reweigh(terms: Terms, state: State) -> None:
@@ -225,24 +227,38 @@ def jacobian(
     return np.asarray(place, dtype=np.int64), np.concatenate(parts, axis=1) * root[:, None]
 
 
-def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Gradient (f,) and data part of the precision matrix (f, f), friction and offset projected out."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Projected:
+    """Friction and offset of a joint in a Gauss-Newton step: what they change by.
+
+    That is ``alone`` (k,) where nothing else moves, less ``onto`` (k, f_j) times the step of the unknowns at ``place``.
+    """
+
+    joint: int
+    place: IntArray
+    alone: FloatArray
+    onto: FloatArray
+
+
+def _normal(terms: Terms, state: State, free: BoolArray) -> tuple[FloatArray, FloatArray, list[_Projected]]:
+    """Gradient (f,) and data part of the precision matrix (f, f), and friction and offset, which are projected out."""
     rest = unexplained_torque(terms, state)
     size = int(free.sum())
-    gradient, data = np.zeros(size), np.zeros((size, size))
+    gradient, data, friction = np.zeros(size), np.zeros((size, size)), list[_Projected]()
     for j in weighted_joints(state):
         root = np.sqrt(state.weight[:, j]) / state.sigma[j]
         place, columns = jacobian(terms, state, j, free, rest[:, j], root)
-        others, target = terms.nuisance[j] * root[:, None], rest[:, j] * root
-        shared = others.T @ columns
-        onto = projector(terms.nuisance[j], state.weight[:, j] / state.sigma[j] ** 2) @ shared
-        gradient[place] += columns.T @ target - onto.T @ (others.T @ target)
-        data[np.ix_(place, place)] += columns.T @ columns - shared.T @ onto
-    return gradient, data
+        every = np.column_stack([columns, terms.nuisance[j] * root[:, None], rest[:, j] * root])
+        products, count = every.T @ every, place.size
+        shared, inverse = products[count:-1, :count], generalised_inverse(products[count:-1, count:-1])
+        friction.append(_Projected(j, place, inverse @ products[count:-1, -1], inverse @ shared))
+        gradient[place] += products[:count, -1] - shared.T @ friction[-1].alone
+        data[np.ix_(place, place)] += products[:count, :count] - shared.T @ friction[-1].onto
+    return gradient, data, friction
 
 
 def _finish(terms: Terms, state: State, free: BoolArray, precision: FloatArray) -> Solution:
-    _, data = _normal(terms, state, free)
+    _, data, _ = _normal(terms, state, free)
     return Solution(
         inertials=state.inertials,
         armature=state.armature,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -38,7 +38,8 @@ class Motion:
         rate_hz: samples a second.
         loss: what the thinning costs, in words.
         load: (n, j) torque of the logs' known loads, also part of ``contact``.
-        log: (n,) number of the log that a sample is of.
+        log: (n,) number of the log that a sample is of; row: (n,) its sample number there.
+        bandwidth_hz: of the filter.
     """
 
     position: FloatArray
@@ -55,11 +56,28 @@ class Motion:
     loss: str
     load: FloatArray
     log: IntArray
+    row: IntArray
+    bandwidth_hz: float
 
     @property
     def count(self) -> int:
         """Number of samples."""
         return int(self.cluster.size)
+
+    def with_effort_of(self, prepared: Sequence[Prepared]) -> Motion:
+        """The same samples with the effort of the same logs, of which some may be unknown now: it does not count."""
+        found = [_effort(log.series, self.bandwidth_hz)[self.row[self.log == k]] for k, log in enumerate(prepared)]
+        effort = np.concatenate(found)
+        moving = np.asarray(self.moving & np.isfinite(effort))
+        return replace(self, effort=np.nan_to_num(effort), moving=moving)
+
+    def thinned(self, step: int) -> Motion:
+        """Every so many of them."""
+        of_samples = [
+            field.name for field in fields(self) if field.name not in ("coupled", "rate_hz", "loss", "bandwidth_hz")
+        ]
+        every = {name: getattr(self, name)[::step] for name in of_samples}
+        return replace(self, **every, rate_hz=self.rate_hz / step)
 
 
 def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Motion:
@@ -112,6 +130,8 @@ def collect(prepared: Sequence[Prepared], max_samples: int, blocks: int) -> Moti
         _loss(step, rate, bandwidth),
         columns[6],
         np.repeat(np.arange(len(sizes), dtype=np.int64), sizes),
+        np.concatenate([rows[::step] for rows, _ in found]),
+        bandwidth,
     )
 
 
@@ -126,15 +146,19 @@ def _motion(series: UniformSeries, bandwidth_hz: float) -> tuple[FloatArray, Flo
 
 def _valid(prepared: Prepared, bandwidth_hz: float, v: FloatArray, a: FloatArray) -> tuple[IntArray, FloatArray]:
     """Rows at which the whole motion is known and settled, and the low-passed effort (n, j)."""
-    series = prepared.series
-    if series.effort is None:
-        raise ConfigError("nothing can be identified without effort", where=series.source.name)
-    effort = low_pass(series.effort, series.segments, series.period_s, bandwidth_hz)
+    series, effort = prepared.series, _effort(prepared.series, bandwidth_hz)
     known = np.isfinite(series.position_rad + v + a).all(axis=1)
     if prepared.contact_nm is not None:
         known &= np.isfinite(prepared.contact_nm).all(axis=1)
     moves = (np.abs(v) > MOVING_RAD_S).any(axis=1)
     return np.asarray(np.flatnonzero(known & moves & ~series.edge), dtype=np.int64), effort
+
+
+def _effort(series: UniformSeries, bandwidth_hz: float) -> FloatArray:
+    """(n, j) effort up to a bandwidth, in the log's unit."""
+    if series.effort is None:
+        raise ConfigError("nothing can be identified without effort", where=series.source.name)
+    return low_pass(series.effort, series.segments, series.period_s, bandwidth_hz)
 
 
 def _part(

@@ -91,9 +91,8 @@ def nuisance_columns(
     return out, one_way
 
 
-def projector(columns: FloatArray, weight: FloatArray) -> FloatArray:
-    """(k, k) generalised inverse of columns^T W columns (n, k): columns alike or zero share or have no part."""
-    gram = (columns * weight[:, None]).T @ columns
+def generalised_inverse(gram: FloatArray) -> FloatArray:
+    """(k, k) generalised inverse of weighted products (k, k) of columns: those alike or zero share or have no part."""
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     size[np.diag(gram) <= 0] = 1.0
     inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=_RANK, hermitian=True)

@@ -68,9 +68,9 @@ def standard_errors(terms: Terms, solution: Solution, unknowns: Unknowns) -> Sta
     inverse = scaled_inverse(data + np.diag(precision))
     influence, share = np.zeros((terms.starts.size, size)), np.zeros((terms.starts.size, size))
     for j, place, columns in parts:
-        felt = columns @ inverse[place]
-        influence += terms.by_cluster(felt * (state.weight[:, j] * rest[:, j] / state.sigma[j])[:, None])
-        share += terms.by_cluster(felt**2 * state.slope[:, j, None])
+        score = columns * (state.weight[:, j] * rest[:, j] / state.sigma[j])[:, None]
+        influence += terms.by_cluster(score) @ inverse[place]
+        share += terms.by_cluster((columns @ inverse[place]) ** 2 * state.slope[:, j, None])
     full = clustered_covariance(influence, share) + (inverse * precision) @ inverse
     offset = scales.size + kinds * np.arange(joints) + OFFSET
     known = np.sqrt(np.maximum(np.diag(full)[offset], 0.0))

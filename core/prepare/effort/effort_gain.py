@@ -201,7 +201,7 @@ def described_gains(
         tool_frame: frame of the tool; None for the last one.
     """
     with_tool = "tool" in lacking
-    most = _MOST_WITH_TOOL if with_tool else 4 * _MAX_SAMPLES
+    most = _MOST_WITH_TOOL if with_tool else _MAX_SAMPLES
     rows = slice(None, None, max(1, series.time_s.size // most))
     q, v = series.position_rad[rows], series.velocity_rad_s[rows]
     a = np.asarray(series.acceleration_rad_s2[rows])

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from collaudit.core.logs.signals.numbered_names import families
+
 _NUMBER = re.compile(r"\d+")
 _MOST_CHAINS = 4
 
@@ -108,17 +110,9 @@ def _arm_of(count: int, robot: Sequence[str], prismatic: Sequence[str]) -> Seque
 
 def _by_number(names: Sequence[str]) -> list[str] | None:
     """Names in the order of the one number in which they differ, which counts from 0 or 1; None otherwise."""
-    stems: dict[str, list[tuple[int, str]]] = {}
-    for name in names:
-        for hit in _NUMBER.finditer(name):
-            stem = name[: hit.start()] + "\0" + name[hit.end() :]
-            stems.setdefault(stem, []).append((int(hit.group()), name))
-    for hits in stems.values():
-        hits.sort()
-        first = hits[0][0]
-        if len(hits) == len(names) and [n for n, _ in hits] == list(range(first, first + len(hits))) and first < 2:
-            return [name for _, name in hits]
-    return None
+    whole = (family for family in families(names) if family.counts and len(family.places) == len(names))
+    found = next(whole, None)
+    return None if found is None else [names[place] for place in found.places]
 
 
 def _by_affix(names: Sequence[str], robot: Sequence[str]) -> dict[str, str]:

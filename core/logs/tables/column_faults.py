@@ -3,28 +3,17 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
+from collaudit.core.logs.signals.numbered_names import MARK, Family, families
 from collaudit.core.logs.tables.column_groups import Group, numbered_groups
 from collaudit.core.logs.tables.column_patterns import without_unit
-from collaudit.core.logs.tables.column_vocabulary import CONVERTED, MARK, QUANTITY_WORDS, USABLE, Meaning, meaning_of
+from collaudit.core.logs.tables.column_vocabulary import CONVERTED, QUANTITY_WORDS, USABLE, meaning_of
 from collaudit.core.logs.tables.unknown_words import word_dropped
 
-_NUMBER = re.compile(r"\d+")
 _FEWEST = 2
-
-
-@dataclass(frozen=True, slots=True)
-class _Family:
-    """Columns that differ in one number, whatever the numbers are: (number, index), in their order."""
-
-    stem: str
-    hits: tuple[tuple[int, int], ...]
-    meaning: Meaning
 
 
 def column_fault(names: Sequence[str], quantity: str, where: str, known: Mapping[str, str]) -> LogError | None:
@@ -50,28 +39,18 @@ def not_measured(names: Sequence[str]) -> list[Group]:
     return [g for g in groups if g.meaning.role not in USABLE or g.meaning.unit not in CONVERTED]
 
 
-def _families(bare: Sequence[str]) -> Iterator[_Family]:
-    stems: dict[str, list[tuple[int, int]]] = {}
-    for index, name in enumerate(bare):
-        for hit in _NUMBER.finditer(name):
-            stems.setdefault(name[: hit.start()] + MARK + name[hit.end() :], []).append((int(hit.group()), index))
-    for stem, hits in stems.items():
-        meaning = meaning_of(stem)
-        if meaning is not None and len(hits) >= _FEWEST and meaning.role in USABLE:
-            yield _Family(stem, tuple(sorted(hits)), meaning)
-
-
 def _broken_numbers(
     names: Sequence[str], bare: Sequence[str], quantity: str, where: str, known: Mapping[str, str]
 ) -> LogError | None:
     """Numbered columns with a number twice, with one missing, or that begin with another than 0 or 1."""
-    families = list(_families(bare))
-    for family in families:
-        numbers = [number for number, _ in family.hits]
-        first = min(numbers[0], 1)
-        if family.meaning.quantity != quantity or numbers == list(range(first, first + len(numbers))):
+    several = [family for family in families(bare) if len(family.places) >= _FEWEST]
+    measured = [(family, meaning) for family in several if (meaning := meaning_of(family.stem)) is not None]
+    measured = [(family, meaning.quantity) for family, meaning in measured if meaning.role in USABLE]
+    for family, measures in measured:
+        if measures != quantity or family.counts:
             continue
-        own = listed([names[index] for _, index in family.hits], 40)
+        numbers = family.numbers
+        own = listed([names[place] for place in family.places], 40)
         twice = sorted({number for number in numbers if numbers.count(number) > 1})
         if twice:
             name = family.stem.replace(MARK, str(twice[0]))
@@ -80,9 +59,9 @@ def _broken_numbers(
                 where=where,
                 found=own,
                 hint="give them different names in the table; or name the columns by their numbers in the file, from "
-                f"1: [log.csv] {_lines(families, lambda index: index + 1, known)}",
+                f"1: [log.csv] {_lines(measured, lambda place: place + 1, known)}",
             )
-        lacking = [number for number in range(first, numbers[-1] + 1) if number not in numbers]
+        lacking = [number for number in range(min(numbers[0], 1), numbers[-1] + 1) if number not in numbers]
         gone = listed([family.stem.replace(MARK, str(number)) for number in lacking])
         return LogError(
             f"the {quantity} columns are numbered and {gone} {'is' if len(lacking) == 1 else 'are'} missing",
@@ -90,18 +69,18 @@ def _broken_numbers(
             found=own,
             expected="numbers that follow each other, from 0 or 1",
             hint="add the missing column; or if these are all joints, name as many of each quantity: [log.csv] "
-            f"{_lines(families, lambda index: names[index], known)}, and which of the robot's joints they are by "
+            f"{_lines(measured, lambda place: names[place], known)}, and which of the robot's joints they are by "
             "[log] joint_names",
         )
     return None
 
 
-def _lines(families: Sequence[_Family], value: Callable[[int], str | int], known: Mapping[str, str]) -> str:
+def _lines(measured: Sequence[tuple[Family, str]], value: Callable[[int], str | int], known: Mapping[str, str]) -> str:
     """Lines that name every column, and those of the quantities that were recognised."""
     lines = {quantity: f'{quantity} = "{pattern}"' for quantity, pattern in known.items()}
-    for family in families:
-        columns = json.dumps([value(index) for _, index in family.hits], ensure_ascii=False)
-        lines.setdefault(family.meaning.quantity, f"{family.meaning.quantity} = {columns}")
+    for family, quantity in measured:
+        columns = json.dumps([value(place) for place in family.places], ensure_ascii=False)
+        lines.setdefault(quantity, f"{quantity} = {columns}")
     return "; ".join(lines[quantity] for quantity in QUANTITY_WORDS if quantity in lines)
 
 
@@ -109,12 +88,9 @@ def sides_of(names: Sequence[str], quantity: str = "position") -> dict[str, dict
     """Numbered columns with a word more than the quantity's, such as an arm's side: word to quantity to pattern."""
     bare = [without_unit(name) for name in names]
     sides: dict[str, dict[str, str]] = {}
-    stems = {name[: hit.start()] + MARK + name[hit.end() :] for name in bare for hit in _NUMBER.finditer(name)}
-    for stem in sorted(stems):
-        for word, group in word_dropped(stem):
-            zero = any(name == stem.replace(MARK, "0") for name in bare)
-            pattern = stem.replace(MARK, "{i0}" if zero else "{i}")
-            sides.setdefault(word, {}).setdefault(group.meaning.quantity, pattern)
+    for family in sorted(families(bare), key=lambda family: family.stem):
+        for word, group in word_dropped(family.stem):
+            sides.setdefault(word, {}).setdefault(group.meaning.quantity, family.pattern)
     return {word: patterns for word, patterns in sides.items() if quantity in patterns}
 
 

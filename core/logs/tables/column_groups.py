@@ -7,17 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from collaudit.core.logs.signals.numbered_names import families
 from collaudit.core.logs.tables.column_vocabulary import (
     CONVERTED,
     CURRENTS,
-    MARK,
     QUANTITY_WORDS,
     USABLE,
     Meaning,
     meaning_of,
 )
 
-_NUMBER = re.compile(r"\d+")
 _DOOSAN = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
 
 
@@ -64,21 +63,8 @@ def numbered_groups(names: Sequence[str]) -> list[Group]:
     Args:
         names: column names without units in brackets; "" for columns that are taken.
     """
-    stems: dict[str, list[tuple[int, int]]] = {}
-    for index, name in enumerate(names):
-        for hit in _NUMBER.finditer(name):
-            stems.setdefault(name[: hit.start()] + MARK + name[hit.end() :], []).append((int(hit.group()), index))
-    groups = []
-    for stem, hits in stems.items():
-        hits.sort()
-        numbers = [number for number, _ in hits]
-        if numbers[0] not in (0, 1) or numbers != list(range(numbers[0], numbers[0] + len(numbers))):
-            continue
-        meaning = meaning_of(stem)
-        if meaning is not None:
-            number = "{i0}" if numbers[0] == 0 else "{i}"
-            groups.append(Group(stem.replace(MARK, number), tuple(index for _, index in hits), meaning))
-    return _as_doosan(groups)
+    known = [(family, meaning_of(family.stem)) for family in families(names) if family.counts]
+    return _as_doosan([Group(each.pattern, each.places, meaning) for each, meaning in known if meaning is not None])
 
 
 def _as_doosan(groups: list[Group]) -> list[Group]:

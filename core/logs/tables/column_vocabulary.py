@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
+from collaudit.core.logs.signals.numbered_names import MARK
+
 Role = Literal[
     "measured",
     "plain",
@@ -133,8 +135,6 @@ CONVERTED = ("", "deg", "rad", "deg/s", "rad/s", "Nm", "A", "current")
 #: A joint that is itself called by a letter and a number is named, not numbered.
 _NAMED_AXIS = re.compile("joint_?a\0", re.IGNORECASE)
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])(?!(?<=\bm)A\b|(?<=_m)A(?![A-Za-z])|(?<=_m)Nm)")
-#: Stands for the number in a stem.
-MARK = "\0"
 
 
 def is_label(name: str) -> bool:

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from collaudit.core.logs.signals.numbered_names import MARK, families
 from collaudit.core.logs.tables.column_groups import Choice, Group
-from collaudit.core.logs.tables.column_vocabulary import MARK, QUANTITY_WORDS, ROLE_OF, USABLE, meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import QUANTITY_WORDS, ROLE_OF, USABLE, meaning_of, words_of
 
-_NUMBER = re.compile(r"\d+")
 _WORD = re.compile(r"[A-Za-z]+")
 _QUANTITIES = frozenset(word for words in QUANTITY_WORDS.values() for word in words)
 
@@ -48,17 +48,10 @@ def word_dropped(stem: str) -> Iterator[tuple[str, Group]]:
 
 
 def _groups(names: Sequence[str]) -> Iterator[Group]:
-    stems: dict[str, list[tuple[int, int]]] = {}
-    for index, name in enumerate(names):
-        for hit in _NUMBER.finditer(name):
-            stems.setdefault(name[: hit.start()] + MARK + name[hit.end() :], []).append((int(hit.group()), index))
-    for stem, hits in stems.items():
-        hits.sort()
-        numbers = [number for number, _ in hits]
-        found = next(word_dropped(stem), None)
-        if found is not None and numbers[0] in (0, 1) and numbers == list(range(numbers[0], numbers[0] + len(numbers))):
-            pattern = stem.replace(MARK, "{i0}" if numbers[0] == 0 else "{i}")
-            yield replace(found[1], pattern=pattern, columns=tuple(index for _, index in hits))
+    for family in families(names):
+        found = next(word_dropped(family.stem), None)
+        if found is not None and family.counts:
+            yield replace(found[1], pattern=family.pattern, columns=family.places)
 
 
 def _rival(taken: str, other: str) -> bool:

@@ -14,9 +14,10 @@ from collaudit.core.logs.signals.numbered_names import MARK
 from collaudit.core.logs.tables.column_groups import Choice, numbered_groups
 from collaudit.core.logs.tables.column_patterns import Found, column_index, match_pattern, without_unit
 from collaudit.core.logs.tables.column_recognition import recognise
-from collaudit.core.logs.tables.column_vocabulary import UNIT_WORDS, is_label, meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import is_label, meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
+from collaudit.core.vendors.column_words import UNIT_WORDS
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

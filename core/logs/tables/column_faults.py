@@ -10,8 +10,9 @@ from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK, Family, families
 from collaudit.core.logs.tables.column_groups import Group, numbered_groups
 from collaudit.core.logs.tables.column_patterns import without_unit
-from collaudit.core.logs.tables.column_vocabulary import CONVERTED, QUANTITY_WORDS, USABLE, meaning_of
+from collaudit.core.logs.tables.column_vocabulary import meaning_of
 from collaudit.core.logs.tables.unknown_words import word_dropped
+from collaudit.core.vendors.column_words import CONVERTED, QUANTITY_WORDS, USABLE
 
 _FEWEST = 2
 

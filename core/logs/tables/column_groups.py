@@ -5,19 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from collaudit.core.logs.signals.numbered_names import families
-from collaudit.core.logs.tables.column_vocabulary import (
+from collaudit.core.logs.tables.column_vocabulary import meaning_of
+from collaudit.core.vendors.column_words import (
     CONVERTED,
     CURRENTS,
+    DOOSAN,
+    DOOSAN_ONLY,
     QUANTITY_WORDS,
     USABLE,
     Meaning,
-    meaning_of,
 )
-
-_DOOSAN = frozenset({"rawjointtorque", "externaljointtorque", "actualmotortorque", "actualjointpositionabs"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,20 +67,12 @@ def numbered_groups(names: Sequence[str]) -> list[Group]:
 
 
 def _as_doosan(groups: list[Group]) -> list[Group]:
-    """Doosan's real-time state, told by columns that only it has beside ``actual_joint_position``.
-
-    By its public definition (dsr_msgs2/RobotStateRt) it is in degrees, and ``actual_joint_torque`` is estimated.
-    """
+    """Doosan's real-time state, told by columns that only it has beside ``actual_joint_position``."""
     letters = [re.sub(r"\{\w+\}|[^a-z{}]", "", group.pattern.lower()) for group in groups]
-    if "actualjointposition" not in letters or not _DOOSAN.intersection(letters):
+    if "actualjointposition" not in letters or not DOOSAN_ONLY.intersection(letters):
         return groups
-    known: dict[str, dict[str, Any]] = {
-        "actualjointposition": {"unit": "deg"},
-        "actualjointvelocity": {"unit": "deg/s"},
-        "actualjointtorque": {"role": "model"},
-    }
     pairs = zip(letters, groups, strict=True)
-    return [replace(group, meaning=replace(group.meaning, **known.get(name, {}))) for name, group in pairs]
+    return [replace(group, meaning=replace(group.meaning, **DOOSAN.get(name, {}))) for name, group in pairs]
 
 
 def choose(groups: Sequence[Group], quantity: str, joints: int | None = None) -> Choice:

@@ -14,10 +14,10 @@ from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.tables.column_assignment import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_groups import numbered_groups
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
-from collaudit.core.logs.tables.column_vocabulary import CONVERTED, USABLE
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
 from collaudit.core.numeric.arrays import FloatArray
+from collaudit.core.vendors.column_words import CONVERTED, USABLE
 
 if TYPE_CHECKING:
     from collaudit.core.config.schema import CsvConfig

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from collaudit.core.logs.signals.numbered_names import MARK, families
 from collaudit.core.logs.tables.column_groups import Choice, Group
-from collaudit.core.logs.tables.column_vocabulary import QUANTITY_WORDS, ROLE_OF, USABLE, meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
+from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_OF, USABLE
 
 _WORD = re.compile(r"[A-Za-z]+")
 _QUANTITIES = frozenset(word for words in QUANTITY_WORDS.values() for word in words)

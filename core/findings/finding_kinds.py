@@ -92,19 +92,9 @@ KINDS: dict[str, Kind] = {
         of_format=True,
     ),
     "clock-drift": Kind(
-        "The header's clock runs faster or slower than the recording's.",
+        "The header's clock goes on otherwise than the recording's: it drifts, was set, or tells simulated time.",
         "Synchronise the clocks of the machines that stamp and record, or choose one by [log] time.",
         _EITHER,
-    ),
-    "clock-publish": Kind(
-        "The stamps of publishing differ from those of recording.",
-        "Nothing for the header's clock; otherwise look at what delays the recorder.",
-        _EITHER,
-    ),
-    "clock-jump": Kind(
-        "The header's clock jumps against the recording's, or wraps around.",
-        'Look for a clock that was set while recording; [log] time = "log" avoids the header\'s clock.',
-        _WARNING,
     ),
     "log-joints-missing": Kind(
         "The robot has joints that the log does not have.",

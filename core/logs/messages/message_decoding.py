@@ -104,8 +104,6 @@ class ChannelDecoder:
             self.out.bounds.take_messages(count)
         places = np.arange(self.out.seen, self.out.seen + count)
         self.out.seen += count
-        if batch.publish_ns is not None:
-            self.out.latency.add(batch.publish_ns, batch.log_ns)
         if not self.max_plans:
             for index in range(count):
                 self._add_alone(batch.payload(index), batch.log_ns[index : index + 1], places[index : index + 1])

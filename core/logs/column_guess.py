@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_formats import is_table
 from collaudit.core.logs.opening import open_tables
-from collaudit.core.logs.tables.column_assignment import QUANTITIES
 from collaudit.core.logs.tables.column_findings import stated_units
-from collaudit.core.logs.tables.column_patterns import Found
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found
 from collaudit.core.logs.tables.file_quantities import AssignedTable, as_stated, assign_columns, time_as_stated, written
 from collaudit.core.logs.tables.wrench_columns import WrenchColumns
 

@@ -12,7 +12,7 @@ from collaudit.core.errors import LogError
 from collaudit.core.logs.signals.joint_naming import listed
 from collaudit.core.logs.signals.numbered_names import MARK
 from collaudit.core.logs.tables.column_groups import Choice, numbered_groups
-from collaudit.core.logs.tables.column_patterns import Found, column_index, match_pattern, without_unit
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, column_index, match_pattern, without_unit
 from collaudit.core.logs.tables.column_recognition import recognise
 from collaudit.core.logs.tables.column_vocabulary import is_label, meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 #: Words that say the numbers are currents.
 CURRENT_WORDS = ("current", "i_act")
-MOTION = ("position", "velocity", "effort")
-QUANTITIES = (*MOTION, "temperature", "joint_torque")
 #: Tables with other columns whose assignments are kept.
 _KEPT = 64
 _Pattern = str | tuple[str | int, ...]

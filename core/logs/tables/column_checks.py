@@ -8,8 +8,8 @@ from pathlib import Path
 from collaudit.core.errors import LogError
 from collaudit.core.findings import Finding
 from collaudit.core.logs.signals.joint_naming import listed
-from collaudit.core.logs.tables.column_assignment import QUANTITIES, Assignment
-from collaudit.core.logs.tables.column_patterns import Found
+from collaudit.core.logs.tables.column_assignment import Assignment
+from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, stated_line
 
 #: A file and what its columns are.
 Assigned = tuple[Path, Assignment]
@@ -118,7 +118,5 @@ def _passed_words(assignment: Assignment) -> str:
 
 def _line(files: Sequence[Assigned], quantity: str, pattern: str) -> str:
     """The lines of [log.csv]: one that is stated switches the guessing off, so all are."""
-    known = {name: _parts(files, name) for name in QUANTITIES}
-    lines = {name: parts[0].pattern for name, parts in known.items() if parts and parts[0].pattern}
-    lines[quantity] = pattern
-    return "[log.csv] " + "; ".join(f'{name} = "{lines[name]}"' for name in known if name in lines)
+    known = {name: parts[0].pattern for name in QUANTITIES if (parts := _parts(files, name)) and parts[0].pattern}
+    return stated_line({**known, quantity: pattern})

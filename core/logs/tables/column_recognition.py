@@ -6,10 +6,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups
+from collaudit.core.logs.tables.column_groups import Choice, Group, choose, numbered_groups, with_unknown
 from collaudit.core.logs.tables.column_patterns import Found, match_pattern, without_unit
 from collaudit.core.logs.tables.column_vocabulary import words_of
-from collaudit.core.logs.tables.unknown_words import with_unknown
 from collaudit.core.vendors.column_words import QUANTITY_WORDS, ROLE_WORDS, UNIT_WORDS
 
 #: Words of columns that are named by their joints, the usual first.

@@ -11,8 +11,8 @@ import numpy as np
 
 from collaudit.core.errors import LogError
 from collaudit.core.logs.log_summary import ColumnInfo
-from collaudit.core.logs.tables.column_assignment import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_groups import numbered_groups
+from collaudit.core.logs.tables.column_patterns import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit

@@ -241,18 +241,6 @@ KINDS: dict[str, Kind] = {
         "Export signals of one length, each with the same stamps.",
         _WARNING,
     ),
-    "log-labels-offered": Kind(
-        "Columns are named as if they marked true events.",
-        "If they do, name them in [log.csv] labels, and in [detect] true_events to score against them.",
-        _INFO,
-        setting="log.csv.labels",
-    ),
-    "log-wrench-offered": Kind(
-        "Columns are named as if they were those of a force/torque sensor.",
-        "If they are, name them in [log.csv] wrench and state [log] wrench_frame and wrench_sign.",
-        _INFO,
-        setting="log.csv.wrench",
-    ),
     "log-units-guessed": Kind(
         "A unit was assumed, not stated.", "Check the unit, and state it in [log.units].", _EITHER, setting="log.units"
     ),

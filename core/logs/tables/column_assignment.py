@@ -13,9 +13,8 @@ from collaudit.core.logs.signals.numbered_names import MARK
 from collaudit.core.logs.tables.column_groups import Choice, numbered_groups
 from collaudit.core.logs.tables.column_patterns import QUANTITIES, Found, column_index, match_pattern, without_unit
 from collaudit.core.logs.tables.column_recognition import recognise
-from collaudit.core.logs.tables.column_vocabulary import is_label, meaning_of, words_of
+from collaudit.core.logs.tables.column_vocabulary import meaning_of, words_of
 from collaudit.core.logs.tables.time_columns import fraction_of, guess_time
-from collaudit.core.logs.tables.wrench_columns import WrenchColumns, find_wrench
 from collaudit.core.vendors.column_words import UNIT_WORDS
 
 if TYPE_CHECKING:
@@ -38,8 +37,6 @@ class Assignment:
         guessed: quantities (and ``time``) recognised by their names.
         passed_over: quantity to groups of columns of it that are not taken, each with its role.
         open: quantity to patterns between which the names do not decide.
-        labels: columns that are named as marks of true events.
-        wrench_offered: six columns that are named as those of a force/torque sensor, where none are stated.
     """
 
     time: int | None
@@ -48,9 +45,7 @@ class Assignment:
     guessed: tuple[str, ...] = field(default=())
     passed_over: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     open: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    labels: tuple[str, ...] = field(default=())
     fraction: int | None = None
-    wrench_offered: WrenchColumns | None = None
 
 
 def _configured(names: Sequence[str], pattern: ColumnPattern, quantity: str) -> Found | None:
@@ -120,7 +115,5 @@ def assign(names: Sequence[str], settings: CsvConfig, *, header: bool) -> Assign
         tuple(guessed),
         passed,
         undecided,
-        tuple(name for name in names if header and is_label(name)),
         fraction_of(names, time) if time is not None and header else None,
-        find_wrench(names) if header and settings.wrench is None else None,
     )

@@ -15,8 +15,10 @@ from collaudit.core.logs.log_summary import ColumnInfo
 from collaudit.core.logs.tables.column_groups import numbered_groups
 from collaudit.core.logs.tables.column_patterns import QUANTITIES as _QUANTITIES
 from collaudit.core.logs.tables.column_patterns import bare, column_index, unit_of, without_unit
+from collaudit.core.logs.tables.column_vocabulary import is_label
 from collaudit.core.logs.tables.file_quantities import AssignedTable
 from collaudit.core.logs.tables.table_stamps import guess_time_unit
+from collaudit.core.logs.tables.wrench_columns import find_wrench
 from collaudit.core.numeric.arrays import FloatArray
 from collaudit.core.vendors.column_words import CONVERTED, USABLE
 
@@ -99,9 +101,13 @@ def _known(file: AssignedTable, settings: CsvConfig) -> dict[int, tuple[_Guess, 
         role = f"{meaning.quantity}?" if measured else f"{meaning.role} {meaning.quantity}"
         for number, index in enumerate(group.columns, 1):
             out.setdefault(index, (_Guess(role, f"by its name, {group.pattern}: {text}"), f"joint{number}"))
-    if assignment.wrench_offered is not None:
-        said = "estimated wrench" if assignment.wrench_offered.estimated else "wrench?"
-        for name in assignment.wrench_offered.names:
+    for index, name in enumerate(file.reader.names):
+        if file.reader.named and is_label(name):
+            out.setdefault(index, (_Guess("label?", "by its name; see [log.csv] labels"), ""))
+    offered = find_wrench(file.reader.names) if file.reader.named and settings.wrench is None else None
+    if offered is not None:
+        said = "estimated wrench" if offered.estimated else "wrench?"
+        for name in offered.names:
             index = file.reader.names.index(name)
             if out.get(index, (_Guess("", ""), ""))[0].role not in _QUANTITIES:
                 out[index] = (_Guess(said, "by its name; see [log.csv] wrench"), "")
